@@ -1,37 +1,14 @@
-"""Convolving a few frames by one product, beside PyTorch's own convolution."""
+"""Convolving in tiles and over a whole map, beside PyTorch's own convolution."""
 
 import numpy as np
 import pytest
 import torch
 from torch import nn
 
-from racecraft.algorithms import convolution as page
-from racecraft.algorithms.convolution import FEW_NUMBERS, Convolution, in_tiles
+from racecraft.algorithms.convolution import Convolution, in_tiles
 from racecraft.algorithms.half_precision import Bfloat16Copy
-from racecraft.algorithms.networks import ActorCritic, Architecture, image_embedder
+from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
-
-SHAPES = [(1, 16, 6, 3, 30, 40), (16, 32, 4, 2, 9, 12), (3, 8, 5, 2, 21, 18), (4, 6, 3, 1, 7, 5)]
-"""Channels, filters, kernel, stride, height, width; the default car's two among them."""
-
-
-@pytest.mark.parametrize(("channels", "filters", "kernel", "stride", "height", "width"), SHAPES)
-def test_few_frames_are_convolved_as_many_are(channels, filters, kernel, stride, height, width):
-    torch.manual_seed(1)
-    layer = Convolution(channels, filters, kernel, stride)
-    maps = torch.rand(7, height, width, channels)[2:].permute(0, 3, 1, 2)  # not at the beginning of its memory
-    with torch.no_grad():
-        few = layer(maps)
-    many = nn.Conv2d.forward(layer, maps)
-    torch.testing.assert_close(few, many.detach(), atol=1e-5, rtol=1e-5)
-    assert many.requires_grad
-    assert not few.requires_grad
-
-
-def test_maps_in_any_order_of_memory_are_convolved_alike():
-    layer, maps = Convolution(16, 32, 4, 2), torch.rand(5, 16, 9, 12)
-    with torch.no_grad():
-        torch.testing.assert_close(layer(maps), layer(maps.contiguous(memory_format=torch.channels_last)))
 
 
 def test_a_kernel_as_large_as_its_map_learns_as_a_convolution_does():
@@ -46,38 +23,6 @@ def test_a_kernel_as_large_as_its_map_learns_as_a_convolution_does():
         torch.testing.assert_close(mine, theirs)
     # A map of that many pixels and another shape is none of it.
     assert layer(torch.rand(5, 4, 3, 4)).shape == (5, 6, 1, 2)
-
-
-def test_many_frames_go_the_common_way(monkeypatch):
-    seen = []
-    common = nn.Conv2d.forward
-    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)) or common(layer, maps))
-    layer = Convolution(1, 16, 6, 3)
-    few = FEW_NUMBERS // (9 * 12 * 36)
-    with torch.no_grad():
-        assert layer(torch.rand(few, 1, 30, 40)).shape == (few, 16, 9, 12)
-        layer(torch.rand(few + 1, 1, 30, 40))
-    layer(torch.rand(2, 1, 30, 40))
-    assert seen == [few + 1, 2]
-
-
-@pytest.mark.parametrize("activation", ["relu", "tanh"])
-@pytest.mark.parametrize(("shape", "rows"), [((30, 40), 5), ((30, 40, 3), 5), ((30, 40), 200)])
-def test_an_embedder_that_goes_no_detours_sees_what_it_sees_in_training(shape, rows, activation):
-    row = Architecture(convolutions=((16, 6, 3), (32, 4, 2)), image_units=(24,), activation=activation)
-    embedder, width = image_embedder("frame", ArraySpec(shape, np.uint8), row, torch.Generator().manual_seed(1))
-    frames = torch.randint(0, 256, (rows, *shape), dtype=torch.uint8)
-    kept = frames.clone()
-    with torch.inference_mode():
-        straight = embedder(frames)
-    assert straight.shape == (rows, width)
-    torch.testing.assert_close(straight, embedder(frames).detach(), atol=1e-5, rtol=1e-5)
-    assert torch.equal(frames, kept)
-    floats = frames.float() / 255.0
-    kept = floats.clone()
-    with torch.inference_mode():
-        torch.testing.assert_close(embedder(floats), straight, atol=1e-5, rtol=1e-5)
-    assert torch.equal(floats, kept)
 
 
 TILED = [(1, 32, 8, 4, 120, 160), (1, 16, 6, 3, 30, 40), (2, 8, 4, 2, 11, 13)]
@@ -122,27 +67,6 @@ def test_a_rollout_is_laid_out_once_for_a_policy_and_its_twin_critic():
     for found, wanted in zip(half(laid), half(frames), strict=True):
         assert torch.equal(found, wanted)
     torch.testing.assert_close(half(frames)[1], network(frames)[1], atol=0.02, rtol=0.02)
-
-
-@pytest.mark.parametrize(("frames", "straight"), [(33, True), (34, False)])
-def test_33_frames_of_the_default_car_are_few(frames, straight, monkeypatch):
-    """30 x 40 pixels make 9 x 12 patches of 36 numbers: 33 frames 128,304 of 131,072, and 34 frames 132,192."""
-    common, seen = nn.Conv2d.forward, []
-    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)) or common(layer, maps))
-    with torch.no_grad():
-        Convolution(1, 16, 6, 3)(torch.rand(frames, 1, 30, 40))
-    assert seen == ([] if straight else [frames])
-
-
-def test_just_as_many_numbers_as_are_few_are_few_still(monkeypatch):
-    common, seen = nn.Conv2d.forward, []
-    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)) or common(layer, maps))
-    layer, maps = Convolution(2, 3, 3, 2), torch.rand(4, 2, 7, 5)
-    with torch.no_grad():
-        for few in (4 * 3 * 2 * 3 * 3 * 2, 4 * 3 * 2 * 3 * 3 * 2 - 1):
-            monkeypatch.setattr(page, "FEW_NUMBERS", few)
-            torch.testing.assert_close(layer(maps), common(layer, maps))
-    assert seen == [4]
 
 
 @pytest.mark.parametrize(

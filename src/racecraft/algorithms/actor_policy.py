@@ -20,7 +20,6 @@ from racecraft.algorithms.networks import (
     architecture_from,
 )
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.quick_look import quick_look
 from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.transparent import Scores, as_floats, scores_of
@@ -42,7 +41,6 @@ class ActorPolicy:
         self.network, self.distribution = network, distribution
         self._any_weight = next(network.parameters())
         self._weights = sum(one.numel() for one in network.parameters())
-        self._quick = quick_look(network)
 
     @torch.inference_mode()
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
@@ -106,9 +104,8 @@ class ActorPolicy:
         return self._any_weight.device
 
     def params(self, seen: Mapping[str, Tensor]) -> Tensor:
-        """Return the numbers (R, P) that a decision is drawn by; no gradient leads back through them."""
-        quickly = None if self._quick is None else self._quick.params(seen[self._quick.name])
-        return self.network.policy(seen) if quickly is None else quickly
+        """Return the numbers (R, P) that a decision is drawn by."""
+        return self.network.policy(seen)
 
     def _params(self, observations: Mapping[str, Array]) -> Tensor:
         names = self.network.policy_body.names

@@ -18,11 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.utils import clip_grad_norm_
 
 from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import distribution_for
-from racecraft.algorithms.gradient_norm import cut_to_norm
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
@@ -247,7 +247,7 @@ class AlphaZeroLearner:
         self.network.zero_grad()
         loss.backward()
         limit = self.config.max_grad_norm
-        norm = cut_to_norm(self.network.parameters(), float("inf") if limit is None else limit)
+        norm = clip_grad_norm_(self.network.parameters(), float("inf") if limit is None else limit)
         self.optimiser.step()
         return torch.cat([figures, norm.detach().reshape(1)])
 

@@ -1,14 +1,9 @@
-"""A convolution that goes no detours: for a few frames, and in bfloat16. Begin with `Convolution`.
-
-oneDNN, by which PyTorch convolves on a processor, prepares every call as if thousands of frames were to come: for the
-five cars of an evaluation that takes longer than the arithmetic, and pushes what the world's tick needs out of the
-cache. For few frames and without gradients the patches that a kernel sees are laid side by side instead and multiplied
-by the kernels in one product. The sums are the same but for their order.
+"""A convolution that oneDNN, by which PyTorch convolves on a processor, does quickly. Begin with `Convolution`.
 
 In bfloat16, oneDNN is made for kernels that read many channels at every pixel: over frames of one, the gradient of the
 first layer's kernels took as long as all else of the layers. Where the stride s divides the kernel, frames are laid out
 in tiles of s x s pixels, each as one place of s * s times the channels; the kernel then steps from place to place, and
-the sums are the same again.
+the sums are the same but for their order.
 
 A kernel as large as what it looks at, with which RLlib's networks end, is a dense layer: as one product it takes a
 fifth of the time, its gradients in (64 maps of 3 x 3 x 32 into 256: 0.27 ms for 1.25 there).
@@ -20,12 +15,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-FEW_NUMBERS = 1 << 17
-"""So many numbers in all patches are few: 32 frames of the default car (measured on two cores of a Xeon: five frames
-take 50 us for 120, 32 frames as long either way, more of them longer)."""
 FEW_CHANNELS = 8
-"""Up to so many, tiles are worth their laying out in bfloat16 (measured there: 2.2 ms for 8.9 of 64 frames of 160 x 120
-with one channel; of 32 channels nothing is gained)."""
+"""Up to so many, tiles are worth their laying out in bfloat16 (measured on two cores of a Xeon: 2.2 ms for 8.9 of 64
+frames of 160 x 120 with one channel; of 32 channels nothing is gained)."""
 
 
 class Convolution(nn.Conv2d):
@@ -36,30 +28,6 @@ class Convolution(nn.Conv2d):
 
     def forward(self, maps: Tensor) -> Tensor:
         """Return maps (R, filters, H', W') of maps (R, channels, H, W), channels last in memory as they were."""
-        if torch.is_grad_enabled() or maps.device.type != "cpu":
-            return self.of_many(maps)
-        return self.of_pixels(maps.permute(0, 2, 3, 1).contiguous()).permute(0, 3, 1, 2)
-
-    def of_pixels(self, pixels: Tensor) -> Tensor:
-        """Return maps (R, H', W', filters) of contiguous ones (R, H, W, channels), on a processor."""
-        (kernel, _), (stride, _) = self.kernel_size, self.stride
-        rows, height, width, channels = pixels.shape
-        high, wide = (height - kernel) // stride + 1, (width - kernel) // stride + 1
-        seen = kernel * kernel * channels
-        if rows * high * wide * seen > FEW_NUMBERS:
-            return self.of_many(pixels.permute(0, 3, 1, 2)).permute(0, 2, 3, 1).contiguous()
-        line = width * channels
-        patches = pixels.as_strided(
-            (rows, high, wide, kernel, kernel * channels),
-            (height * line, stride * line, stride * channels, line, 1),
-            pixels.storage_offset(),
-        ).reshape(rows * high * wide, seen)
-        kernels = self.weight.permute(0, 2, 3, 1).reshape(self.out_channels, seen)
-        assert self.bias is not None
-        return torch.addmm(self.bias, patches, kernels.t()).view(rows, high, wide, self.out_channels)
-
-    def of_many(self, maps: Tensor) -> Tensor:
-        """Return maps (R, filters, H', W') of maps (R, channels, H, W) as thousands of frames are best convolved."""
         if tuple(maps.shape[1:]) == (self.in_channels, *self.kernel_size):
             return self.over_all(maps)
         return self.over_tiles(maps) if self.reads_tiles else super().forward(maps)

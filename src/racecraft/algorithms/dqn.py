@@ -21,9 +21,9 @@ import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
+from torch.nn.utils import clip_grad_norm_
 
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.gradient_norm import cut_to_norm
 from racecraft.algorithms.learner import REPLAY, Decision, DivergedError, StateDict
 from racecraft.algorithms.networks import Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
@@ -299,7 +299,7 @@ class DqnLearner:
         loss.backward()
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
-            norm = cut_to_norm(self._weights, self.config.max_grad_norm)
+            norm = clip_grad_norm_(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
         self.steps_taken += 1
         if self.steps_taken % self.config.target_every == 0:

@@ -28,7 +28,6 @@ from racecraft.algorithms.architecture import NetworkConfig as NetworkConfig
 from racecraft.algorithms.architecture import architecture_from as architecture_from
 from racecraft.algorithms.architecture import architecture_of as architecture_of
 from racecraft.algorithms.convolution import Convolution, in_tiles
-from racecraft.algorithms.dense import Dense
 from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.running_statistics import RunningStatistics
@@ -319,41 +318,13 @@ class Image(nn.Module):
 
     def forward(self, frames: Tensor) -> Tensor:
         """Return frames as convolutions want them."""
-        return self.pixels(frames).permute(0, 3, 1, 2)
-
-    def pixels(self, frames: Tensor) -> Tensor:
-        """Return frames as floats (R, H, W, C)."""
         pixels = frames.to(self.dtype)
         pixels = pixels.mul_(IMAGE_SCALE) if frames.dtype == torch.uint8 else pixels
-        return pixels if pixels.dim() == 4 else pixels.unsqueeze(3)
+        return (pixels if pixels.dim() == 4 else pixels.unsqueeze(3)).permute(0, 3, 1, 2)
 
 
 class ImageEmbedder(nn.Sequential):
-    """`Image`, convolutions, `FlattenChannelsLast`, dense layers; asked about a few frames, it goes no detours.
-
-    A car's tick in an evaluation costs a tenth of a millisecond. To call eleven modules, to turn maps about and back
-    and to choose among oneDNN's ways took five times that, most of it in waiting for memory.
-    """
-
-    def forward(self, frames: Tensor) -> Tensor:
-        """Return features (R, width) of frames (R, H, W) or (R, H, W, C)."""
-        if torch.is_grad_enabled() or frames.device.type != "cpu":
-            return super().forward(frames)
-        first, *rest = self._modules.values()
-        assert isinstance(first, Image)
-        maps = first.pixels(frames).contiguous()
-        for layer in rest:
-            if isinstance(layer, Convolution):
-                maps = layer.of_pixels(maps)
-            elif isinstance(layer, nn.Linear):
-                maps = torch.addmm(layer.bias, maps, layer.weight.t())
-            elif isinstance(layer, nn.ReLU):
-                maps = maps.relu_()
-            elif isinstance(layer, FlattenChannelsLast):
-                maps = maps.flatten(1)
-            else:
-                maps = torch.tanh(maps)
-        return maps
+    """`Image`, convolutions, `FlattenChannelsLast`, dense layers: (R, H, W) or (R, H, W, C) to features (R, width)."""
 
     def laid_out(self, frames: Tensor) -> Tensor:
         """Return frames of a rollout as the first layer reads them again and again: in tiles, where it reads tiles."""
@@ -456,7 +427,7 @@ def dense_stack(
 
 def dense(width: int, units: int, architecture: Architecture, generator: torch.Generator, gain: float) -> nn.Linear:
     """Return one dense layer with its first weights."""
-    layer = Dense(width, units, device="meta")
+    layer = nn.Linear(width, units, device="meta")
     make_room(layer)
     start_weights(layer, architecture, generator, gain)
     return layer

@@ -19,12 +19,12 @@ import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
+from torch.nn.utils import clip_grad_norm_
 
 from racecraft.algorithms.actor_policy import ActorPolicy, actor_critic_class, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.closed_form import closed_form_of
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
-from racecraft.algorithms.gradient_norm import cut_to_norm
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.light_work import lightly
@@ -483,7 +483,7 @@ class PpoLearner:
         """Step along the gradients that are with the weights; return their norm before they were cut, ()."""
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
-            norm = cut_to_norm(self._weights, self.config.max_grad_norm)
+            norm = clip_grad_norm_(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
         if self.half is not None:
             self.half.refresh()

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.utils import clip_grad_norm_
 
 from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Distribution, distribution_for
-from racecraft.algorithms.gradient_norm import cut_to_norm
 from racecraft.algorithms.learner import EPISODES, Decision, DivergedError, StateDict
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
@@ -215,7 +215,7 @@ class ReinforceLearner:
             (loss * share).backward()
             losses += parts * share
         limit = float("inf") if self.config.max_grad_norm is None else self.config.max_grad_norm
-        norm = cut_to_norm(self.network.parameters(), limit)
+        norm = clip_grad_norm_(self.network.parameters(), limit)
         self.optimiser.step()
         return losses.tolist(), float(norm)
 
