@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo
 from racecraft.algorithms.building import build_learner, signal_groups
 from racecraft.algorithms.gail import GailConfig
 from racecraft.algorithms.imitation import ImitationConfig
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner
-from racecraft.algorithms.registry import ALGORITHMS, Algorithm, find_algorithm
+from racecraft.algorithms.recurrent_ppo import RecurrentPpoLearner
+from racecraft.algorithms.registry import ALGORITHMS, Algorithm, algorithm_of, find_algorithm
 from racecraft.algorithms.stacking import StackedLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
@@ -79,6 +81,34 @@ def test_two_networks_for_one_place_are_refused_by_both_names(first, second):
 def test_what_goes_together_is_built_and_nothing_is_laid_round_it(network):
     assert isinstance(built(network, **signal_groups()), PpoLearner)
     assert isinstance(built(network), PpoLearner), "settings may lack the groups of rewards"
+
+
+@pytest.mark.parametrize(
+    ("network", "ppo", "learner"),
+    [
+        (NetworkConfig(hidden_units=(4,)), PpoConfig(), PpoLearner),
+        (NetworkConfig(hidden_units=(4,), memory="gru"), PpoConfig(), RecurrentPpoLearner),
+        (NetworkConfig(hidden_units=(4,)), PpoConfig(asynchronous=True), AsynchronousPpo),
+    ],
+)
+def test_the_settings_choose_among_the_variants_of_ppo(network, ppo, learner):
+    settings = Settings(network=network, ppo=ppo, runtime=RuntimeConfig())
+    assert type(build_learner(find_algorithm("ppo"), SPEC, settings, 1)) is learner
+
+
+def test_a_memory_beside_an_asynchronous_learner_is_refused():
+    settings = Settings(network=NetworkConfig(memory="gru"), ppo=PpoConfig(asynchronous=True), runtime=RuntimeConfig())
+    with pytest.raises(SettingError, match="ppo.asynchronous is True, and a memory"):
+        build_learner(find_algorithm("ppo"), SPEC, settings, 1)
+
+
+def test_a_learner_derived_from_ppo_has_no_memory_unless_it_says_so():
+    class Mine(PpoLearner):
+        Config = PpoConfig
+
+    settings = Settings(network=NetworkConfig(memory="gru"), ppo=PpoConfig(), runtime=RuntimeConfig())
+    with pytest.raises(SettingError, match="network.memory is gru, which mine does not follow"):
+        build_learner(algorithm_of(Mine, "mine"), SPEC, settings, 1)
 
 
 def test_a_network_of_ones_own_is_asked_for_by_itself():

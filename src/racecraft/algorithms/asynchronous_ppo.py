@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 
 import torch
 from torch import Tensor
@@ -25,6 +26,8 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
+from racecraft.contract.world import WorldSpec
+from racecraft.settings.composition import Settings
 
 UNDER_WAY, DONE = "under_way", "done"
 """Group of the state with the rollout that is being learned from, and in it how much of the training lay behind."""
@@ -48,6 +51,13 @@ class AsynchronousPpo(LaidRound):
     """
 
     figures = FIGURES
+    follows = ("memory", *PpoLearner.follows)
+    """A memory is refused by words of its own."""
+
+    @classmethod
+    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> AsynchronousPpo:
+        """Return a learner with the settings' groups `network`, `ppo` and `runtime`."""
+        return cls(partial(PpoLearner.build, spec, settings, seed))
 
     def __init__(self, made: Callable[[], PpoLearner]) -> None:
         actor, self.learner = made(), made()

@@ -42,7 +42,7 @@ def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, see
     Raises:
         SettingError: The algorithm cannot do what the settings ask for.
     """
-    learner_class = algorithm.learner_class()
+    learner_class = algorithm.learner_class(settings)
     network = settings.network if "network" in settings else None
     if network is not None:
         _require_followed(algorithm, network, getattr(learner_class, "follows", ()))

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import torch
@@ -43,7 +42,6 @@ from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 
 if TYPE_CHECKING:
-    from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo
     from racecraft.algorithms.plain_look import PlainLook
 
 ROWS_AT_ONCE = 256
@@ -96,7 +94,7 @@ class PpoLearner:
 
     eats = ROLLOUT
     figures = FIGURES
-    follows = ("memory", "normalise", "encoder", "policy")
+    follows: tuple[str, ...] = ("normalise", "encoder", "policy")
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(
@@ -143,7 +141,7 @@ class PpoLearner:
         self.columns = _columns(spec, self.values_later)
 
     @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> PpoLearner | AsynchronousPpo:
+    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> Self:
         """Return a learner with the settings' groups `network`, `ppo` and `runtime`.
 
         Raises:
@@ -154,16 +152,7 @@ class PpoLearner:
                 f"ppo.ratio_cap is {settings.ppo.ratio_cap:g} and ppo.asynchronous False, where no weights are old; "
                 "expected ppo.asynchronous=true with it, or ppo.ratio_cap left out."
             )
-        if settings.network.memory != "none":
-            from racecraft.algorithms.recurrent_ppo import RecurrentPpoLearner
-
-            cls = RecurrentPpoLearner
-        made = partial(cls, spec, settings.network, settings.ppo, seed, settings.runtime.device)
-        if settings.ppo.asynchronous:
-            from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo
-
-            return AsynchronousPpo(made)
-        return made()
+        return cls(spec, settings.network, settings.ppo, seed, settings.runtime.device)
 
     @classmethod
     def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy | RecurrentPolicy:

@@ -41,6 +41,7 @@ class RecurrentPpoLearner(PpoLearner):
         SettingError: bfloat16 is asked for; memories multiply in float32.
     """
 
+    follows = ("memory", *PpoLearner.follows)
     network: RecurrentActorCritic
 
     def __init__(

@@ -23,10 +23,28 @@ from racecraft.contract.world import (
     HybridActions,
     MultiDiscreteActions,
 )
+from racecraft.settings.composition import Settings
 
 CHOICES, BRANCHES, NUMBERS, BOTH = "one choice", "several choices", "numbers", "numbers and choices"
 """Kinds of actions, in words."""
 EVERYTHING = (CHOICES, BRANCHES, NUMBERS, BOTH)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A learner that takes the place of an algorithm's own where a setting asks for it."""
+
+    group: str
+    setting: str
+    idle: Any
+    """The setting's value that does not ask for it."""
+    module: str
+    learner: str
+    """Name of the learner's class."""
+
+    def is_asked_for(self, settings: Settings) -> bool:
+        """Tell whether the settings ask for it."""
+        return self.group in settings and getattr(getattr(settings, self.group), self.setting) != self.idle
 
 
 @dataclass(frozen=True)
@@ -61,6 +79,8 @@ class Algorithm:
     are given the group "network" of its weights."""
     searches: bool = False
     """Whether it learns from a search that the world brings along, so that such a training has the group `search`."""
+    variants: tuple[Variant, ...] = ()
+    """The first that the settings ask for learns in the place of `learner`."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -74,9 +94,13 @@ class Algorithm:
         """What it decides, in words for people."""
         return "any action" if set(self.acts) == set(EVERYTHING) else ", ".join(self.acts)
 
-    def learner_class(self) -> Any:
-        """Return the learner's class."""
-        return self.own or getattr(importlib.import_module(self.module), self.learner)
+    def learner_class(self, settings: Settings | None = None) -> Any:
+        """Return the learner's class, or that of the variant that the settings ask for."""
+        if self.own is not None:
+            return self.own
+        asked = (one for one in self.variants if settings is not None and one.is_asked_for(settings))
+        chosen = next(asked, self)
+        return getattr(importlib.import_module(chosen.module), chosen.learner)
 
     def config_class(self) -> Any:
         """Return the class of its settings; None where it has none."""
@@ -96,6 +120,10 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
             reward_signals=True,
+            variants=(
+                Variant("ppo", "asynchronous", False, "racecraft.algorithms.asynchronous_ppo", "AsynchronousPpo"),
+                Variant("network", "memory", "none", "racecraft.algorithms.recurrent_ppo", "RecurrentPpoLearner"),
+            ),
         ),
         Algorithm(
             "dqn",
