@@ -24,7 +24,7 @@ def track():
 
 
 def test_turns_are_those_of_the_track_in_order(track):
-    turns, _ = find_turns(track, PROFILES["v6"])
+    turns = find_turns(track, PROFILES["v6"])
     assert [turn.number for turn in turns] == list(range(1, len(turns) + 1))
     assert 3 <= len(turns) <= 7
     assert sum(turn.curvature < 0 for turn in turns) == 1  # reinvent_base bends to the right once
@@ -32,7 +32,7 @@ def test_turns_are_those_of_the_track_in_order(track):
 
 
 def test_a_table_that_steers_to_one_side_cannot_take_turns_to_the_other(track):
-    turns, _ = find_turns(track, PROFILES["v6"])
+    turns = find_turns(track, PROFILES["v6"])
     left = ActionTable.of([(math.radians(angle), 1.5) for angle in (0, 15, 30)])
     assert turns_beyond(PROFILES["v6"], left, turns) == [turn for turn in turns if turn.curvature < 0]
 

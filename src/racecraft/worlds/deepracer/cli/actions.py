@@ -94,7 +94,7 @@ def _facts(circuits: list[Track], car: str, design: Design) -> dict[str, Any]:
 
     beyond = {
         track.name: [
-            str(turn) for turn in turns_beyond(PROFILES[car], design.actions, find_turns(track, PROFILES[car])[0])
+            str(turn) for turn in turns_beyond(PROFILES[car], design.actions, find_turns(track, PROFILES[car]))
         ]
         for track in circuits
     }

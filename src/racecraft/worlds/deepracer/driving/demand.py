@@ -10,7 +10,7 @@ from racecraft.worlds.deepracer.driving.guides import top_speeds
 from racecraft.worlds.deepracer.driving.lines import SPACING_M, least_bend
 from racecraft.worlds.deepracer.driving.profile import steady_curvature, with_speeds
 from racecraft.worlds.deepracer.driving.racing_line import RacingLine
-from racecraft.worlds.deepracer.driving.road_frame import road_frame
+from racecraft.worlds.deepracer.driving.road_frame import RoadFrame, road_frame
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, action_label, clip_commands
 from racecraft.worlds.deepracer.env.vehicle import MAX_LOGGED_SPEED_MPS, MAX_SPEED_MPS, MAX_STEERING_RAD, CarProfile
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -45,19 +45,27 @@ class Turn:
         return f"turn {self.number} ({side}, radius {1 / abs(self.curvature):.2f} m, near waypoint {self.waypoint})"
 
 
-def find_turns(track: Track, car: CarProfile, top_speed: float = MAX_SPEED_MPS) -> tuple[list[Turn], RacingLine]:
-    """Return a track's turns, and its gentle line at the speeds that a car can hold.
+def find_turns(track: Track, car: CarProfile, top_speed: float = MAX_SPEED_MPS) -> list[Turn]:
+    """Return a track's turns, in driving order.
 
-    A turn is a stretch in which the centre line bends one way; it must be driven at least as sharply as the gentle line
-    bends there.
+    A turn is a stretch in which the centre line bends one way; it must be driven at least as sharply as the track's
+    gentle line bends there.
 
     Args:
         track: In driving direction.
         car: How the car answers.
         top_speed: Fastest command, m/s.
     """
+    frame, offset = _gentle_offset(track)
+    return _turns(track, frame, with_speeds(frame, offset, car, top_speed))
+
+
+def _gentle_offset(track: Track) -> tuple[RoadFrame, np.ndarray]:
     frame = road_frame(track, SPACING_M)
-    line = with_speeds(frame, least_bend(frame, GENTLE), car, top_speed)
+    return frame, least_bend(frame, GENTLE)
+
+
+def _turns(track: Track, frame: RoadFrame, line: RacingLine) -> list[Turn]:
     road = _mean(frame.curvature, frame.spacing, frame.closed)
     side = np.where(np.abs(road) > TURN_CURVATURE, np.sign(road), 0)
     starts = np.flatnonzero(np.diff(side, prepend=0))
@@ -68,7 +76,7 @@ def find_turns(track: Track, car: CarProfile, top_speed: float = MAX_SPEED_MPS) 
             row = first + int(np.argmax(side[first] * bend[first:last]))
             waypoint = int(track.locate(frame.xy[row : row + 1]).nearer_waypoint[0])
             turns.append(Turn(len(turns) + 1, float(bend[row]), float(line.speed[row]), waypoint))
-    return turns, line
+    return turns
 
 
 def needed_commands(car: CarProfile, line: RacingLine) -> np.ndarray:
@@ -93,7 +101,7 @@ def turns_beyond(car: CarProfile, actions: ActionSpace, turns: list[Turn]) -> li
 def table_warning(track: Track, car_name: str, car: CarProfile, actions: ActionSpace) -> str | None:
     """Return a sentence about a table that cannot lap a track, or only slowly; None for any other.
 
-    It takes classical lines and no plan: about 0.2 s, on the longest tracks 2 s.
+    It takes a classical line and no plan: about 0.1 s, on the longest tracks 1 s.
 
     Args:
         track: The track, in driving direction.
@@ -102,17 +110,18 @@ def table_warning(track: Track, car_name: str, car: CarProfile, actions: ActionS
         actions: What it can be told.
     """
     top_speed, quickest = float(top_speeds(actions).max()), MAX_LOGGED_SPEED_MPS.get(car_name, MAX_SPEED_MPS)
-    turns, line = find_turns(track, car, top_speed)
-    if beyond := turns_beyond(car, actions, turns):
+    frame, offset = _gentle_offset(track)
+    line = with_speeds(frame, offset, car, top_speed)
+    if beyond := turns_beyond(car, actions, _turns(track, frame, line)):
         return (
             f"{beyond[0]} of {track.name} is sharper than any of these actions turns {car_name}; expected an action at "
             "a larger angle or a lower speed. `racecraft actions` designs a table."
         )
-    _, possible = find_turns(track, car, quickest)
-    if top_speed < quickest and line.lap_seconds > SLOW_LAP * possible.lap_seconds:
+    possible = with_speeds(frame, offset, car, quickest).lap_seconds
+    if top_speed < quickest and line.lap_seconds > SLOW_LAP * possible:
         return (
             f"these actions allow about {line.lap_seconds:.0f} s a lap of {track.name} at best: their top speed is "
-            f"{top_speed:g} m/s. Up to {quickest:g} m/s {car_name} can lap in about {possible.lap_seconds:.0f} s."
+            f"{top_speed:g} m/s. Up to {quickest:g} m/s {car_name} can lap in about {possible:.0f} s."
         )
     return None
 

@@ -6,6 +6,9 @@ from pathlib import Path
 
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import with_values
+from racecraft.worlds.deepracer.driving.demand import table_warning
+from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.evaluation.recorded_car import recorded_car
 from racecraft.worlds.deepracer.files.model_metadata import ModelMetadata
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -58,3 +61,17 @@ def waypoint_notes(settings: Settings, track: Track) -> tuple[str, ...]:
         f"waypoint {rows} of {track.name} repeats the one before and is not counted; a reward with the numbers of "
         "AWS's logs wants race.waypoints=as_filed",
     )
+
+
+def table_notes(settings: Settings, metadata: ModelMetadata, track: Track) -> tuple[str, ...]:
+    """Return a note where the car's action table cannot lap the track, or only slowly.
+
+    Args:
+        settings: With the car filled in.
+        metadata: The racer's model_metadata.json.
+        track: As it is filed.
+    """
+    road = track.reversed() if settings.race.reverse else track
+    car = settings.race.car
+    warning = table_warning(road, car, PROFILES[car], action_space(metadata.action_space))
+    return () if warning is None else (warning,)

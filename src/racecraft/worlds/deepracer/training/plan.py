@@ -37,7 +37,7 @@ from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.importer import travels
 from racecraft.worlds.deepracer.tracks.track import Track
 from racecraft.worlds.deepracer.training.aws.setup import FROM_ENV
-from racecraft.worlds.deepracer.training.car_choice import choose_car, waypoint_notes
+from racecraft.worlds.deepracer.training.car_choice import choose_car, table_notes, waypoint_notes
 from racecraft.worlds.deepracer.training.courses import Course, lay_out, notes_on_courses
 from racecraft.worlds.deepracer.training.groups import ALL, Group, groups_asked, track_names, worlds_for
 from racecraft.worlds.deepracer.training.hold_out import as_dictionary as held_out_as_dictionary
@@ -203,7 +203,12 @@ def plan_car(request: RaceRequest) -> CarPlan:
         settings,
         track,
         stops,
-        (*notes, *notes_on_courses(courses, settings), *_notes_on_held_out(held_out)),
+        (
+            *notes,
+            *table_notes(settings, model.metadata, track),
+            *notes_on_courses(courses, settings),
+            *_notes_on_held_out(held_out),
+        ),
         asked.env.values,
         asked.judging,
         request.against or ((ITSELF,) if settings.race.type == HEAD_TO_MODEL else ()),
