@@ -10,6 +10,7 @@ import typer
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.evaluation.laps import LapReport
     from racecraft.worlds.deepracer.files.leaderboards import Leaderboard
+    from racecraft.worlds.deepracer.players.trained_car import TrainedCar
     from racecraft.worlds.deepracer.tracks.track import Track
 
 MOST_ROWS = 25
@@ -41,8 +42,11 @@ def leaderboards(
 
     boards, report, driven = read_leaderboards(folder), None, ""
     if run is not None:
-        track, report, driven = _driven(run, track, laps, json)
+        car, circuit = _car_and_circuit(run, track)
+        track = circuit.name
     shown = _on_track(boards, track)
+    if run is not None:
+        report, driven = _driven(car, circuit, laps, json), car.settings.race.type
     rows = [_row(board) if report is None else _placed_row(board, report, driven) for board in shown]
     facts: dict[str, Any] = {"races": rows, "track": track}
     if report is not None:
@@ -55,20 +59,22 @@ def leaderboards(
     _print(facts, report)
 
 
-def _driven(run: str, track: str | None, laps: int, json: bool) -> tuple[str, LapReport, str]:
-    """Return the name of the track, as the archive has it, what the run drove on it, and the kind of race."""
-    from racecraft.cli.output import say
+def _car_and_circuit(run: str, track: str | None) -> tuple[TrainedCar, Track]:
+    """Return the car of a run, and the circuit that it is to drive on: the one it was trained on if none is named."""
     from racecraft.formats.checkpoint_ranking import split_source
-    from racecraft.worlds.deepracer.evaluation.laps import judge_laps
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 
     named = _circuit(track) if track else None
-    folder, which = split_source(run)
-    car = load_trained_car(folder, which)
-    circuit = named or car.trained_on
+    car = load_trained_car(*split_source(run))
+    return car, named or car.trained_on
+
+
+def _driven(car: TrainedCar, circuit: Track, laps: int, json: bool) -> LapReport:
+    from racecraft.cli.output import say
+    from racecraft.worlds.deepracer.evaluation.laps import judge_laps
+
     say(f"Driving {laps} laps on {circuit.name} …", quiet_stdout=json)
-    world = car.world(circuit, num_cars=1, start_shares=[0.0], laps=laps)
-    return circuit.name, judge_laps(car.policy, world, laps), car.settings.race.type
+    return judge_laps(car.policy, car.world(circuit, num_cars=1, start_shares=[0.0], laps=laps), laps)
 
 
 def _circuit(track: str) -> Track:
@@ -104,11 +110,19 @@ def _on_track(boards: list[Leaderboard], track: str | None) -> list[Leaderboard]
 
     if track is None:
         return boards
-    found = [board for board in boards if board.track.casefold() == track.casefold()]
+    same = _names_of(track)
+    found = [board for board in boards if not same.isdisjoint(_names_of(board.track))]
     if not found:
         known = sorted({board.track for board in boards})
         raise SettingError(f"the archive has no race on the track '{track}'. {nearest(track, known)}")
     return found
+
+
+def _names_of(track: str) -> set[str]:
+    """Return the names of a track of the archive: its own, and the catalogue's where that was renamed."""
+    from racecraft.worlds.deepracer.tracks.catalogue import known_name
+
+    return {track.casefold(), (known_name(track) or track).casefold()}
 
 
 def _row(board: Leaderboard) -> dict[str, Any]:
