@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import numpy as np
-from racecraft.export.exported import Exported
 
+from racecraft.export.exported import Exported
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.players.trained import load_policy
 
