@@ -20,19 +20,15 @@ import torch
 from torch import Tensor
 from torch.nn.utils import clip_grad_norm_
 
-from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import distribution_for
-from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError
+from racecraft.algorithms.network_learner import ActorCriticLearner
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.errors import SettingError
-from racecraft.contract.policy import Policy
-from racecraft.contract.world import Array, ArraySpec, WorldSpec
-from racecraft.settings.composition import Settings
+from racecraft.contract.world import Array, WorldSpec
 from racecraft.settings.table import check_group, setting
 
 SEARCHED = "searched"
@@ -80,7 +76,7 @@ class AlphaZeroConfig:
         check_group(self)
 
 
-class AlphaZeroLearner:
+class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
     """A policy with its critic that learns from a search.
 
     Args:
@@ -94,6 +90,7 @@ class AlphaZeroLearner:
         SettingError: The world brings no search along.
     """
 
+    name = "alphazero"
     eats = ROLLOUT
     figures = FIGURES
     follows = ("encoder",)
@@ -113,32 +110,11 @@ class AlphaZeroLearner:
                 "`racecraft snakes train`. Use ppo."
             )
         seen = {name: part for name, part in spec.observations.items() if name != SEARCHED}
-        self.spec, self.config, self.device = replace(spec, observations=seen), config, torch.device(device)
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution = distribution_for(spec.actions)
-        chance = torch.Generator().manual_seed(seed)
-        self.network = ActorCritic(seen, spec.actions, self.architecture, chance).to(self.device)
-        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
+        spec = replace(spec, observations=seen)
+        super().__init__(spec, network, config, seed, device, distribution_for(spec.actions))
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, 1e-8)
-        self.policy = ActorPolicy(self.network, self.distribution)
-        self.columns: dict[str, ArraySpec] = {}
         self.symmetries: Sequence[Symmetry] = ()
         """Each minibatch is seen through one of these, or as it is; whoever knows the world gives them."""
-
-    @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> AlphaZeroLearner:
-        """Return a learner with the settings' groups `network`, `alphazero` and `runtime`."""
-        return cls(spec, settings.network, settings.alphazero, seed, settings.runtime.device)
-
-    @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
-        """Return the greedy policy of a checkpoint."""
-        return load_actor_policy(spec, weights)
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy."""
-        return spec_of_policy(self.spec, "alphazero", architecture_values(self.architecture))
 
     def act(
         self,
@@ -163,13 +139,6 @@ class AlphaZeroLearner:
                 choices[is_searched] = likely.argmax(dim=1)
         return Decision(choices.numpy(), {})
 
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions (R,), without a search."""
-        return self.policy.act(observations, action_mask)
-
     def update(self, experience: RolloutBatch) -> dict[str, float]:
         """Learn from a rollout: `epochs` passes over its searched rows in shuffled minibatches; return `FIGURES`.
 
@@ -192,14 +161,6 @@ class AlphaZeroLearner:
             )
         return dict(zip(FIGURES, [*means, foreseen, len(rows), len(told)], strict=True))
 
-    def state_dict(self) -> StateDict:
-        """Return everything an exact continuation needs, as named tensors in groups (copies)."""
-        return saved_state(self.network, self.optimiser, self.generator)
-
-    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
-        """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        restore_state(state, self.network, self.optimiser, self.generator)
-
     def _prepare(self, batch: RolloutBatch) -> tuple[dict[str, Tensor], Tensor, float]:
         """Return all rows end to end with their targets, the numbers of the searched ones, and what was foreseen."""
         value = self._values(batch.observations, batch.active)
@@ -212,13 +173,10 @@ class AlphaZeroLearner:
             self.config.outcome_lambda, None if batch.active.all() else batch.active,
         )  # fmt: skip
 
-        def laid(array: Array) -> Tensor:
-            return torch.from_numpy(array.reshape(-1, *array.shape[2:])).to(self.device)
-
-        whole = {name: laid(array) for name, array in batch.observations.items()}
-        whole["targets"] = laid(targets.astype(np.float32, copy=False))
+        whole = {name: self._laid(array) for name, array in batch.observations.items()}
+        whole["targets"] = self._laid(targets.astype(np.float32, copy=False))
         if batch.action_mask is not None:
-            whole["action_mask"] = laid(batch.action_mask)
+            whole["action_mask"] = self._laid(batch.action_mask)
         learned = (batch.active & (batch.observations[SEARCHED].sum(axis=-1) > 0)).ravel()
         rows, foreseen = np.flatnonzero(learned), 0.0
         if len(rows):
@@ -234,7 +192,7 @@ class AlphaZeroLearner:
                 for name in self.network.policy_body.names}  # fmt: skip
         for start in range(0, len(numbers), ROWS_AT_ONCE):
             rows = numbers[start : start + ROWS_AT_ONCE]
-            tensors = {name: torch.from_numpy(array[rows]).to(self.device) for name, array in seen.items()}
+            tensors = {name: self._tensor(array[rows]) for name, array in seen.items()}
             found[rows] = self.network.value(tensors).cpu().numpy()
         return found.reshape(which.shape)
 

@@ -110,7 +110,7 @@ class ApexLearner(DqnLearner):
         """What decides, and what is judged and saved: the learner's weights when they last met."""
         self.policy = QPolicy(self.actor)
         self.ladder = ladder(config.epsilon, config.ladder, spec.num_worlds * spec.num_agents).to(self.device)
-        self.columns: Mapping[str, ArraySpec] = {
+        self.columns = {
             VALUE_TAKEN: ArraySpec((), np.float32, doc="what was expected of what was taken"),
             VALUE_BEST: ArraySpec((), np.float32, doc="what was expected of the best"),
         }
@@ -137,10 +137,9 @@ class ApexLearner(DqnLearner):
         shares = self.ladder[: len(worth)] if rows is None else self.ladder[torch.from_numpy(rows)]
         drawn = self._explore(worth, action_mask, shares, generator or self.generator)
         self.explored += len(drawn)
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
         columns = {
             VALUE_TAKEN: worth.gather(1, drawn.unsqueeze(1)).squeeze(1).cpu().numpy(),
-            VALUE_BEST: allowed_only(worth, mask).amax(dim=1).cpu().numpy(),
+            VALUE_BEST: allowed_only(worth, self._mask(action_mask)).amax(dim=1).cpu().numpy(),
         }
         return Decision(drawn.cpu().numpy(), columns)
 

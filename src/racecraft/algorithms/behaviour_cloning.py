@@ -19,20 +19,16 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.demonstrations import Shown, read_shown, shown_tensors
 from racecraft.algorithms.distributions import DiagGaussian, Distribution, distribution_for
-from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
-from racecraft.algorithms.saved_state import restore_state, saved_state
+from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError
+from racecraft.algorithms.network_learner import ActorCriticLearner
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig
 from racecraft.contract.errors import SettingError
-from racecraft.contract.policy import Policy
 from racecraft.contract.world import (
     ActionSpec,
     Array,
-    ArraySpec,
     ContinuousActions,
     DiscreteActions,
     HybridActions,
@@ -77,7 +73,7 @@ class BcConfig:
         check_group(self)
 
 
-class BcLearner:
+class BcLearner(ActorCriticLearner[BcConfig]):
     """A policy that learns from recorded episodes.
 
     Args:
@@ -90,6 +86,7 @@ class BcLearner:
 
     """
 
+    name = "bc"
     eats = ROLLOUT
     figures = FIGURES
     follows = ("encoder",)
@@ -104,15 +101,8 @@ class BcLearner:
         seed: int,
         device: str = "cpu",
     ) -> None:
-        self.spec, self.config, self.device = spec, config, torch.device(device)
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution = distribution_for(spec.actions)
-        chance = torch.Generator().manual_seed(seed)
-        self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
-        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
+        super().__init__(spec, network, config, seed, device, distribution_for(spec.actions))
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, 1e-8)
-        self.policy = ActorPolicy(self.network, self.distribution)
-        self.columns: dict[str, ArraySpec] = {}
         told = shown_tensors(shown, spec, self.network.policy_body.names, self.device, "bc.demonstrations")
         self.shown = replace(told, actions=to_raw(told.actions, spec.actions))
         first_held = shown.num_episodes - int(config.held_out * shown.num_episodes)
@@ -136,16 +126,6 @@ class BcLearner:
         shown = read_shown(path)
         return cls(spec, settings.network, settings.bc, shown, seed, settings.runtime.device)
 
-    @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
-        """Return the greedy policy of a checkpoint."""
-        return load_actor_policy(spec, weights)
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy."""
-        return spec_of_policy(self.spec, "bc", architecture_values(self.architecture))
-
     def act(
         self,
         observations: Mapping[str, Array],
@@ -156,13 +136,6 @@ class BcLearner:
     ) -> Decision:
         """Do what is likeliest: nothing is explored, for nothing is learned from it."""
         return Decision(self.policy.act(observations, action_mask), {})
-
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions (R, *action shape); needs no privileged observation."""
-        return self.policy.act(observations, action_mask)
 
     def update(self, experience: Any) -> dict[str, float]:
         """Go once through what was shown, whatever the world brought; return `FIGURES`.
@@ -179,14 +152,6 @@ class BcLearner:
                 "bc.learning_rate, and go on from the last checkpoint."
             )
         return dict(zip(FIGURES, [*means, *self._judge(), len(order), len(told)], strict=True))
-
-    def state_dict(self) -> StateDict:
-        """Return everything an exact continuation needs, as named tensors in groups (copies)."""
-        return saved_state(self.network, self.optimiser, self.generator)
-
-    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
-        """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        restore_state(state, self.network, self.optimiser, self.generator)
 
     def _step(self, batch: Shown) -> Tensor:
         loss, agreement = cloning_loss(self.network, self.distribution, batch)

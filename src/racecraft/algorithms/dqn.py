@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -25,14 +26,14 @@ from torch.nn.utils import clip_grad_norm_
 
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.learner import REPLAY, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.network_learner import NetworkLearner
+from racecraft.algorithms.networks import Architecture, NetworkConfig
+from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.q_network import QNetwork, QPolicy, allowed_only, load_q_policy
 from racecraft.algorithms.replay_sampler import ReplaySampler, Transitions
 from racecraft.algorithms.rmsprop import RmsProp
-from racecraft.algorithms.saved_state import copied, restore_state, saved_state
-from racecraft.contract.world import Array, ArraySpec, DiscreteActions, WorldSpec
-from racecraft.settings.composition import Settings
+from racecraft.algorithms.saved_state import copied
+from racecraft.contract.world import Array, DiscreteActions, WorldSpec
 from racecraft.settings.table import check_group, setting
 
 ROWS_AT_ONCE = 1024
@@ -114,7 +115,7 @@ class Minibatch:
             )
 
 
-class DqnLearner:
+class DqnLearner(NetworkLearner[DqnConfig]):
     """What each choice is worth, and how that is learned.
 
     Args:
@@ -133,6 +134,8 @@ class DqnLearner:
     eats = REPLAY
     figures = FIGURES
     name = "dqn"
+    network: QNetwork
+    policy: QPolicy
 
     def __init__(
         self,
@@ -143,9 +146,8 @@ class DqnLearner:
         device: str = "cpu",
     ) -> None:
         assert isinstance(spec.actions, DiscreteActions), "the registry refuses other actions"
-        self.spec, self.config, self.device = spec, config, torch.device(device)
+        super().__init__(spec, network, config, seed, device)
         self.discount, self.n_step = config.discount, config.n_step
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
         chance = torch.Generator().manual_seed(seed)
         self.network = self._network(spec.actions, chance)
         self.target = self._network(spec.actions, chance)
@@ -156,9 +158,7 @@ class DqnLearner:
             self.optimiser = Adam(self._weights, config.learning_rate, config.adam_epsilon)
         else:
             self.optimiser = RmsProp(self._weights, config.learning_rate)
-        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.policy = QPolicy(self.network)
-        self.columns: Mapping[str, ArraySpec] = {}
         self.explored = 0
         """Decisions drawn so far; the random share falls with them."""
         self.owed = 0
@@ -167,20 +167,14 @@ class DqnLearner:
         """Gradient steps taken so far."""
 
     @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> DqnLearner:
-        """Return a learner with the settings' groups `network`, its own and `runtime`."""
-        return cls(spec, settings.network, getattr(settings, cls.name), seed, settings.runtime.device)
-
-    @classmethod
     def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> QPolicy:
         """Return the greedy policy of a checkpoint."""
         return load_q_policy(spec, weights)
 
     @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy."""
-        told = {**architecture_values(self.architecture), "dueling": self.config.dueling}
-        return spec_of_policy(self.spec, self.name, told)
+    def told_of_policy(self) -> Mapping[str, Any]:
+        """Whether a moment's worth and what each choice adds are told apart."""
+        return {"dueling": self.config.dueling}
 
     @property
     def epsilon(self) -> float:
@@ -203,13 +197,6 @@ class DqnLearner:
         drawn = self._explore(worth, action_mask, self.epsilon, generator or self.generator)
         self.explored += len(drawn)
         return Decision(drawn.cpu().numpy(), {})
-
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return the best choices, int64 (R,)."""
-        return self.policy.act(observations, action_mask)
 
     def update(self, experience: ReplaySampler) -> dict[str, float]:
         """Take the gradient steps that the new transitions are worth; return `FIGURES`.
@@ -239,14 +226,14 @@ class DqnLearner:
         """Return everything an exact continuation needs, as named tensors in groups (copies)."""
         counts = {"explored": self.explored, "owed": self.owed, "steps_taken": self.steps_taken}
         return {
-            **saved_state(self.network, self.optimiser, self.generator),
+            **super().state_dict(),
             "target": copied(self.target),
             "counts": {name: torch.tensor(count) for name, count in counts.items()},
         }
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        restore_state(state, self.network, self.optimiser, self.generator)
+        super().load_state_dict(state)
         self.target.load_state_dict(dict(state.get("target", state["network"])))
         for name, count in state.get("counts", {}).items():
             setattr(self, name, int(count))
@@ -259,7 +246,7 @@ class DqnLearner:
         self, worth: Tensor, action_mask: Array | None, epsilon: float | Tensor, chance: torch.Generator
     ) -> Tensor:
         """Return the best choice of each row, but with probability `epsilon` any allowed one, int64 (R,)."""
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
+        mask = self._mask(action_mask)
         if mask is None:
             anything = torch.randint(worth.shape[1], (len(worth),), generator=chance, device=self.device)
         else:
@@ -284,7 +271,7 @@ class DqnLearner:
             at_once = 1 if replay.prioritised else max(1, ROWS_AT_ONCE // size)
             count = min(steps - len(told), until_it_follows, at_once)
             drawn = replay.sample(count * size, self.generator)
-            for batch in self._laid(drawn).split(size):
+            for batch in self._minibatch(drawn).split(size):
                 figures, errors = self._step(batch)
                 told.append(figures)
                 if replay.prioritised:
@@ -313,25 +300,19 @@ class DqnLearner:
         torch._foreach_lerp_(targets, weights, self.config.target_share)
 
     @torch.no_grad()
-    def _laid(self, drawn: Transitions) -> Minibatch:
-        def laid(array: Array) -> Tensor:
-            return torch.from_numpy(array).to(self.device)
-
+    def _minibatch(self, drawn: Transitions) -> Minibatch:
         following = self._tensors(drawn.next_observations)
-        mask = None if drawn.next_action_mask is None else laid(drawn.next_action_mask)
+        mask = self._mask(drawn.next_action_mask)
         return Minibatch(
             observations=self._tensors(drawn.observations),
-            actions=laid(drawn.actions),
-            reward=laid(drawn.reward),
-            discount=laid(drawn.discount),
+            actions=self._tensor(drawn.actions),
+            reward=self._tensor(drawn.reward),
+            discount=self._tensor(drawn.discount),
             next_observations=following,
             next_mask=mask,
-            weights=laid(drawn.weights),
+            weights=self._tensor(drawn.weights),
             next_worth=allowed_only(self.target(following), mask),
         )
-
-    def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        return {name: torch.from_numpy(observations[name]).to(self.device) for name in self.network.body.names}
 
 
 def dqn_loss(network: QNetwork, batch: Minibatch, double: bool) -> tuple[Tensor, Tensor, Tensor]:

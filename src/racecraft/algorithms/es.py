@@ -22,21 +22,18 @@ import torch
 from torch import Tensor
 from torch.nn.utils import parameters_to_vector
 
-from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.learner import EPISODES, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.network_learner import ActorCriticLearner
+from racecraft.algorithms.networks import Architecture, NetworkConfig
 from racecraft.algorithms.population import PolicyAlone, Population
 from racecraft.algorithms.returns import episode_returns
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.errors import SettingError
-from racecraft.contract.policy import Policy
 from racecraft.contract.random_streams import stream_keys
-from racecraft.contract.world import Array, ArraySpec, WorldSpec
-from racecraft.settings.composition import Settings
+from racecraft.contract.world import Array, WorldSpec
 from racecraft.settings.table import check_group, setting
 
 FIGURES = {
@@ -66,7 +63,7 @@ class EsConfig:
         check_group(self)
 
 
-class EsLearner:
+class EsLearner(ActorCriticLearner[EsConfig]):
     """A population round one policy.
 
     Args:
@@ -80,6 +77,7 @@ class EsLearner:
         SettingError: Fewer than two rows.
     """
 
+    name = "es"
     eats = EPISODES
     figures = FIGURES
     follows = ("encoder",)
@@ -93,41 +91,21 @@ class EsLearner:
         seed: int,
         device: str = "cpu",
     ) -> None:
-        self.spec, self.config, self.device, self._seed = spec, config, torch.device(device), seed
         self.members = spec.num_worlds * spec.num_agents
         if self.members < 2:
             raise SettingError(
                 "es compares the members of a population, one a row, and there is one row; expected two or more: "
                 "--set rollout.num_worlds=32 --set rollout.episodes_per_iteration=32."
             )
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution = distribution_for(spec.actions)
-        chance = torch.Generator().manual_seed(seed)
-        self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
+        super().__init__(spec, network, config, seed, device, distribution_for(spec.actions))
+        self._seed = seed
         self.parameters = list(PolicyAlone(self.network).parameters())
         """What is perturbed and stepped: the policy's way, without critic and standard deviations."""
         self.optimiser = Adam(self.parameters, config.learning_rate, 1e-8)
-        self.policy = ActorPolicy(self.network, self.distribution)
-        self.columns: dict[str, ArraySpec] = {}
         self.generation = 0
         """How many steps were taken; noise hangs on it."""
         self._population = Population(self.network, self.members)
         self._perturbed = False
-
-    @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> EsLearner:
-        """Return a learner with the settings' groups `network`, `es` and `runtime`."""
-        return cls(spec, settings.network, settings.es, seed, settings.runtime.device)
-
-    @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
-        """Return the greedy policy of a checkpoint: the mean weights."""
-        return load_actor_policy(spec, weights)
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy."""
-        return spec_of_policy(self.spec, "es", architecture_values(self.architecture))
 
     @torch.inference_mode()
     def act(
@@ -140,18 +118,9 @@ class EsLearner:
     ) -> Decision:
         """Decide for R rows, each by its own member's likeliest action; see `Actor.act`."""
         self._perturb()
-        seen = {name: torch.from_numpy(part).to(self.device) for name, part in observations.items()}
-        params = self._population.params(seen, rows)
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
-        raw, _ = self.distribution.mode(params, self.network.log_std, mask)
+        params = self._population.params(self._tensors(observations), rows)
+        raw, _ = self.distribution.mode(params, self.network.log_std, self._mask(action_mask))
         return Decision(self.distribution.to_actions(raw).cpu().numpy(), {})
-
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return the actions (R, *action shape) of the mean weights."""
-        return self.policy.act(observations, action_mask)
 
     def noise(self, pair: int) -> Tensor:
         """Return a pair's noise of this generation, standard normal, float32 (D,): the same at every call."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import torch
@@ -20,22 +20,19 @@ from torch import Tensor
 from torch.nn import functional
 from torch.nn.utils import clip_grad_norm_
 
-from racecraft.algorithms.actor_policy import ActorPolicy, actor_critic_class, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.closed_form import closed_form_of
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.light_work import lightly
-from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, NetworkConfig, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.network_learner import ActorCriticLearner
+from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, NetworkConfig
 from racecraft.algorithms.ppo_batch import Judged, Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig as PpoConfig
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
-from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.algorithms.two_threads import one_by_one, side_by_side
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
@@ -75,7 +72,7 @@ FIGURES = {
 """What an update tells: means over its minibatches, unless it says otherwise."""
 
 
-class PpoLearner:
+class PpoLearner(ActorCriticLearner[PpoConfig]):
     """A policy with its critic, and how they improve.
 
     Args:
@@ -92,6 +89,7 @@ class PpoLearner:
     (5,)
     """
 
+    name = "ppo"
     eats = ROLLOUT
     figures = FIGURES
     follows: tuple[str, ...] = ("normalise", "encoder", "policy")
@@ -105,14 +103,10 @@ class PpoLearner:
         seed: int,
         device: str = "cpu",
     ) -> None:
-        self.spec, self.config, self.device = spec, config, torch.device(device)
+        distribution = distribution_for(spec.actions, config.probability_floor, config.distribution)
+        super().__init__(spec, network, config, seed, device, distribution)
         self.now = config
         """The settings as the schedules have them by now."""
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution = distribution_for(spec.actions, config.probability_floor, config.distribution)
-        chance = torch.Generator().manual_seed(seed)
-        maker = actor_critic_class(self.architecture)
-        self.network = maker(spec.observations, spec.actions, self.architecture, chance).to(self.device)
         self.half = Bfloat16Copy(self.network) if settled(config.precision) == "bfloat16" else None
         self.working = self.network if self.half is None else self.half.network
         """What explores and learns: the network itself, or its copy of half the precision."""
@@ -120,7 +114,6 @@ class PpoLearner:
         """The weights that are stepped, and those that gradients are found for; asking the modules for them takes as
         long as a small network's losses."""
         self._size = sum(one.numel() for one in self._weights)
-        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
         self.values_later = self.network.critic_body is not None
         """Whether the critic, a network of its own, is asked once before an update and not at every tick, as at AWS;
@@ -137,7 +130,6 @@ class PpoLearner:
         """Whether policy and critic take their steps each in a thread of its own, side by side."""
         self.written_out = closed_form_of(self.network, self.distribution) if self.half is None else None
         """The way back through a small network, or None: autograd finds it."""
-        self.policy = ActorPolicy(self.network, self.distribution)
         self.columns = _columns(spec, self.values_later)
 
     @classmethod
@@ -152,18 +144,12 @@ class PpoLearner:
                 f"ppo.ratio_cap is {settings.ppo.ratio_cap:g} and ppo.asynchronous False, where no weights are old; "
                 "expected ppo.asynchronous=true with it, or ppo.ratio_cap left out."
             )
-        return cls(spec, settings.network, settings.ppo, seed, settings.runtime.device)
-
-    @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy | RecurrentPolicy:
-        """Return the greedy policy of a checkpoint."""
-        return load_actor_policy(spec, weights)
+        return super().build(spec, settings, seed)
 
     @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy."""
-        more = {"distribution": self.config.distribution, "probability_floor": self.config.probability_floor}
-        return spec_of_policy(self.spec, "ppo", {**architecture_values(self.architecture), **more})
+    def told_of_policy(self) -> Mapping[str, Any]:
+        """How the policy draws."""
+        return {"distribution": self.config.distribution, "probability_floor": self.config.probability_floor}
 
     @property
     def learning_rate(self) -> float:
@@ -204,7 +190,7 @@ class PpoLearner:
         self, seen: dict[str, Tensor], action_mask: Array | None, generator: torch.Generator | None, rows: Array | None
     ) -> Decision:
         params, columns = self._look(seen, rows)
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
+        mask = self._mask(action_mask)
         log_std, kind, chance = self.network.log_std, self.distribution, generator or self.generator
         if self.config.exploration == "e-greedy" and isinstance(kind, Categorical):
             raw, log_prob = kind.sample_greedily(params, mask, self.epsilon, chance)
@@ -220,13 +206,6 @@ class PpoLearner:
             return (self.policy.params(seen) if self.half is None else self.working.policy(seen)), {}
         params, value = self.working(seen)
         return params, {VALUE: value.cpu().numpy()}
-
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions (R, *action shape) without asking the critic: needs no privileged observation."""
-        return self.policy.act(observations, action_mask)
 
     def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
         """Return what `choose` goes by for compiled code; see `LooksPlainly`."""
@@ -274,14 +253,14 @@ class PpoLearner:
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in three groups (copies)."""
-        state = saved_state(self.network, self.optimiser, self.generator)
+        state = super().state_dict()
         if self.config.exploration == "e-greedy":
             state["exploration"] = {"decisions": torch.tensor(self.explored)}
         return state
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        restore_state(state, self.network, self.optimiser, self.generator)
+        super().load_state_dict(state)
         if self.half is not None:
             self.half.refresh()
         if "exploration" in state:
@@ -326,18 +305,14 @@ class PpoLearner:
 
     def laid(self, batch: RolloutBatch, judged: Judged) -> Minibatch:
         """Return all rows of a rollout laid end to end."""
-
-        def laid(array: Array) -> Tensor:
-            return torch.from_numpy(array.reshape(-1, *array.shape[2:])).to(self.device)
-
         return Minibatch(
-            observations=self.working.laid_out({name: laid(array) for name, array in batch.observations.items()}),
-            raw_actions=laid(batch.columns[RAW_ACTION]),
-            log_prob=laid(judged.log_prob),
-            advantages=laid(judged.advantages.astype(np.float32, copy=False)),
-            targets=laid(judged.targets.astype(np.float32, copy=False)),
-            action_mask=None if batch.action_mask is None else laid(batch.action_mask),
-            weights=None if judged.weights is None else laid(judged.weights),
+            observations=self.working.laid_out({name: self._laid(array) for name, array in batch.observations.items()}),
+            raw_actions=self._laid(batch.columns[RAW_ACTION]),
+            log_prob=self._laid(judged.log_prob),
+            advantages=self._laid(judged.advantages.astype(np.float32, copy=False)),
+            targets=self._laid(judged.targets.astype(np.float32, copy=False)),
+            action_mask=None if batch.action_mask is None else self._laid(batch.action_mask),
+            weights=None if judged.weights is None else self._laid(judged.weights),
         )
 
     def _next_values(self, batch: RolloutBatch, value: Array) -> Array:
@@ -477,13 +452,6 @@ class PpoLearner:
         if self.half is not None:
             self.half.refresh()
         return norm
-
-    def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        return {
-            name: torch.from_numpy(observations[name]).to(self.device)
-            for name in self.spec.observations
-            if name in observations
-        }
 
 
 def ppo_loss(

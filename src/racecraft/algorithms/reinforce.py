@@ -24,18 +24,14 @@ import torch
 from torch import Tensor
 from torch.nn.utils import clip_grad_norm_
 
-from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Distribution, distribution_for
-from racecraft.algorithms.learner import EPISODES, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.learner import EPISODES, Decision, DivergedError
+from racecraft.algorithms.network_learner import ActorCriticLearner
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig
 from racecraft.algorithms.returns import episode_returns, explained_variance, rewards_to_go
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.saved_state import restore_state, saved_state
-from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
-from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
 
 ROWS_AT_ONCE = 4096
@@ -78,7 +74,7 @@ class ReinforceConfig:
         check_group(self)
 
 
-class ReinforceLearner:
+class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
     """A policy that learns from whole episodes, and its baseline.
 
     Args:
@@ -95,6 +91,7 @@ class ReinforceLearner:
     'episodes'
     """
 
+    name = "reinforce"
     eats = EPISODES
     figures = FIGURES
     follows = ("encoder",)
@@ -108,30 +105,9 @@ class ReinforceLearner:
         seed: int,
         device: str = "cpu",
     ) -> None:
-        self.spec, self.config, self.device = spec, config, torch.device(device)
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution = distribution_for(spec.actions)
-        chance = torch.Generator().manual_seed(seed)
-        self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
-        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
+        super().__init__(spec, network, config, seed, device, distribution_for(spec.actions))
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, 1e-8)
-        self.policy = ActorPolicy(self.network, self.distribution)
         self.columns = {RAW_ACTION: ArraySpec(spec.actions.shape, spec.actions.dtype, doc="what was drawn")}
-
-    @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> ReinforceLearner:
-        """Return a learner with the settings' groups `network`, `reinforce` and `runtime`."""
-        return cls(spec, settings.network, settings.reinforce, seed, settings.runtime.device)
-
-    @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
-        """Return the greedy policy of a checkpoint."""
-        return load_actor_policy(spec, weights)
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy."""
-        return spec_of_policy(self.spec, "reinforce", architecture_values(self.architecture))
 
     @torch.inference_mode()
     def act(
@@ -144,16 +120,9 @@ class ReinforceLearner:
     ) -> Decision:
         """Draw an action for each of R rows by its probability; see `Actor.act`."""
         params = self.network.policy(self._tensors(observations))
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
-        raw, _ = self.distribution.sample(params, self.network.log_std, mask, generator or self.generator)
+        chance = generator or self.generator
+        raw, _ = self.distribution.sample(params, self.network.log_std, self._mask(action_mask), chance)
         return Decision(self.distribution.to_actions(raw).cpu().numpy(), {RAW_ACTION: raw.cpu().numpy()})
-
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions (R, *action shape); needs no privileged observation."""
-        return self.policy.act(observations, action_mask)
 
     def update(self, experience: RolloutBatch) -> dict[str, float]:
         """Take one step along the gradient of the whole episodes at hand; return `FIGURES`.
@@ -185,14 +154,6 @@ class ReinforceLearner:
         episodes = int(count.sum())
         mean_return = float(np.nansum(mean * count) / max(episodes, 1))
         return dict(zip(FIGURES, [*told, mean_return, len(rows), episodes], strict=True))
-
-    def state_dict(self) -> StateDict:
-        """Return everything an exact continuation needs, as named tensors in groups (copies)."""
-        return saved_state(self.network, self.optimiser, self.generator)
-
-    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
-        """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        restore_state(state, self.network, self.optimiser, self.generator)
 
     def _step(self, batch: RolloutBatch, rows: Array, returns: Array, advantage: Array) -> tuple[list[float], float]:
         """Step along the gradient of all rows, taken some at a time; return the three losses and the norm."""
@@ -239,13 +200,6 @@ class ReinforceLearner:
             for some in np.split(flat, range(ROWS_AT_ONCE, len(flat), ROWS_AT_ONCE))
         ]
         return np.concatenate(parts).reshape(ticks, rows)
-
-    def _laid(self, array: Array, rows: Array) -> Tensor:
-        """Return the chosen rows of an array (T, R, ...) laid end to end, on the device."""
-        return torch.from_numpy(array.reshape(-1, *array.shape[2:])[rows]).to(self.device)
-
-    def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        return {name: torch.from_numpy(part).to(self.device) for name, part in observations.items()}
 
 
 def reinforce_loss(

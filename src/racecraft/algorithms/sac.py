@@ -32,14 +32,15 @@ from torch.nn import functional
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import HALF_LOG_TAU, SquashedGaussian, squeeze
 from racecraft.algorithms.learner import REPLAY, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import Architecture, Encoder, NetworkConfig, architecture_from, architecture_of
-from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.network_learner import NetworkLearner
+from racecraft.algorithms.networks import Architecture, Encoder, NetworkConfig, architecture_from
+from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.replay_sampler import ReplaySampler, Transitions
+from racecraft.algorithms.saved_state import copied
 from racecraft.algorithms.transparent import Scores, as_floats, scores_of
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import Array, ArraySpec, ContinuousActions, WorldSpec
-from racecraft.settings.composition import Settings
+from racecraft.contract.world import Array, ContinuousActions, WorldSpec
 from racecraft.settings.table import check_group, setting
 
 AUTO = "auto"
@@ -118,7 +119,7 @@ class Losses(NamedTuple):
     value: Tensor
 
 
-class SacLearner:
+class SacLearner(NetworkLearner[SacConfig]):
     """A policy, its two critics, and how they improve from a replay.
 
     Args:
@@ -137,9 +138,11 @@ class SacLearner:
     (5, 1)
     """
 
+    name = "sac"
     eats = REPLAY
     figures = FIGURES
-    columns: Mapping[str, ArraySpec] = {}
+    network: SoftActorCritic
+    policy: SacPolicy
 
     def __init__(
         self,
@@ -150,8 +153,7 @@ class SacLearner:
         device: str = "cpu",
     ) -> None:
         actions = bounded(spec.actions)
-        self.spec, self.config, self.device = spec, config, torch.device(device)
-        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
+        super().__init__(spec, network, config, seed, device)
         chance = torch.Generator().manual_seed(seed)
         self.network = SoftActorCritic(spec.observations, actions, self.architecture, chance).to(self.device)
         self.slow = copy.deepcopy(self.network.critics).requires_grad_(False)
@@ -172,7 +174,6 @@ class SacLearner:
             )
         }
         """The temperature steps with the critics; it needs nothing of theirs."""
-        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.policy = SacPolicy(self.network, SquashedGaussian(actions))
         self.centre, self.scale = (part.to(self.device) for part in (self.policy.kind.centre, self.policy.kind.scale))
         self.noise = torch.zeros(0, size, device=self.device)
@@ -180,11 +181,6 @@ class SacLearner:
         self.steps, self.owed = 0, 0.0
         """Gradient steps taken, and the fraction of one that is still owed."""
         self.discount, self.n_step = config.discount, config.n_step
-
-    @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> SacLearner:
-        """Return a learner with the settings' groups `network`, `sac` and `runtime`."""
-        return cls(spec, settings.network, settings.sac, seed, settings.runtime.device)
 
     @staticmethod
     def load_policy(spec: PolicySpec, weights: Mapping[str, Tensor]) -> SacPolicy:
@@ -194,11 +190,6 @@ class SacLearner:
         network = SoftActorCritic(spec.observations, actions, architecture_from(spec.network), chance)
         network.load_state_dict(dict(weights))
         return SacPolicy(network, SquashedGaussian(actions))
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """What a stranger needs to rebuild the policy from its weights."""
-        return spec_of_policy(self.spec, "sac", architecture_values(self.architecture))
 
     @torch.inference_mode()
     def act(
@@ -233,10 +224,6 @@ class SacLearner:
             begun = torch.from_numpy(rows).to(self.device).unsqueeze(1)
             self.noise = drawn if len(self.noise) != len(rows) else torch.where(begun, drawn, self.noise)
 
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions (R, *action shape); needs no privileged observation."""
-        return self.policy.act(observations, action_mask)
-
     def update(self, experience: ReplaySampler) -> dict[str, float]:
         """Learn from a replay, `gradient_steps_per_step` times for each new transition; return `FIGURES`.
 
@@ -264,8 +251,8 @@ class SacLearner:
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in groups (copies)."""
         return {
-            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "slow": {name: value.clone() for name, value in self.slow.state_dict().items()},
+            "network": copied(self.network),
+            "slow": copied(self.slow),
             "temperature": {"logarithm": self.log_temperature.detach().clone()},
             "optimiser": {
                 f"{whose}/{name}": part
@@ -341,12 +328,6 @@ class SacLearner:
             self._follow()
         found = critic_loss, actor_loss, temperature_loss, -log_prob.mean(), value.mean()
         return Losses(*(one.detach() for one in found)), (values.detach() - target).abs().mean(dim=0)
-
-    def _tensor(self, array: Array) -> Tensor:
-        return torch.from_numpy(array).to(self.device)
-
-    def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        return {name: self._tensor(array) for name, array in observations.items()}
 
     def _move(self, whose: str, loss: Tensor) -> None:
         """Take Adam's step down a loss."""
