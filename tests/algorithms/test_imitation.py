@@ -1,21 +1,18 @@
 """Imitation beside reward: what is shown is done where nobody pays, it fades as asked, and goes on bit for bit."""
 
 import math
-from types import SimpleNamespace
 
 import pytest
 import torch
 from toy_world import CopyTheNumber, Walk
 
 from racecraft.algorithms.building import build_learner, signal_groups
-from racecraft.algorithms.demonstrations import _actions_of
 from racecraft.algorithms.imitation import Imitating, ImitationConfig
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
 from racecraft.formats.demonstrations import write_demonstrations
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
@@ -126,19 +123,6 @@ def test_what_cannot_be_imitated_is_refused(shown):
         learner(shown, CopyTheNumber(4), algorithm="reinforce", strength=1.0)
     with pytest.raises(SettingError, match=r"imitation\.demonstrations: the recorded"):
         learner(shown, Walk(4), strength=1.0)
-
-
-@pytest.mark.parametrize(
-    ("numbers", "branches", "expected"),
-    [
-        (2, (), ContinuousActions((-1.0, -1.0), (1.0, 1.0))),
-        (0, (3,), DiscreteActions(3)),
-        (0, (3, 2), MultiDiscreteActions((3, 2))),
-        (1, (3,), HybridActions(ContinuousActions((-1.0,), (1.0,)), MultiDiscreteActions((3,)))),
-    ],
-)
-def test_what_unity_recorded_is_decided_as_a_unity_world_decides_it(numbers, branches, expected):
-    assert _actions_of(SimpleNamespace(num_continuous=numbers, branches=branches)) == expected
 
 
 def test_loss_and_agreement_are_means_over_all_passes(shown):

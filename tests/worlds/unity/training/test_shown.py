@@ -1,5 +1,7 @@
 """What ML-Agents' demonstrations show, as racecraft's own."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -87,3 +89,16 @@ def test_where_a_file_says_nothing_of_masks_everything_was_allowed(monkeypatch, 
     assert not PolicySpec.from_dictionary(read(monkeypatch, tmp_path, played(2, branches=(3,))).spec).has_action_mask
     masked = read(monkeypatch, tmp_path, played(2, branches=(3,), allowed=some))
     assert PolicySpec.from_dictionary(masked.spec).has_action_mask
+
+
+@pytest.mark.parametrize(
+    ("numbers", "branches", "expected"),
+    [
+        (2, (), ContinuousActions((-1.0, -1.0), (1.0, 1.0))),
+        (0, (3,), DiscreteActions(3)),
+        (0, (3, 2), MultiDiscreteActions((3, 2))),
+        (1, (3,), HybridActions(ContinuousActions((-1.0,), (1.0,)), MultiDiscreteActions((3,)))),
+    ],
+)
+def test_what_unity_recorded_is_decided_as_a_unity_world_decides_it(numbers, branches, expected):
+    assert shown._actions_of(SimpleNamespace(num_continuous=numbers, branches=branches)) == expected
