@@ -37,11 +37,13 @@ def printed(racecraft, capsys, monkeypatch, tmp_path):  # noqa: F811
         figures = {"seconds_to_stable_laps": stable, "best_lap_seconds": lap}
         run = SimpleNamespace(path=Path("runs/reinvent_base-1"), read_job=lambda: {"asked": {}})
         _say_what_came_of_it(SimpleNamespace(summary=lambda told=figures: told, run=run), files)
-    result = EvaluationResult(100.0, True, headline="best lap 20.80 s")
+    headlines = ("best lap 20.80 s", "best lap 20.80 s | flying lap 19.80 s")
+    results = [EvaluationResult(100.0, True, headline=headline) for headline in headlines]
     watcher = LineWatcher(sys.stdout)
-    watcher.begin("re:Invent 2018, car v6, run runs/reinvent_base-1", "laps or minutes=30", "progress %")
-    watcher.iteration(IterationReport(1, 2, 1.0, 2.0, 3, 4.5, 6.0, {}, result, True))
-    watcher.end("laps")
+    watcher.begin("re:Invent 2018, car v6, run runs/reinvent_base-1", "steps=200000", "progress %")
+    for result in results:
+        watcher.iteration(IterationReport(1, 2, 1.0, 2.0, 3, 4.5, 6.0, {}, result, True))
+    watcher.end("steps=200000")
     lines += capsys.readouterr().out.splitlines()
     return {shape(line) for line in lines} | {shape(f"- {line}") for line in lines}
 
@@ -53,14 +55,18 @@ def test_every_line_that_the_first_page_shows_is_printed(printed):
     shown = [line for sample in SAMPLES for line in sample.splitlines() if line.strip() and not line.startswith("$ ")]
     assert len(shown) > 20
     constant = {"Filming the best policy's lap …"}  # of `paint_run`, after a training that is not --no-pictures
-    laps = {"# # # % lap complete"}  # a car that learned nothing drives none
+    laps = {"# # # % lap complete", "fastest lap # s; best known lap # s; gap +# %"}  # who learned nothing drives none
     assert [line for line in shown if shape(line) not in printed | constant | laps] == []
 
 
 def test_the_figures_that_the_first_page_shows_agree_with_each_other():
     """The lap it ends with is one of the best checkpoint; that is the one which `evaluate` then drives."""
     train, evaluate = SAMPLES
-    judged = re.findall(r"^iteration (\d+) .*evaluation progress % ([\d.]+)(?: \| best lap ([\d.]+) s)?$", train, re.M)
+    judged = re.findall(
+        r"^iteration (\d+) .*evaluation progress % ([\d.]+)(?: \| best lap ([\d.]+) s)?(?: \| flying lap .*)?$",
+        train,
+        re.M,
+    )
     best = max(judged, key=lambda one: (float(one[1]), -float(one[2] or "inf"), int(one[0])))
     assert f"best lap of the best checkpoint {best[2]} s." in train
     assert f"checkpoint {best[0]}, on" in evaluate
