@@ -134,9 +134,10 @@ def _kind_of(spec: PolicySpec) -> str:
     }
     for setting, is_so in beyond.items():
         if is_so:
+            cure = "Train with --set network.stack_size=1." if "stack_size" in setting else "Train without it."
             raise NoPlainLayersError(
                 f"the policy was trained with {setting}; expected convolutions and dense layers over one frame, which "
-                "is all that a car's software knows. Train without it."
+                f"is all that a car's software knows. {cure}"
             )
     return kinds[spec.algorithm]
 
