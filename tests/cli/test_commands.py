@@ -43,7 +43,7 @@ def test_a_racers_own_folder_trains_and_prints_into_the_log(racecraft, tmp_path)
     assert racecraft("new", "my-car").code == 0
     reward = tmp_path / "my-car" / "reward_function.py"
     reward.write_text(
-        reward.read_text().replace("    distance =", '    print("hello from", params["steps"])\n    distance =', 1)
+        reward.read_text().replace("    metres =", '    print("hello from", params["steps"])\n    metres =', 1)
     )
     said = racecraft("train", "my-car", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY)
     assert said.code == 0, said.err
