@@ -198,7 +198,7 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
 
     def _step(self, batch: dict[str, Tensor]) -> Tensor:
         """Take one gradient step and return its figures, in the order of `FIGURES`."""
-        turn = int(torch.randint(0, len(self.symmetries) + 1, (1,), generator=self.generator))
+        turn = int(torch.randint(len(self.symmetries) + 1, (1,), generator=self.generator, device=self.device))
         if turn:
             batch = self.symmetries[turn - 1](batch)
         loss, figures = alphazero_loss(self.network, batch, self.config.value_weight)

@@ -195,4 +195,5 @@ def to_raw(actions: Tensor, spec: ActionSpec) -> Tensor:
     if not isinstance(spec, ContinuousActions):
         return actions.long() if isinstance(spec, DiscreteActions) else actions
     bounds = DiagGaussian(spec)
-    return (actions.float() - bounds.centre) / bounds.scale
+    centre, scale = (part.to(actions.device) for part in (bounds.centre, bounds.scale))
+    return (actions.float() - centre) / scale
