@@ -1,8 +1,8 @@
 """First weights of what a foreign model's file does not hold, such as the critic that no frozen graph has.
 
 They are drawn as the networks of this preset begin (Glorot uniform, normalised columns for the critic's last layer,
-biases 0), without torch: an import needs none of it, and of a large network nothing but a few megabytes is ever in
-memory. PPO's critic is a twin of its policy; SAC's two critics have eyes of their own, which are twins of the actor's.
+biases 0), without torch: an import needs none of it. PPO's critic is a twin of its policy; SAC's two critics have eyes
+of their own, which are twins of the actor's.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from itertools import pairwise
 import numpy as np
 
 from racecraft.contract.world import ActionSpec, Array, ContinuousActions
-from racecraft.formats.mapped_file import array_on_disk, let_go, pieces
 
 SEED = 0
 POLICY_BODY, POLICY_HEAD, CRITIC_BODY, VALUE_HEAD = "policy_body", "policy_head", "critic_body", "value_head"
@@ -69,10 +68,9 @@ def _twin(weights: Mapping[str, Array], body: str, other: str, chance: np.random
 
 
 def _drawn(shape: tuple[int, ...], into: int, out: int, chance: np.random.Generator) -> Array:
-    """Return Glorot's uniform numbers for a layer of so many connections into it and out of it, drawn on the disk."""
+    """Return Glorot's uniform numbers for a layer of so many connections into it and out of it."""
     limit = math.sqrt(6.0 / (into + out))
-    array = array_on_disk(shape, np.float32)
-    for piece in pieces(array):
-        piece[:] = chance.random(piece.shape, np.float32) * (2.0 * limit) - limit
-    let_go(array)
+    array = chance.random(shape, np.float32)
+    array *= 2.0 * limit
+    array -= limit
     return array

@@ -1,9 +1,7 @@
 """Arrays and a card in one safetensors file: nothing in it can run code, and damage is noticed.
 
 The format is safetensors', which reads what is written here; `racecraft.formats.checkpoint` says what is kept in it.
-Large networks are hundreds of megabytes, so arrays go to the disk from where they lie, piece by piece; one that lies on
-the disk itself (`mapped_file.py`) is never in memory as a whole. A digest over
-all arrays stands in the header: a damaged file is refused instead of driven.
+A digest over all arrays stands in the header: a damaged file is refused instead of driven.
 """
 
 from __future__ import annotations
@@ -11,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,6 @@ import safetensors.numpy
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
-from racecraft.formats.mapped_file import let_go, pieces, spans
 from racecraft.formats.whole import whole_file
 
 VERSION = 1
@@ -55,7 +52,7 @@ def write_tensors(path: str | Path, kind: str, arrays: Mapping[str, Array], card
     with whole_file(path) as part, open(part, "wb") as file:
         file.write(_header(laid, metadata))
         for array in laid.values():
-            file.writelines(_bytes_of(array))
+            file.write(_bytes_of(array))
 
 
 def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
@@ -93,8 +90,7 @@ def digest(arrays: Mapping[str, Array]) -> str:
     for name in sorted(arrays):
         array = arrays[name]
         total.update(f"{name} {array.dtype} {array.shape}\n".encode())
-        for piece in _bytes_of(array):
-            total.update(piece)
+        total.update(_bytes_of(array))
     return total.hexdigest()
 
 
@@ -120,22 +116,6 @@ def _header(arrays: Mapping[str, Array], metadata: Mapping[str, str]) -> bytes:
     return struct.pack("<Q", len(text)) + text
 
 
-def _bytes_of(array: Array) -> Iterator[memoryview | bytes]:
-    """Yield the array's bytes, rows behind each other; of views that do not lie so, a few rows are copied at a time."""
-    if array.size and array.flags.c_contiguous:
-        yield from (piece.view(np.uint8).data for piece in pieces(array))
-    elif array.size <= 1:
-        yield array.tobytes()
-    else:
-        yield from (_gathered(array[rows]).data for rows in spans(len(array), array.nbytes // len(array)))
-
-
-def _gathered(part: Array) -> Array:
-    """Return a few rows behind each other; of those of a transposed array, only so many numbers are touched at once."""
-    if part.ndim < 2:
-        return part.copy()
-    gathered = np.empty(part.shape, part.dtype)
-    for columns in spans(part.shape[1], abs(part.strides[1])):
-        gathered[:, columns] = part[:, columns]
-        let_go(part)
-    return gathered
+def _bytes_of(array: Array) -> memoryview:
+    """Return the array's bytes, rows behind each other; they are copied where they lie otherwise."""
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data

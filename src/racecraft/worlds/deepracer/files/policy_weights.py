@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.formats.mapped_file import pieces
 from racecraft.formats.policy_layers import (
     CONTINUOUS,
     DISCRETE,
@@ -220,7 +219,7 @@ def _pair(arrays: Mapping[str, Array], place: str) -> tuple[Array, Array]:
 
 def _numbers(array: Array) -> Array:
     numbers = np.asarray(array, np.float32)
-    if not all(np.isfinite(piece).all() for piece in pieces(numbers)):
+    if not np.isfinite(numbers).all():
         raise PolicyLayersError("weights that are no finite numbers; expected a policy whose training did not diverge.")
     return numbers
 

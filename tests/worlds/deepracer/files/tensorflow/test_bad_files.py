@@ -5,8 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.worlds.deepracer.files.tensorflow.wire import bytes_field, varint_field
 
 from racecraft.contract.errors import UserInputError
+from racecraft.formats.protobuf_messages import MessageError, parsed, read_varint, varint
 from racecraft.worlds.deepracer.files.policy_graph import policy_in, read_policy_graph
 from racecraft.worlds.deepracer.files.tensorflow import arithmetic
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
@@ -20,9 +22,9 @@ from racecraft.worlds.deepracer.files.tensorflow.graph import (
     read_graph,
     write_graph,
 )
+from racecraft.worlds.deepracer.files.tensorflow.messages import load
 from racecraft.worlds.deepracer.files.tensorflow.table import _block, write_table
 from racecraft.worlds.deepracer.files.tensorflow.tensors import read_shape
-from racecraft.worlds.deepracer.files.tensorflow.wire import WireError, bytes_field, read_varint, varint, varint_field
 
 SPECIMENS = Path(__file__).with_name("specimens") / "discrete"
 PLACEHOLDER = Node("x", "Placeholder", (), {"dtype": NumberType(1), "shape": Shape((-1, 2))})
@@ -51,12 +53,12 @@ BAD_GRAPHS = {
     "empty": (b"", "the file is empty"),
     "a text": (b"I am no graph at all, I am a letter.", "damaged, or no graph"),
     "cut short": ((SPECIMENS / "model_3.pb").read_bytes()[:9000], "damaged, or no graph"),
-    "an endless number": (b"\xff" * 40, "more than 10 bytes"),
-    "a length beyond the end": (b"\x0a" + varint(2**40), "claims 1099511627776 bytes"),
-    "field number 0": (b"\x02\x01a", "field number 0"),
-    "groups": (b"\x0b\x0c", "unknown wire type 3"),
-    "a number for a node": (varint_field(1, 7), "a node is a number"),
-    "a name of no UTF-8": (bytes_field(1, bytes_field(1, b"\xff\xfe")), "no UTF-8"),
+    "an endless number": (b"\xff" * 40, "damaged, or no graph"),
+    "a length beyond the end": (b"\x0a" + varint(2**40), "damaged, or no graph"),
+    "field number 0": (b"\x02\x01a", "damaged, or no graph"),
+    "groups": (b"\x0b\x0c", "it holds no node"),
+    "a number for a node": (varint_field(1, 7), "it holds no node"),
+    "a name of no UTF-8": (bytes_field(1, bytes_field(1, b"\xff\xfe")), "damaged, or no graph"),
     "a node without operation": (bytes_field(1, bytes_field(1, "a")), "no operation"),
     "two nodes of one name": (write_graph(Graph([PLACEHOLDER])) * 2, "two nodes are called 'x'"),
     "an array larger than its bytes": (const(tensor((1000, 1000), b"\0" * 8)), "holds 8 bytes, not 4000000"),
@@ -276,7 +278,7 @@ def test_a_checkpoint_of_a_big_endian_machine_is_refused(tmp_path):
 def test_a_dimension_whose_size_is_left_out_is_none_and_an_open_one_is_open():
     """Protocol buffers leave a number out that is 0."""
     dims = bytes_field(2, b"") + bytes_field(2, varint_field(1, 3)) + bytes_field(2, varint_field(1, -1))
-    assert read_shape(memoryview(dims)) == (0, 3, -1)
+    assert read_shape(parsed(load().TensorShapeProto, dims)) == (0, 3, -1)
 
 
 def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp_path, monkeypatch):
@@ -291,5 +293,5 @@ def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp
 
 @pytest.mark.parametrize("handle", [(60, 60), (0, 1000), (1000, 0), (95, 1)])
 def test_a_block_that_reaches_beyond_the_end_is_refused(handle):
-    with pytest.raises(WireError, match="reaches beyond the end"):
+    with pytest.raises(MessageError, match="reaches beyond the end"):
         _block(bytes(148), memoryview(varint(handle[0]) + varint(handle[1])))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.worlds.deepracer.files.tensorflow.wire import bytes_field, fixed32_field, shape_message, varint_field
 
 from racecraft.worlds.deepracer.files.tensorflow import checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import (
@@ -10,8 +11,6 @@ from racecraft.worlds.deepracer.files.tensorflow.checkpoint import (
     write_checkpoint,
 )
 from racecraft.worlds.deepracer.files.tensorflow.table import masked_crc32c, read_table, write_table
-from racecraft.worlds.deepracer.files.tensorflow.tensors import write_shape
-from racecraft.worlds.deepracer.files.tensorflow.wire import bytes_field, fixed32_field, varint_field
 
 ROW = np.array([1.5, -2, 3], np.float32)
 
@@ -22,7 +21,7 @@ def header(shards, *parts):
 
 def entry(data, shape, code=1, shard=0, offset=0, size=None, checksum=None):
     """`BundleEntryProto`: 1 type, 2 shape, 3 shard, 4 offset, 5 size, 6 checksum; what is 0 is left out."""
-    told = [varint_field(1, code), bytes_field(2, write_shape(shape))]
+    told = [varint_field(1, code), bytes_field(2, shape_message(shape))]
     told += [varint_field(number, value) for number, value in ((3, shard), (4, offset)) if value]
     told.append(varint_field(5, len(data) if size is None else size))
     return b"".join(told) + fixed32_field(6, masked_crc32c(data) if checksum is None else checksum)
@@ -98,7 +97,7 @@ BAD = {
     "behind the end": ({b"a": entry(ROW_BYTES, (3,), offset=1)}, r"ends before a does \(byte 13\)"),
     "another checksum": ({b"a": entry(ROW_BYTES, (3,), checksum=5)}, "the checksum of a is wrong"),
     "a name of no UTF-8": ({b"\xff": entry(ROW_BYTES, (3,))}, "damaged, or no index"),
-    "a number for a shape": ({b"a": varint_field(1, 1) + varint_field(2, 3)}, "a shape is a number"),
+    "a shape that ends early": ({b"a": varint_field(1, 1) + b"\x12\x05a"}, "5 bytes are no BundleEntryProto"),
 }
 
 

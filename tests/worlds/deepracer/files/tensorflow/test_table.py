@@ -4,6 +4,7 @@ import struct
 
 import pytest
 
+from racecraft.formats.protobuf_messages import MessageError, read_varint, varint
 from racecraft.worlds.deepracer.files.tensorflow.table import (
     BLOCK_BYTES,
     RESTART_EVERY,
@@ -11,7 +12,6 @@ from racecraft.worlds.deepracer.files.tensorflow.table import (
     read_table,
     write_table,
 )
-from racecraft.worlds.deepracer.files.tensorflow.wire import WireError, read_varint, varint
 
 
 def block_at(data, begin, size):
@@ -145,20 +145,20 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_a_block_that_claims_what_it_has_not_is_refused(case):
     content, letter = BAD[case]
-    with pytest.raises(WireError, match=letter):
+    with pytest.raises(MessageError, match=letter):
         read_table(table(content))
 
 
 def test_the_end_of_a_table_has_48_bytes_and_its_mark():
     for data in (b"", MAGIC_BYTES, bytes(39) + MAGIC_BYTES, write_table({})[:-1], bytes(100)):
-        with pytest.raises(WireError, match="the end of a table is missing"):
+        with pytest.raises(MessageError, match="the end of a table is missing"):
             read_table(data)
-    with pytest.raises(WireError, match="a block of 0 bytes at byte 0 reaches beyond the end"):
+    with pytest.raises(MessageError, match="a block of 0 bytes at byte 0 reaches beyond the end"):
         read_table(bytes(40) + MAGIC_BYTES)
 
 
 def test_as_many_entries_are_read_as_there_may_be_and_no_more(monkeypatch):
     monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.table.MOST_ENTRIES", 3)
     assert len(read_table(write_table(keys(3)))) == 3
-    with pytest.raises(WireError, match="more than 3 entries"):
+    with pytest.raises(MessageError, match="more than 3 entries"):
         read_table(write_table(keys(4)))

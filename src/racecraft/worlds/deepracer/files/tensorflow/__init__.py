@@ -1,6 +1,6 @@
 """TensorFlow's files without TensorFlow: graphs and checkpoints, read and written. Begin in `graph.py`.
 
-    wire.py         protocol-buffer messages as fields: the alphabet of the other files
+    messages.py     the messages of the other files, as one table of fields
     tensors.py      an array in a message
     graph.py        a graph of named nodes: `model.pb`, and what a `.meta` file holds
     table.py        sorted tables of keys and values: what a `.index` file is

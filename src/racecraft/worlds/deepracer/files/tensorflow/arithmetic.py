@@ -15,7 +15,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
-from racecraft.formats.mapped_file import PIECE_BYTES, let_go, spans
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, Node
 from racecraft.worlds.deepracer.files.tensorflow.tensors import dtype_of
 
@@ -142,16 +141,7 @@ def _matmul(node: Node, read: Sequence[Any]) -> Any:
         part.T if node.attributes.get(f"transpose_{side}") else part for part, side in zip(read, "ab", strict=True)
     )
     _require_room((left.shape[0], right.shape[1]))
-    return left @ right if right.nbytes <= PIECE_BYTES else _product_in_pieces(left, right)
-
-
-def _product_in_pieces(left: Array, right: Array) -> Array:
-    """Return a product with a large matrix that may lie on the disk, of which a few rows are in memory at a time."""
-    total = np.zeros((left.shape[0], right.shape[1]), np.result_type(left, right))
-    for rows in spans(len(right), right.nbytes // len(right)):
-        total += left[:, rows] @ right[rows]
-        let_go(right)
-    return total
+    return left @ right
 
 
 def _conv(node: Node, read: Sequence[Any]) -> Any:

@@ -15,8 +15,9 @@ import numpy as np
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
-from racecraft.formats.mapped_file import map_file
+from racecraft.formats.protobuf_messages import MessageError, parsed
 from racecraft.formats.whole import write_whole
+from racecraft.worlds.deepracer.files.tensorflow import messages
 from racecraft.worlds.deepracer.files.tensorflow.table import masked_crc32c, read_table, write_table
 from racecraft.worlds.deepracer.files.tensorflow.tensors import (
     CODES,
@@ -26,16 +27,6 @@ from racecraft.worlds.deepracer.files.tensorflow.tensors import (
     little_endian,
     read_shape,
     write_shape,
-)
-from racecraft.worlds.deepracer.files.tensorflow.wire import (
-    WireError,
-    as_bytes,
-    as_number,
-    as_signed,
-    bytes_field,
-    fields,
-    fixed32_field,
-    varint_field,
 )
 
 KIND = "a TensorFlow checkpoint: NAME.index with NAME.data-00000-of-00001"
@@ -52,8 +43,7 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
     """Return the arrays of a checkpoint by name; what is no number (texts) is passed over.
 
     Args:
-        prefix: The checkpoint's name, such as `model/12_Step-3456.ckpt`, or its .index file. The arrays lie in its
-            data files, and come into memory where they are looked at.
+        prefix: The checkpoint's name, such as `model/12_Step-3456.ckpt`, or its .index file.
         wanted: Tells by its name whether an array is read at all.
 
     Raises:
@@ -65,16 +55,16 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
         if index.stat().st_size > MOST_INDEX_BYTES:
             raise TensorFlowCheckpointError(index, f"{index.stat().st_size} bytes long", "an index of a few kilobytes")
         entries = read_table(index.read_bytes())
-        shards = _Shards(prefix, _count_of_shards(entries.pop(b"", None)))
+        shards = _count_of_shards(entries.pop(b"", None))
         named = ((name.decode("utf-8"), entry) for name, entry in entries.items())
-        read = ((name, _array(shards, name, entry)) for name, entry in named if wanted(name))
+        read = ((name, _array(prefix, shards, name, entry)) for name, entry in named if wanted(name))
         return {name: array for name, array in read if array is not None}
     except FileNotFoundError as error:
         raise TensorFlowCheckpointError(error.filename or index, "there is no such file", KIND) from None
     except OSError as error:
         file = error.filename or index
         raise TensorFlowCheckpointError(file, f"cannot be read ({error.strerror})", KIND) from error
-    except (WireError, UnicodeDecodeError) as error:
+    except (MessageError, UnicodeDecodeError) as error:
         raise TensorFlowCheckpointError(index, f"damaged, or no index ({error})", KIND) from error
 
 
@@ -84,19 +74,17 @@ def write_checkpoint(prefix: str | Path, arrays: Mapping[str, Array]) -> None:
     Raises:
         OutputFileError: A file cannot be written.
     """
-    entries = {b"": varint_field(1, 1) + bytes_field(3, varint_field(1, 1))}
-    pieces, offset = [], 0
+    header = messages.load().BundleHeaderProto(num_shards=1)
+    header.version.producer = 1
+    entries, pieces, offset = {b"": header.SerializeToString()}, [], 0
     for name in sorted(arrays):
         array = little_endian(arrays[name])
         array = array if array.flags.c_contiguous else np.ascontiguousarray(array)
-        place = varint_field(4, offset) if offset else b""
-        entries[name.encode()] = (
-            varint_field(1, CODES[array.dtype])
-            + bytes_field(2, write_shape(array.shape))
-            + place
-            + varint_field(5, array.nbytes)
-            + fixed32_field(6, masked_crc32c(array))
+        entry = messages.load().BundleEntryProto(
+            dtype=CODES[array.dtype], offset=offset, size=array.nbytes, crc32c=masked_crc32c(array)
         )
+        write_shape(entry.shape, array.shape)
+        entries[name.encode()] = entry.SerializeToString()
         pieces.append(array.tobytes())
         offset += array.nbytes
     write_whole(f"{prefix}.data-00000-of-00001", b"".join(pieces))
@@ -106,64 +94,34 @@ def write_checkpoint(prefix: str | Path, arrays: Mapping[str, Array]) -> None:
 def _count_of_shards(header: bytes | None) -> int:
     """Return how many data files there are."""
     if header is None:
-        raise WireError("it has no header")
-    shards = 0
-    for number, value in fields(header):
-        if number == 1:
-            shards = as_number(value, "the number of data files")
-        elif number == 2 and value != 0:
-            raise WireError("its numbers are big-endian")
+        raise MessageError("it has no header")
+    message = parsed(messages.load().BundleHeaderProto, header)
+    if message.endianness:
+        raise MessageError("its numbers are big-endian")
+    shards: int = message.num_shards
     if not 1 <= shards <= MOST_SHARDS:
-        raise WireError(f"it claims {shards} data files")
+        raise MessageError(f"it claims {shards} data files")
     return shards
 
 
-class _Shards:
-    """The data files of a checkpoint, each mapped when it is first asked for."""
-
-    def __init__(self, prefix: Path, count: int) -> None:
-        self.count, self._prefix = count, prefix
-        self._mapped: dict[int, memoryview] = {}
-
-    def path(self, number: int) -> Path:
-        """Return where one lies."""
-        return Path(f"{self._prefix}.data-{number:05d}-of-{self.count:05d}")
-
-    def __getitem__(self, number: int) -> memoryview:
-        if number not in self._mapped:
-            self._mapped[number] = map_file(self.path(number))
-        return self._mapped[number]
-
-
-def _array(shards: _Shards, name: str, entry: bytes) -> Array | None:
-    code = shard = offset = size = checksum = 0
-    shape: tuple[int, ...] = ()
-    for number, value in fields(entry):
-        if number == 1:
-            code = as_number(value, "a type")
-        elif number == 2:
-            shape = read_shape(as_bytes(value, "a shape"))
-        elif number == 3:
-            shard = as_number(value, "a data file's number")
-        elif number == 4:
-            offset = as_signed(value, "a place")
-        elif number == 5:
-            size = as_signed(value, "a size")
-        elif number == 6:
-            checksum = as_number(value, "a checksum")
-        elif number == 7:
-            raise WireError(f"{name} lies in slices")
-    if code not in TYPES:
+def _array(prefix: Path, shards: int, name: str, data: bytes) -> Array | None:
+    entry = parsed(messages.load().BundleEntryProto, data)
+    if entry.slices:
+        raise MessageError(f"{name} lies in slices")
+    if entry.dtype not in TYPES:
         return None
-    dtype = dtype_of(code)
-    if size != count_of(shape, dtype) * dtype.itemsize or offset < 0 or not 0 <= shard < shards.count:
-        raise WireError(f"{name} of shape {shape} claims {size} bytes at {offset} of data file {shard}")
-    data, path = shards[shard], shards.path(shard)
-    if len(data) < offset + size:
-        raise TensorFlowCheckpointError(
-            path, f"ends before {name} does (byte {offset + size})", "the whole file", "Copy it again."
+    dtype, shape = dtype_of(entry.dtype), read_shape(entry.shape)
+    count = count_of(shape, dtype)
+    if entry.size != count * dtype.itemsize or entry.offset < 0 or not 0 <= entry.shard_id < shards:
+        raise MessageError(
+            f"{name} of shape {shape} claims {entry.size} bytes at {entry.offset} of data file {entry.shard_id}"
         )
-    array = np.frombuffer(data[offset : offset + size], dtype)
-    if masked_crc32c(array) != checksum:
+    path = Path(f"{prefix}.data-{entry.shard_id:05d}-of-{shards:05d}")
+    if path.stat().st_size < entry.offset + entry.size:
+        raise TensorFlowCheckpointError(
+            path, f"ends before {name} does (byte {entry.offset + entry.size})", "the whole file", "Copy it again."
+        )
+    array = np.fromfile(path, dtype, count, offset=entry.offset)
+    if masked_crc32c(array) != entry.crc32c:
         raise TensorFlowCheckpointError(path, f"the checksum of {name} is wrong", "undamaged weights", "Copy it again.")
     return array.reshape(shape)

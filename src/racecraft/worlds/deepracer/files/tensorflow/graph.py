@@ -3,7 +3,7 @@
 A frozen graph holds its weights as `Const` nodes; in a `.meta` file they are variables, whose values lie in the
 checkpoint. What the nodes compute is `arithmetic.py`'s affair.
 
-Source: facts: TensorFlow's `graph.proto`, `node_def.proto`, `attr_value.proto`, `versions.proto`, `meta_graph.proto`.
+A graph that is read lies in memory as a whole: its file, its message and its arrays.
 """
 
 from __future__ import annotations
@@ -17,36 +17,23 @@ import numpy as np
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
-from racecraft.formats.mapped_file import map_file
-from racecraft.formats.user_file import require_content, require_regular_file
+from racecraft.formats.protobuf_messages import MessageError, parsed
+from racecraft.formats.user_file import read_user_file
+from racecraft.worlds.deepracer.files.tensorflow import messages
 from racecraft.worlds.deepracer.files.tensorflow.tensors import (
-    dtype_of,
+    STRING,
     read_shape,
     read_tensor,
     write_shape,
     write_tensor,
-)
-from racecraft.worlds.deepracer.files.tensorflow.wire import (
-    WireError,
-    as_bytes,
-    as_float,
-    as_number,
-    as_signed,
-    as_text,
-    bytes_field,
-    fields,
-    float_field,
-    read_varint,
-    varint,
-    varint_field,
 )
 
 PRODUCER = 27
 """Version of the graphs that TensorFlow 1.12 wrote, AWS's trainer of years; every later one reads it."""
 VARIABLE_ENDS = ("/kernel", "/bias")
 MOST_NODES = 200_000
-MOST_FILE_BYTES = 2**31 - 1
-"""Protocol buffers end there."""
+MOST_FILE_BYTES = 2**29
+"""Twice what AWS's largest network takes, two eyes of 230 MB."""
 KIND = "a frozen graph of TensorFlow, such as agent/model.pb"
 
 
@@ -107,165 +94,119 @@ def read_meta_graph(path: str | Path) -> Graph:
     Raises:
         GraphError: There is no such file, or it holds something else.
     """
-    content = _content(path)
+    expected = "the .meta file of a TensorFlow checkpoint"
     try:
-        for number, value in fields(content):
-            if number == 2:
-                return graph_in(as_bytes(value, "the graph"), path)
-    except WireError as error:
-        raise GraphError(path, f"damaged ({error})", "the .meta file of a TensorFlow checkpoint") from error
-    raise GraphError(path, "it holds no graph", "the .meta file of a TensorFlow checkpoint")
+        message = parsed(messages.load().MetaGraphDef, _content(path))
+    except MessageError as error:
+        raise GraphError(path, f"damaged ({error})", expected) from error
+    if not message.HasField("graph_def"):
+        raise GraphError(path, "it holds no graph", expected)
+    return _graph(message.graph_def, path)
 
 
-def graph_in(message: memoryview | bytes, path: str | Path) -> Graph:
-    """Return the graph in a `GraphDef`.
+def graph_in(data: bytes, path: str | Path) -> Graph:
+    """Return the graph in the bytes of a `GraphDef`.
 
     Args:
-        message: The bytes.
-        path: Where they come from, for the letter.
+        data: The bytes.
+        path: Where they come from, for the error.
 
     Raises:
         GraphError: They are no graph.
     """
+    try:
+        return _graph(parsed(messages.load().GraphDef, data), path)
+    except MessageError as error:
+        raise GraphError(path, f"damaged, or no graph ({error})", KIND) from error
+
+
+def _content(path: str | Path) -> bytes:
+    return read_user_file(path, GraphError, KIND, max_bytes=MOST_FILE_BYTES)
+
+
+def _graph(message: Any, path: str | Path) -> Graph:
     nodes: dict[str, Node] = {}
     try:
-        for number, value in fields(message):
-            if number != 1:
-                continue
-            node = _node(as_bytes(value, "a node"))
-            if not node.name or not node.op:
-                raise WireError(f"node {len(nodes)} has no name or no operation")
-            if node.name in nodes:
-                raise WireError(f"two nodes are called {node.name!r}")
-            if len(nodes) >= MOST_NODES:
-                raise WireError(f"more than {MOST_NODES} nodes")
-            nodes[node.name] = node
-    except WireError as error:
+        if len(message.node) > MOST_NODES:
+            raise MessageError(f"more than {MOST_NODES} nodes")
+        for number, part in enumerate(message.node):
+            if not part.name or not part.op:
+                raise MessageError(f"node {number} has no name or no operation")
+            if part.name in nodes:
+                raise MessageError(f"two nodes are called {part.name!r}")
+            nodes[part.name] = _node(part)
+    except MessageError as error:
         raise GraphError(path, f"damaged, or no graph ({error})", KIND) from error
     if not nodes:
         raise GraphError(path, "it holds no node", KIND)
     return Graph(nodes.values())
 
 
+def _node(message: Any) -> Node:
+    read = {entry.key: _attribute(entry.value) for entry in message.attr}
+    attributes = {key: value for key, value in read.items() if value is not None}
+    return Node(message.name, message.op, tuple(message.input), attributes)
+
+
+def _attribute(message: Any) -> Any:
+    """Return an attribute's value; None for an array of texts, as summaries and savers hold in a `.meta` file."""
+    kind = message.WhichOneof("value")
+    value: Any = getattr(message, kind) if kind else None
+    if kind == "list":
+        return list(value.i)
+    if kind == "type":
+        return NumberType(value)
+    if kind == "shape":
+        return Shape(read_shape(value))
+    if kind == "tensor":
+        return None if value.dtype in (0, STRING) else read_tensor(value)
+    return value
+
+
 def write_graph(graph: Graph) -> bytes:
     """Return a graph as the bytes of a `.pb` file; the same graph gives the same bytes."""
-    nodes = [bytes_field(1, _written(node)) for node in graph.nodes.values()]
-    return b"".join([*nodes, bytes_field(4, varint_field(1, PRODUCER))])
+    message = messages.load().GraphDef()
+    _write(message, graph.nodes.values())
+    return bytes(message.SerializeToString())
 
 
 def write_meta_graph(graph: Graph) -> bytes:
     """Return a frozen graph as the bytes of a `.meta` file, where its weights are variables without values."""
+    message = messages.load().MetaGraphDef()
     nodes = [_as_variable(node) if node.name.endswith(VARIABLE_ENDS) else node for node in graph.nodes.values()]
-    return bytes_field(2, write_graph(Graph(nodes)))
+    _write(message.graph_def, nodes)
+    return bytes(message.SerializeToString())
+
+
+def _write(into: Any, nodes: Iterable[Node]) -> None:
+    for node in nodes:
+        part = into.node.add(name=node.name, op=node.op, input=node.inputs)
+        for key, value in sorted(node.attributes.items()):
+            _write_attribute(part.attr.add(key=key).value, value)
+    into.versions.producer = PRODUCER
+
+
+def _write_attribute(into: Any, value: Any) -> None:
+    if isinstance(value, bool):
+        into.b = value
+    elif isinstance(value, int):
+        into.i = value
+    elif isinstance(value, float):
+        into.f = value
+    elif isinstance(value, bytes):
+        into.s = value
+    elif isinstance(value, NumberType):
+        into.type = value.code
+    elif isinstance(value, Shape):
+        write_shape(into.shape, value.sizes)
+    elif isinstance(value, np.ndarray):
+        write_tensor(into.tensor, value)
+    else:
+        into.list.SetInParent()
+        into.list.i.extend(value)
 
 
 def _as_variable(node: Node) -> Node:
     value = node.attributes["value"]
     told = {"dtype": node.attributes["dtype"], "shape": Shape(value.shape), "container": b"", "shared_name": b""}
     return Node(node.name, "VariableV2", (), told)
-
-
-def _content(path: str | Path) -> memoryview:
-    path = Path(path)
-    require_regular_file(path, GraphError, KIND)
-    try:
-        size = path.stat().st_size
-        if size > MOST_FILE_BYTES:
-            raise GraphError(path, f"{size} bytes long", f"{KIND}, under 2 GiB")
-        content = map_file(path)
-    except OSError as error:
-        raise GraphError(path, f"cannot be read ({error.strerror})", KIND) from error
-    require_content(path, bytes(content[:4096]), GraphError, KIND)
-    return content
-
-
-def _node(message: memoryview) -> Node:
-    name = op = ""
-    inputs: list[str] = []
-    attributes: dict[str, Any] = {}
-    for number, value in fields(message):
-        if number == 1:
-            name = as_text(value, "a node's name")
-        elif number == 2:
-            op = as_text(value, "a node's operation")
-        elif number == 3:
-            inputs.append(as_text(value, "a node's input"))
-        elif number == 5:
-            key, attribute = "", None
-            for inner, told in fields(as_bytes(value, "an attribute")):
-                if inner == 1:
-                    key = as_text(told, "an attribute's name")
-                elif inner == 2:
-                    attribute = _attribute(as_bytes(told, f"attribute {key}"))
-            if attribute is not None:
-                attributes[key] = attribute
-    return Node(name, op, tuple(inputs), attributes)
-
-
-def _attribute(message: memoryview) -> Any:
-    for number, value in fields(message):
-        if number == 1:
-            return _list(as_bytes(value, "a list"))
-        if number == 2:
-            return bytes(as_bytes(value, "bytes"))
-        if number == 3:
-            return as_signed(value, "a number")
-        if number == 4:
-            return as_float(value, "a number")
-        if number == 5:
-            return bool(as_number(value, "a boolean"))
-        if number == 6:
-            return NumberType(as_number(value, "a type"))
-        if number == 7:
-            return Shape(read_shape(as_bytes(value, "a shape")))
-        if number == 8:
-            return _tensor_or_none(as_bytes(value, "an array"))
-    return None
-
-
-def _tensor_or_none(message: memoryview) -> Array | None:
-    """Return an array; None for one of texts, as summaries and savers hold in a `.meta` file."""
-    for number, value in fields(message):
-        if number == 1 and as_number(value, "an array's type") not in (0, 7):
-            dtype_of(as_number(value, "an array's type"))
-            return read_tensor(message)
-    return None
-
-
-def _list(message: memoryview) -> list[int]:
-    numbers: list[int] = []
-    for number, value in fields(message):
-        if number == 3 and isinstance(value, int):
-            numbers.append(as_signed(value, "a number"))
-        elif number == 3:
-            at = 0
-            while at < len(packed := as_bytes(value, "numbers")):
-                one, at = read_varint(packed, at)
-                numbers.append(as_signed(one, "a number"))
-    return numbers
-
-
-def _written(node: Node) -> bytes:
-    parts = [bytes_field(1, node.name), bytes_field(2, node.op)]
-    parts += [bytes_field(3, name) for name in node.inputs]
-    for key, value in sorted(node.attributes.items()):
-        parts.append(bytes_field(5, bytes_field(1, key) + bytes_field(2, _written_attribute(value))))
-    return b"".join(parts)
-
-
-def _written_attribute(value: Any) -> bytes:
-    if isinstance(value, bool):
-        return varint_field(5, int(value))
-    if isinstance(value, int):
-        return varint_field(3, value)
-    if isinstance(value, float):
-        return float_field(4, value)
-    if isinstance(value, bytes):
-        return bytes_field(2, value)
-    if isinstance(value, NumberType):
-        return varint_field(6, value.code)
-    if isinstance(value, Shape):
-        return bytes_field(7, write_shape(value.sizes))
-    if isinstance(value, np.ndarray):
-        return bytes_field(8, write_tensor(value))
-    return bytes_field(1, bytes_field(3, b"".join(varint(number) for number in value)))

@@ -18,7 +18,7 @@ from collections.abc import Mapping
 import google_crc32c
 
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.files.tensorflow.wire import WireError, read_varint, varint
+from racecraft.formats.protobuf_messages import MessageError, read_varint, varint
 
 FOOTER_BYTES = 48
 MAGIC = 0xDB4775248B80FB57
@@ -44,10 +44,10 @@ def read_table(data: bytes) -> dict[bytes, bytes]:
     """Return the entries of a table, in their order.
 
     Raises:
-        WireError: The bytes are no such table, or damaged.
+        MessageError: The bytes are no such table, or damaged.
     """
     if len(data) < FOOTER_BYTES or struct.unpack("<Q", data[-8:])[0] != MAGIC:
-        raise WireError("the end of a table is missing")
+        raise MessageError("the end of a table is missing")
     footer = memoryview(data)[-FOOTER_BYTES:]
     at = 0
     for _ in range(2):  # where the block of statistics lies: nothing of it is needed
@@ -57,7 +57,7 @@ def read_table(data: bytes) -> dict[bytes, bytes]:
     for _, place in _entries(_block(data, handle)):
         for key, value in _entries(_block(data, memoryview(place))):
             if len(entries) >= MOST_ENTRIES:
-                raise WireError(f"a table of more than {MOST_ENTRIES} entries")
+                raise MessageError(f"a table of more than {MOST_ENTRIES} entries")
             entries[key] = value
     return entries
 
@@ -85,30 +85,30 @@ def _block(data: bytes, handle: memoryview) -> memoryview:
     offset, at = read_varint(handle, 0)
     size, _ = read_varint(handle, at)
     if offset + size + _TRAILER > len(data) - FOOTER_BYTES:
-        raise WireError(f"a block of {size} bytes at byte {offset} reaches beyond the end")
+        raise MessageError(f"a block of {size} bytes at byte {offset} reaches beyond the end")
     content = memoryview(data)[offset : offset + size]
     kind, checksum = struct.unpack_from("<BI", data, offset + size)
     if kind != 0:
-        raise WireError(f"a block compressed in way {kind}; TensorFlow's own checkpoints are not compressed")
+        raise MessageError(f"a block compressed in way {kind}; TensorFlow's own checkpoints are not compressed")
     if masked_crc32c(bytes(data[offset : offset + size + 1])) != checksum:
-        raise WireError(f"the checksum of the block at byte {offset} is wrong")
+        raise MessageError(f"the checksum of the block at byte {offset} is wrong")
     return content
 
 
 def _entries(block: memoryview) -> list[tuple[bytes, bytes]]:
     if len(block) < 4:
-        raise WireError("a block of fewer than 4 bytes")
+        raise MessageError("a block of fewer than 4 bytes")
     (restarts,) = struct.unpack_from("<I", block, len(block) - 4)
     end = len(block) - 4 - 4 * restarts
     if end < 0:
-        raise WireError(f"a block of {len(block)} bytes claims {restarts} full keys")
+        raise MessageError(f"a block of {len(block)} bytes claims {restarts} full keys")
     entries, key, at = [], b"", 0
     while at < end:
         shared, at = read_varint(block, at)
         fresh, at = read_varint(block, at)
         length, at = read_varint(block, at)
         if shared > len(key) or at + fresh + length > end:
-            raise WireError(f"an entry at byte {at} reaches beyond its block")
+            raise MessageError(f"an entry at byte {at} reaches beyond its block")
         key = key[:shared] + bytes(block[at : at + fresh])
         at += fresh
         entries.append((key, bytes(block[at : at + length])))
