@@ -10,7 +10,7 @@ from racecraft.algorithms.distributions import SQUASHED, SquashedGaussian, distr
 from racecraft.algorithms.networks import Architecture
 from racecraft.algorithms.q_network import QNetwork, QPolicy
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
-from racecraft.algorithms.sac import SacPolicy
+from racecraft.algorithms.sac_policy import SacPolicy
 from racecraft.algorithms.stacking import StackedPolicy, stacked_specs
 from racecraft.algorithms.transparent import MEMORY, Scores
 from racecraft.algorithms.twin_critics import SoftActorCritic

@@ -33,11 +33,11 @@ from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import HALF_LOG_TAU, SquashedGaussian, squeeze
 from racecraft.algorithms.learner import REPLAY, Decision, DivergedError, StateDict
 from racecraft.algorithms.network_learner import NetworkLearner
-from racecraft.algorithms.networks import Architecture, Encoder, NetworkConfig, architecture_from
+from racecraft.algorithms.networks import Architecture, NetworkConfig, architecture_from
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.replay_sampler import ReplaySampler, Transitions
+from racecraft.algorithms.sac_policy import SacPolicy
 from racecraft.algorithms.saved_state import copied
-from racecraft.algorithms.transparent import Scores, as_floats, scores_of
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ContinuousActions, WorldSpec
@@ -341,48 +341,6 @@ class SacLearner(NetworkLearner[SacConfig]):
         """Let the slow critics go a little way after the critics (Polyak averaging)."""
         for slow, fast in zip(self.slow.parameters(), self.network.critics.parameters(), strict=True):
             slow.lerp_(fast, self.config.target_rate)
-
-
-class SacPolicy:
-    """The middle of what it would draw, every time; nothing privileged is asked. It follows its network."""
-
-    def __init__(self, network: SoftActorCritic, kind: SquashedGaussian) -> None:
-        self.network, self.kind = network, kind
-        self.device = next(network.parameters()).device
-
-    @torch.inference_mode()
-    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return actions (R, *action shape)."""
-        mean, _ = self.network.policy(self.tensors(observations))
-        return self.kind.to_actions(mean).cpu().numpy()
-
-    @torch.inference_mode()
-    def sample(self, observations: Mapping[str, Array], action_mask: Array | None, generator: torch.Generator) -> Array:
-        """Return actions (R, *action shape) drawn by their probability."""
-        mean, log_std = self.network.policy(self.tensors(observations))
-        raw, _ = self.kind.sample(mean, log_std, None, generator)
-        return self.kind.to_actions(raw).cpu().numpy()
-
-    def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
-
-    def tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return what the policy reads, as tensors."""
-        return {name: torch.from_numpy(observations[name]).to(self.device) for name in self.network.eyes.names}
-
-    @property
-    def eyes(self) -> Encoder:
-        """The network from observations to features."""
-        return self.network.eyes
-
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return what the network would be fed; see `Transparent`."""
-        return as_floats(self.eyes, observations, self.device)
-
-    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
-        """Return what it makes of what it is fed; see `Transparent`."""
-        mean, log_std = self.network.policy(fed)
-        return scores_of(self.kind, mean, log_std)
 
 
 def drawn(mean: Tensor, log_std: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:

@@ -32,7 +32,7 @@ from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import LOG_STD_RANGE, Distribution, Hybrid, SquashedGaussian
 from racecraft.algorithms.networks import MOST_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
 from racecraft.algorithms.q_network import QPolicy
-from racecraft.algorithms.sac import SacPolicy
+from racecraft.algorithms.sac_policy import SacPolicy
 from racecraft.algorithms.twin_critics import LOG_STD_RANGE as SAC_LOG_STD_RANGE
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array, DiscreteActions
