@@ -118,3 +118,12 @@ def test_a_file_of_as_many_bytes_as_there_may_be_is_read_and_a_larger_one_is_not
     path.write_bytes(path.read_bytes() + b"\x28\x01")
     with pytest.raises(GraphError, match="more than 0 MiB"):
         read_graph(path)
+
+
+def test_attributes_are_written_in_the_order_of_their_names_whatever_order_they_came_in():
+    """A shorter name comes before a longer one that begins with it."""
+    told = {"Tshape": NumberType(3), "T": NumberType(1), "N": 2}
+    written = [write_graph(Graph([Node("x", "Op", (), dict(some))])) for some in (told.items(), reversed(told.items()))]
+    assert written[0] == written[1]
+    places = [written[0].index(bytes_field(1, name)) for name in ("N", "T", "Tshape")]
+    assert places == sorted(places)
