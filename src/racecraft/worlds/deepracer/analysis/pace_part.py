@@ -14,7 +14,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.tensor_file import CheckpointError
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
-from racecraft.worlds.deepracer.driving.known_laps import best_known_lap, gap_percent
+from racecraft.worlds.deepracer.driving.known_laps import best_known_lap, direction_of, gap_percent
 from racecraft.worlds.deepracer.driving.smoothness import Smoothness, smoothness_of_commands
 from racecraft.worlds.deepracer.env.actions import action_space
 from racecraft.worlds.deepracer.env.vehicle import beyond_logs
@@ -40,8 +40,9 @@ def pace_parts(facts: RunFacts, track: Track, drive: Drive | None) -> Iterator[P
         return
     first, best = laps[0], min(laps)
     flying = min((row["flying_lap_seconds"] for row in facts.metrics if row.get("flying_lap_seconds")), default=None)
-    car, fastest = facts.job["settings"]["race"]["car"], _fastest_command(facts.job)
-    known = best_known_lap(track.name, car, fastest)
+    race, fastest = facts.job["settings"]["race"], _fastest_command(facts.job)
+    car = race["car"]
+    known = best_known_lap(track.name, car, fastest, direction_of(race.get("reverse", False)))
     rows = [
         ("first full lap, from rest", f"{first:.2f} s"),
         ("fastest lap, from rest", f"{best:.2f} s"),

@@ -61,6 +61,11 @@ def best_known_lap(track: str, car: str, top_speed_mps: float, direction: str = 
     return None if lap is None else lap.lap_seconds
 
 
+def direction_of(is_reversed: bool) -> str:
+    """Return the table's word for a race along the track's rows, or against them (`race.reverse`)."""
+    return REVERSE if is_reversed else FORWARD
+
+
 def gap_percent(lap_seconds: float, known_seconds: float) -> float:
     """Return how much longer a lap takes than the best known one, per cent.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.driving.known_laps import best_known_lap, gap_percent
+from racecraft.worlds.deepracer.driving.known_laps import best_known_lap, direction_of, gap_percent
 from racecraft.worlds.deepracer.driving.smoothness import Smoothness, smoothness_of
 from racecraft.worlds.deepracer.env.vehicle import beyond_logs
 from racecraft.worlds.deepracer.evaluation.laps import LapReport
@@ -64,7 +64,7 @@ def pace_of(car: TrainedCar, track: str, report: LapReport, ticks: Array) -> Pac
     fastest = car.actions.fastest
     return Pace(
         report.best_lap_seconds,
-        best_known_lap(track, car.settings.race.car, fastest),
+        best_known_lap(track, car.settings.race.car, fastest, direction_of(car.settings.race.reverse)),
         smoothness_of(ticks),
         beyond_logs(car.settings.race.car, fastest),
     )

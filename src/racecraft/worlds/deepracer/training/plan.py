@@ -19,7 +19,7 @@ from racecraft.training.parts import Block
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.stopping import GAP, LAPS, StopCondition, parse_stops
 from racecraft.training.versions import versions
-from racecraft.worlds.deepracer.driving.known_laps import best_known_lap
+from racecraft.worlds.deepracer.driving.known_laps import best_known_lap, direction_of
 from racecraft.worlds.deepracer.env.actions import ActionSpace, action_space
 from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.placing import plan_objects
@@ -222,7 +222,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
 def known_lap_of(plan: CarPlan) -> float | None:
     """Return the best known lap of the plan's track, car and top speed, s; None where there is none."""
     track = plan.all_courses[0].track.name
-    return best_known_lap(track, plan.settings.race.car, plan.actions.fastest)
+    race = plan.settings.race
+    return best_known_lap(track, race.car, plan.actions.fastest, direction_of(race.reverse))
 
 
 def _require_known_lap(plan: CarPlan) -> None:
