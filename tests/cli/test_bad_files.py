@@ -144,22 +144,21 @@ POLICY, STATE = "r/checkpoints/2.policy.safetensors", "r/checkpoints/2.state.saf
 
 CASES = {  # name: what is changed, what is asked, what the letter holds
     # traces
-    "a trace without X": (edit("t.csv", lambda t: t.replace(",X,", ",east,", 1)), REPLAY, ["t.csv:1: X: there is no"]),
+    "a trace without X": (edit("t.csv", lambda t: t.replace(",X,", ",east,", 1)), REPLAY, ["t.csv:1: no column X"]),
     "a trace without two columns": (
         edit("t.csv", lambda t: t.replace("progress,closest_waypoint", "p,q", 1)), REPLAY,
-        ["t.csv:1: progress", "expected a CSV file with the columns"],
+        ["t.csv:1: no column progress, closest_waypoint"],
     ),
-    "a trace with semicolons": (edit("t.csv", lambda t: t.replace(",", ";")), REPLAY, ["t.csv:1:", "expected a CSV"]),
-    "an empty trace": (put("t.csv", ""), REPLAY, ["t.csv:1:", "among nothing"]),
-    "a trace with a header only": (edit("t.csv", lambda t: t.splitlines()[0]), REPLAY, ["no sound row", "expected"]),
+    "an empty trace": (put("t.csv", ""), REPLAY, ["t.csv: the file is empty"]),
+    "a trace with a header only": (edit("t.csv", lambda t: t.splitlines()[0]), REPLAY, ["holds no rows", "expected"]),
     "a trace that is a track": (nothing, ["replay", "own.npy", "--track", "own.npy"], ["own.npy", "expected"]),
-    "a trace that is JSON": (put("t.csv", '{"metrics": []}'), REPLAY, ["t.csv:1:", "expected a CSV file"]),
+    "a trace that is JSON": (put("t.csv", '{"metrics": []}'), REPLAY, ["t.csv:1: no column episode"]),
     "a trace whose every row is cut": (
         edit("t.csv", lambda t: "\n".join([t.splitlines()[0], *["0,1.0"] * 5])), REPLAY,
-        ["t.csv", "no sound row", "2: 2 values where the header names"],
+        ["t.csv:2: 2 values where 18 are expected"],
     ),
-    "a trace with words for places": (edit("t.csv", column("X", "left")), REPLAY, ["no sound row", "X is 'left'"]),
-    "a trace with places that are no numbers": (edit("t.csv", column("Y", "nan")), REPLAY, ["t.csv", "not finite"]),
+    "a trace with words for places": (edit("t.csv", column("X", "left")), REPLAY, ["t.csv:2: X is 'left'"]),
+    "a trace with places that are no numbers": (edit("t.csv", column("Y", "nan")), REPLAY, ["t.csv:2: Y is 'nan'"]),
     "a trace of a parked car": (
         edit("t.csv", column("episode_status", "prepare")), REPLAY, ["t.csv", "no row in which a car was driven"],
     ),
@@ -171,7 +170,6 @@ CASES = {  # name: what is changed, what is asked, what the letter holds
     "a model folder without traces": (
         put("car/notes.txt", "x"), ["replay", "car", "--track", "own.npy"], ["car", "without any *-iteration.csv"],
     ),
-    "a trace in UTF-16": (edit_bytes("t.csv", lambda d: d.decode().encode("utf-16")), REPLAY, ["t.csv", "expected"]),
     "a replay by an unknown car": (nothing, [*REPLAY, "--car", "v5"], ["There is no car 'v5'"]),
     "a replay on an unknown track": (nothing, ["replay", "t.csv", "--track", "Oval_trak"], ["mean 'Oval_track'"]),
     "a page into no folder": (
@@ -217,7 +215,6 @@ CASES = {  # name: what is changed, what is asked, what the letter holds
     "resuming over damaged metrics": (
         edit("r/metrics.jsonl", lambda t: "{'no'}\n" + t), RESUME, ["r/metrics.jsonl:1:", "expected one object"],
     ),
-    "an index cut in half": (edit("r/checkpoints/checkpoints.json", half), EVALUATE, ["checkpoints.json", "damaged"]),
     "an index of a newer version": (
         edit("r/checkpoints/checkpoints.json", newer), EVALUATE, ["checkpoints.json", "version is 99", "Upgrade"],
     ),

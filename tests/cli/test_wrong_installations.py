@@ -89,7 +89,7 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("DR_RUN_ID=-1"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
     (run_env("DR_CLOUD=heaven"), None, START, "run.env:2: DR_CLOUD", "local or aws or azure or remote"),
     (run_env("DR_WORLD_NAME=reinvent_bse"), None, TRAIN, "run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"),
-    (run_env("RACECRAFT_PRESET=slow"), None, TRAIN, "run.env:2: RACECRAFT_PRESET", "'slow'; expected fast or aws"),
+    (run_env("RACECRAFT_PRESET=slow"), None, TRAIN, "run.env:2: RACECRAFT_PRESET", "'slow'; expected race or fast"),
     (run_env("RACECRAFT_SET=fast"), None, TRAIN, "run.env:2: RACECRAFT_SET", "settings such as"),
     (run_env("RACECRAFT_SET=ppo.clp=1"), None, TRAIN, "ppo has no setting 'clp'", "Did you mean 'clip'"),
     (run_env("DR_EVAL_SAVE_MP4=perhaps"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),

@@ -114,9 +114,9 @@ IMPORTS = {
         ["no model_metadata.json lies beside it", "--metadata FILE"],
         lambda t: (t / "lone.pb").write_bytes(frozen()) and t / "lone.pb",
     ),
-    "a page of a browser in place of a graph": (["damaged, or no graph"], lambda t: model(t / "m", b"<html></html>")),
+    "a page of a browser in place of a graph": (["a web page (HTML)"], lambda t: model(t / "m", b"<html></html>")),
     "half a graph": (["model.pb"], lambda t: model(t / "m", frozen()[: len(frozen()) // 2])),
-    "an empty graph": (["it holds no node"], lambda t: model(t / "m", b"")),
+    "an empty graph": (["the file is empty"], lambda t: model(t / "m", b"")),
     "a graph that is not frozen": (
         ["holds no weights", "is a variable", "Give the checkpoint"],
         lambda t: model(t / "m", frozen(lambda node: replace(node, op="VariableV2") if node.op == "Const" else node)),
@@ -172,11 +172,11 @@ IMPORTS = {
         lambda t: checkpoint(t / "m", lambda folder: os.truncate(folder / "3_Step-9.ckpt.data-00000-of-00001", 100)),
     ),
     "a folder in place of a checkpoint's numbers": (
-        ["3_Step-9.ckpt.data-00000-of-00001: cannot be read (it is no plain file)"],
+        ["3_Step-9.ckpt.data-00000-of-00001: cannot be read (Is a directory)"],
         lambda t: checkpoint(t / "m", folder_for_numbers),
     ),
     "a page of a browser in an archive": (
-        ["a.tar.gz: agent/model.pb: damaged, or no graph"],
+        ["a.tar.gz: agent/model.pb: a web page (HTML)"],
         lambda t: archive(
             t / "a.tar.gz",
             {

@@ -75,7 +75,7 @@ REFUSED = [
     ({"max_wait_seconds": 0}, f"max_wait_seconds: 0; expected {SECONDS}"),
     ({"max_wait_seconds": True}, f"max_wait_seconds: True; expected {SECONDS}"),
     ({"use_spot_instances": 1}, "use_spot_instances: 1; expected true or false"),
-    ({"command": []}, r"command: \[\]; expected a list of words behind `racecraft`, the first of train, gym"),
+    ({"command": []}, r"command: \[\]; expected a list of words behind `racecraft`, the first of run, serve"),
     ({"command": ["rm", "-r"]}, r"command: \['rm', '-r'\]; expected a list of words"),
     ({"command": ["gym", 1]}, r"command: \['gym', 1\]; expected a list of words"),
     ({"command": "gym"}, "command: 'gym'; expected a list of words"),
