@@ -49,7 +49,7 @@ def snakes(run, *more):
 
 
 def cars(run, *more):
-    return RaceRequest(run=run, stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5], *more))
+    return RaceRequest(run=run, preset="fast", stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5], *more))
 
 
 def curve(run):
