@@ -98,7 +98,7 @@ def test_a_drfc_folder_trains_with_its_bucket_elsewhere(racecraft, served, tmp_p
     url, bucket = served
     assert racecraft("init", "inst").code == 0
     folder = tmp_path / "inst"
-    settings = " ".join(word for word in TINY if word != "--set")
+    settings = " ".join(word for word in TINY if not word.startswith("--"))
     with open(folder / "system.env", "a") as file:
         file.write(f"DR_LOCAL_S3_BUCKET=models\nDR_LOCAL_S3_ENDPOINT_URL={url}\n")
     with open(folder / "run.env", "a") as file:

@@ -11,6 +11,7 @@ from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
 from racecraft.analysis.own_plots import OwnPlotError, made_or_why
+from racecraft.analysis.page_part import own_plots_part
 from racecraft.analysis.plot import PlotError
 from racecraft.analysis.report import write_report
 from racecraft.formats.run_folder import RunFolder
@@ -256,7 +257,8 @@ def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeyp
     run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium", "title": "x", "settings": {}})
     run.append_metrics({"iteration": 1, "steps": 9, "seconds": 1.0})
     makers.write(run.path / "training-simtrace" / "0-iteration.csv", makers.iteration(range(3)))
-    text = write_report(run, tmp_path / "r.html", own=own_plots_of(run, ())).read_text(encoding="utf-8")
+    parts = list(own_plots_part(own_plots_of(run, ())))
+    text = write_report(run, tmp_path / "r.html", parts=lambda facts: parts).read_text(encoding="utf-8")
     assert "speed failed (ValueError: no such &lt;thing&gt;)" in text
     assert "Mend it, or remove its package." in text
 

@@ -132,7 +132,7 @@ BAD = {
         lambda folder: (_alone(folder) / "model_metadata.json").write_text("{") and folder, MetadataError, "JSON"
     ),
     "a graph that is none": (
-        lambda folder: (_alone(folder) / "model.pb").write_bytes(b"<html>")
+        lambda folder: (_alone(folder) / "model.pb").write_bytes(b"graph")
         and (write_listed(folder / "model_metadata.json") or folder),
         GraphError, "damaged, or no graph",
     ),

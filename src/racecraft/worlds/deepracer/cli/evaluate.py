@@ -201,9 +201,9 @@ def _tell(run: Path, drive: Drive, stamp: str, files: Mapping[str, Path], json: 
         print_json(facts | {kind: str(path) for kind, path in files.items()})
         return
     print(f"{run}, checkpoint {checkpoint}, on {drive.track.title or drive.track.name}:")
-    if isinstance(report, LapReport) and pace is not None:
+    if isinstance(report, LapReport):
         _print_table(report)
-        print("\n".join(pace.lines()))
+        print("\n".join(pace.lines() if pace else ()))
     else:
         print_race(report)
         if limits := beyond_logs(drive.car.settings.race.car, drive.car.actions.fastest):

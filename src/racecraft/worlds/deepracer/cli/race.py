@@ -156,8 +156,8 @@ def race(
     print(f"{len(result.races)} races over {asked.laps} laps on {circuit.title or circuit.name}:")
     print_standings(result)
     print(f"{result.overtakes_per_race:.2f} overtakes a race")
-    for sentence in sorted({beyond_logs(one.car, one.actions.fastest) for one in drivers} - {None}):
-        print(sentence)
+    limits = {beyond_logs(one.car, one.actions.fastest) for one in drivers}
+    print("".join(f"{sentence}\n" for sentence in sorted(one for one in limits if one)), end="")
     for kind, path in files.items():
         print(f"{kind}: {path}")
 
