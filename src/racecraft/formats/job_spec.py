@@ -170,10 +170,10 @@ def _is_words(value: Any) -> bool:
 
 
 def _is_command(value: Any) -> bool:
-    return _is_words(value) and bool(value) and (value[0] in COMMANDS or value[0] in _commands_of_worlds())
+    return _is_words(value) and bool(value) and (value[0] in COMMANDS or value[0] in commands_of_worlds())
 
 
-def _commands_of_worlds() -> set[str]:
+def commands_of_worlds() -> set[str]:
     """Return the first words of the commands that train in the installed worlds."""
     train = {kind.train_command.split()[1] for kind in kinds() if kind.train_command}
     return train | {command.name for kind in kinds() for command in kind.commands if command.queues}

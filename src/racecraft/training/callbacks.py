@@ -59,7 +59,7 @@ class EvaluationResult:
     """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
     steps: int = 0
     """Steps of agents that were taken for it; 0 where it looked at the training's own."""
-    write_files: Callable[[RunFolder, int], None] = lambda run, iteration: None
+    write_files: Callable[[RunFolder, int], None] = field(default=lambda run, iteration: None, compare=False)
     """Writes what else of it belongs in the run folder; is given the iteration."""
     by_status: Mapping[str, EndedAlike] = field(default_factory=dict)
     """Its episodes by the world's word for how they ended; empty where the world tells of them otherwise."""

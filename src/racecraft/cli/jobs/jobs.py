@@ -239,13 +239,14 @@ def _submit_file(path: Path, name: str) -> Job:
 def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> Job:
     from racecraft.cli.jobs.detaching import submit_training
     from racecraft.contract.errors import SettingError, nearest
-    from racecraft.formats.job_spec import COMMANDS, JobSpec
+    from racecraft.formats.job_spec import COMMANDS, JobSpec, commands_of_worlds
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.submit import environment_here, submit, submit_numbered
     from racecraft.jobs.tuning.rehearsal import require_can_begin
 
-    if words[0] not in COMMANDS or words[0] == "jobs":
-        known = nearest(words[0], COMMANDS[:-1])
+    commands = sorted(commands_of_worlds() | set(COMMANDS) - {"jobs"})
+    if words[0] not in commands:
+        known = nearest(words[0], commands)
         raise SettingError(f"'{words[0]}' cannot be a job. {known} Options of `jobs run` itself stand before it.")
     behind = next((at + 1 for at, word in enumerate(words[:2]) if word == "train"), 0)
     if behind:
