@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from racecraft.contract.errors import InputFileError
+from racecraft.contract.errors import InputFileError, SeveralFaultsError
 from racecraft.formats import checkpoint, episodes
 from racecraft.formats.json_text import read_json
 from racecraft.worlds.deepracer.files import (
@@ -77,7 +77,7 @@ def letter_about(reader, path):
     """Return the letter a reader refuses the file with, or nothing when it reads it."""
     try:
         reader(path)
-    except InputFileError as letter:
+    except (InputFileError, SeveralFaultsError) as letter:
         return str(letter)
     return ""
 

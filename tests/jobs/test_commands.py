@@ -106,7 +106,7 @@ def test_a_job_file_is_run(racecraft, home, tmp_path):  # noqa: F811
     [
         ('{"version": 2, "command": ["gym"]}', "version: 2; expected 1. A newer racecraft"),
         ('{"command": []}', "command"),
-        ('{"command": ["rm", "-rf"]}', "the first of train, gym"),
+        ('{"command": ["rm", "-rf"]}', "the first of run, serve"),
         ('{"command": ["gym"], "cores": -1}', "cores: -1; expected a whole number"),
         ('{"command": ["gym"], "name": "no_good"}', "name: 'no_good'"),
         ('{"name": "x"}', 'no "command"'),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -71,7 +72,7 @@ def _turns(track: Track, frame: RoadFrame, line: RacingLine) -> list[Turn]:
     starts = np.flatnonzero(np.diff(side, prepend=0))
     bend = _mean_curvature(line)
     turns: list[Turn] = []
-    for first, last in zip(starts, [*starts[1:], len(side)], strict=True):
+    for first, last in pairwise([*starts, len(side)]):
         if side[first] != 0:
             row = first + int(np.argmax(side[first] * bend[first:last]))
             waypoint = int(track.locate(frame.xy[row : row + 1]).nearer_waypoint[0])
