@@ -72,7 +72,7 @@ def test_one_track_has_no_table(racecraft, tmp_path):
         (("--group", "cars=0"), "expected a whole number from 1"),
         (("--group", "sensors=LIDAR"), "expected groups with the same sensors and actions"),
         (("--group", "actions=3"), "expected groups with the same sensors and actions"),
-        (("--groups", "nowhere.json"), "nowhere.json: cannot be read"),
+        (("--groups", "nowhere.json"), "nowhere.json: there is no such file"),
     ],
 )
 def test_what_cannot_be_trained_ends_with_code_2_before_anything_is_written(racecraft, tmp_path, arguments, words):
