@@ -14,7 +14,7 @@ from racecraft.cli.training import Road, TrainingOptions
 def told(monkeypatch, tmp_path):
     """Nobody trains; keep what is done, in order."""
     done = []
-    trained = SimpleNamespace(run=SimpleNamespace(path=tmp_path), summary=lambda: {"steps": 3})
+    trained = SimpleNamespace(run=SimpleNamespace(path=tmp_path), summary=lambda: {"steps": 3, "stopped_by": "steps=3"})
 
     @contextlib.contextmanager
     def mirrored(shown, place, tell, run):
@@ -65,7 +65,7 @@ def test_what_is_left_is_mirrored_and_what_is_told_is_told_while_the_page_stands
 
 def test_json_is_told_instead(travel, capsys):
     assert travel(json=True) == ["train CartPole", "left", "mirrored", "page closed"]
-    assert capsys.readouterr().out == '{"steps": 3, "report": "report.html"}\n'
+    assert capsys.readouterr().out == '{"steps": 3, "stopped_by": "steps=3", "report": "report.html"}\n'
 
 
 def test_a_run_goes_on_by_its_own_stops_or_those_that_are_typed(travel, tmp_path):

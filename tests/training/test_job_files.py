@@ -78,7 +78,7 @@ def test_only_groups_that_have_a_say_stand_in_a_cars_job(tmp_path):
     job = train(request, Silence(), lambda _: None).run.read_job()
     assert set(job["settings"]) == {
         "race", "variation", "camera", "rollout", "network", "ppo", "curiosity", "rnd", "gail", "imitation",
-        "evaluation", "runtime", "cluster",
+        "evaluation", "runtime",
     }  # fmt: skip
     again = resume(tmp_path / "run", ("iterations=2",), Silence(), lambda _: None)
     assert again.run.read_job()["machine"] == job["machine"]
