@@ -26,7 +26,7 @@ import gymnasium
 from gymnasium.envs.classic_control.cartpole import CartPoleEnv
 
 import racecraft
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.training.callbacks import IterationReport
 from racecraft.training.request import TrainRequest
 from racecraft.training.worlds import train
@@ -179,7 +179,7 @@ def main() -> None:
     for name, part in parts.items():
         if asked.part in (None, name):
             told[name] = part()
-            write_whole(place, (json.dumps(told, indent=1) + "\n").encode())
+            write_atomic(place, (json.dumps(told, indent=1) + "\n").encode())
     for name, one in told.get("curves", {}).items():
         print(f"{name}: steps to {GOAL:g} by seed {one['steps_to_goal']}")
     for name in ("slow", "unity"):

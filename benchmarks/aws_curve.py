@@ -22,7 +22,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train as train_run
 from racecraft.worlds.deepracer.files.training_metrics import TrainingRow, read_metrics_file
@@ -168,7 +168,7 @@ def main(arguments: list[str] | None = None) -> list[Curve]:
     curves: list[Curve] = []
     for seed in range(1, asked.seeds + 1):
         curves.append(train(seed, asked.iterations, tuple(asked.set)))
-        write_whole(asked.out / "aws-curve.md", table(curves, real))
+        write_atomic(asked.out / "aws-curve.md", table(curves, real))
         draw(curves, real, asked.out / "aws-curve.png")
     print(table(curves, real))
     return curves

@@ -63,7 +63,7 @@ def with_sight(settings: GameSettings, num_games: int = 256, turns: int = 150) -
             began = time.perf_counter()
             world.step(actions, buffers)
             spent += time.perf_counter() - began
-        world.take_episodes()
+        world.pop_episodes()
         return turns * num_games / spent
 
     run()

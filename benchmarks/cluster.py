@@ -213,12 +213,12 @@ def twice() -> float:
 
 def trained(name: str, workers: str | None, times: int) -> Measured:
     """Train for some iterations with so many times the worlds, and return what the later ones took."""
-    from racecraft.cluster.spreading import spread_over
+    from racecraft.cluster.distribute import distribute
     from racecraft.training.callbacks import Silent
     from racecraft.training.worlds import train
 
     gatherers: list[Any] = []
-    spread = spread_over(workers)
+    spread = distribute(workers)
 
     @contextlib.contextmanager
     def watched(kind: str, planned: Any, experiment: Any, say: Any) -> Iterator[Any]:

@@ -18,7 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.files.generalisation import ROLES, read_generalisation
@@ -61,8 +61,8 @@ def main() -> None:
         "curve": [{name: row[name] for name in CURVE} for row in rows],
         "tracks": [one.as_dictionary() for one in told[1]],
     }
-    write_whole(options.out / "many-tracks.json", json.dumps(result, indent=1) + "\n")
-    write_whole(options.out / "many-tracks.md", page(result))
+    write_atomic(options.out / "many-tracks.json", json.dumps(result, indent=1) + "\n")
+    write_atomic(options.out / "many-tracks.md", page(result))
 
 
 def drawn_tracks(seed: int) -> tuple[list[str], list[str]]:

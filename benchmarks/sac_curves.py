@@ -21,7 +21,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.training.callbacks import IterationReport
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
@@ -112,7 +112,7 @@ def main() -> None:
         for world, (_, goal, settings) in WORLDS.items():
             seeds = {str(seed): curve(world, seed) for seed in range(1, asked.seeds + 1)}
             curves[world] = {"goal": goal, "settings": settings, "seeds": seeds}
-            write_whole(numbers, (json.dumps(curves, indent=1) + "\n").encode())
+            write_atomic(numbers, (json.dumps(curves, indent=1) + "\n").encode())
     curves = json.loads(numbers.read_text())
     draw(curves, asked.folder / "sac.png")
     for world, told in curves.items():

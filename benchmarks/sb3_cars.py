@@ -25,8 +25,8 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
 from racecraft.adapters.sb3_vec_env import sb3_vec_env
+from racecraft.algorithms.compiled_policy import Layer, end_to_end
 from racecraft.algorithms.kernels.plain_look import NO_BEND, RELU
-from racecraft.algorithms.plain_look import Layer, end_to_end
 from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.evaluation.laps import judge_starts
 from racecraft.worlds.deepracer.training.bench_laps import bench_laps

@@ -17,7 +17,7 @@ from by_turns import microseconds
 from racecraft.contract.world import Array, allocate
 from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.env.actions import action_space
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME
 from racecraft.worlds.deepracer.env.sensors import car_sensors
 from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig
 from racecraft.worlds.deepracer.env.variation import VariationConfig

@@ -94,9 +94,9 @@ class Patient:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._seat, name)
 
-    def ask_ahead(self, message: Message, seconds: float) -> None:
+    def prefetch(self, message: Message, seconds: float) -> None:
         """Send a server its question."""
-        self._seat.ask_ahead(message, PATIENCE)
+        self._seat.prefetch(message, PATIENCE)
 
     def answer(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return this turn's move."""
@@ -280,10 +280,10 @@ def _count_own_time() -> None:
     """Let search look at the processor's seconds; torch then has to stay on its thread."""
     import torch
 
-    from racecraft.worlds.battlesnake.players import certainty, search
+    from racecraft.worlds.battlesnake.players import alpha_beta_search, search
 
     torch.set_num_threads(1)
-    certainty.time = search.time = SimpleNamespace(monotonic=time.thread_time)
+    alpha_beta_search.time = search.time = SimpleNamespace(monotonic=time.thread_time)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.evaluation.rating import wilson
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from run_all import machine
 
 HERE = Path(__file__).parent
@@ -43,8 +43,8 @@ def main() -> None:
         return
     if asked.folder is not None:
         known = in_the_place_of(known, gathered(asked.folder))
-        write_whole(FIGURES, told_by(known))
-    write_whole(PAGE, page(PAGE.read_text(encoding="utf-8"), known))
+        write_atomic(FIGURES, told_by(known))
+    write_atomic(PAGE, page(PAGE.read_text(encoding="utf-8"), known))
 
 
 def gathered(folder: Path) -> list[dict[str, Any]]:
@@ -71,7 +71,7 @@ def lay_back(matches: list[dict[str, Any]], folder: Path) -> None:
         games = [dict(zip(lists, told, strict=True)) for told in zip(*lists.values(), strict=True)]
         name = match["against"] + "-4" * (match["snakes"] == 4)
         text = "".join(json.dumps(line) + "\n" for line in (whole, *games))
-        write_whole(folder / f"{name}.jsonl", text)
+        write_atomic(folder / f"{name}.jsonl", text)
 
 
 def told_by(matches: list[dict[str, Any]]) -> str:

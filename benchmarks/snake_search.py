@@ -31,13 +31,13 @@ from racecraft.worlds.battlesnake.env.board import Board
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.players.certainty import Certainty
+from racecraft.worlds.battlesnake.players.alpha_beta_search import AlphaBetaSearch
 from racecraft.worlds.battlesnake.players.flood_fill import FloodFill
-from racecraft.worlds.battlesnake.players.foresight import position_of, pouring_room
 from racecraft.worlds.battlesnake.players.kernels.position import play_on
 from racecraft.worlds.battlesnake.players.kernels.worth import appraise
-from racecraft.worlds.battlesnake.players.sight import safe_moves
-from racecraft.worlds.battlesnake.players.tree import Tree
+from racecraft.worlds.battlesnake.players.mcts import Tree
+from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
+from racecraft.worlds.battlesnake.players.search_position import fill_buffers, position_of
 
 POSITIONS = 16
 ROUNDS = 5
@@ -121,7 +121,7 @@ def appraisals(boards: list[Board], settings: GameSettings) -> dict[str, float]:
     seconds = 0.0
     for board in boards:
         position = position_of(board, settings)
-        room = (*pouring_room(position), np.zeros(settings.players))
+        room = (*fill_buffers(position), np.zeros(settings.players))
         began = time.process_time()
         appraise_again(APPRAISALS, *position, *room)
         seconds += time.process_time() - began
@@ -132,7 +132,7 @@ def sure(boards: list[Board], settings: GameSettings, turns: int) -> dict[str, f
     """Return what alpha-beta does in a second, and how deep it looks in so many turns."""
     seconds, played, leaves, depth = 0.0, 0, 0, 0
     for board in boards:
-        certainty = Certainty(board, settings, "s0")
+        certainty = AlphaBetaSearch(board, settings, "s0")
         began = time.process_time()
         found = certainty.deepen(NEVER, turns)
         seconds += time.process_time() - began

@@ -61,7 +61,7 @@ def fresh_policy(run: Path) -> str:
 async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     """Serve a player, let the clients play, and return the figures."""
     from racecraft.worlds.battlesnake.players.find import find_player, warm_up
-    from racecraft.worlds.battlesnake.players.protocol import ManyPlayer
+    from racecraft.worlds.battlesnake.players.protocol import BatchPlayer
     from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()
@@ -81,7 +81,7 @@ async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     await server.close()
     return {
         "games": games, "seconds": seconds, "cores": os.cpu_count(),
-        "many_at_once": isinstance(player, ManyPlayer), "moves": count.moves - moves,
+        "many_at_once": isinstance(player, BatchPlayer), "moves": count.moves - moves,
         "late": max(count.late - late, at_clients["late_at_clients"]), "made_by_server": count.late - late,
         "failed": count.failed - failed,
         "p50_ms": round(count.within_ms(0.5), 1), "p99_ms": round(count.p99_ms(), 1), **at_clients,
@@ -142,7 +142,7 @@ def positions() -> list[bytes]:
     from racecraft.worlds.battlesnake.env.reference import Referee
     from racecraft.worlds.battlesnake.env.settings import GameSettings
     from racecraft.worlds.battlesnake.players.messages import GameCard, message
-    from racecraft.worlds.battlesnake.players.sight import best_safe_move
+    from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move
 
     settings, found, key = GameSettings(11, 11, 4), [], 0
     while len(found) < POSITIONS:

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import allocate
-from racecraft.formats.live_ticks import wish_for_ticks
+from racecraft.formats.live_ticks import request_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
@@ -47,7 +47,7 @@ def main() -> None:
         print(f"  watched: {1e3 * answer:.2f} ms every {PLAYED_SECONDS:.1f} s  {100 * answer / PLAYED_SECONDS:5.3f} %")
 
 
-def worlds() -> dict[str, RaceWorld | SideBySide]:
+def worlds() -> dict[str, RaceWorld | MultiCourseWorld]:
     """Return what is driven, by what is in the way."""
     boxes, bots = RaceConfig(type="OBJECT_AVOIDANCE"), RaceConfig(type="HEAD_TO_BOT")
     four = [
@@ -57,7 +57,7 @@ def worlds() -> dict[str, RaceWorld | SideBySide]:
         "an empty road": made(CARS),
         "six boxes": made(CARS, race=boxes),
         "three bots": made(CARS, race=bots),
-        "four courses": SideBySide(four),
+        "four courses": MultiCourseWorld(four),
     }
 
 
@@ -68,7 +68,7 @@ def made(cars: int, track: str = "reinvent_base", race: RaceConfig = RaceConfig(
     return RaceWorld(load_track(track), actions, race_config=race, camera_config=camera, num_cars=cars)
 
 
-def measure(world: RaceWorld | SideBySide, run: RunFolder) -> dict[str, list[float]]:
+def measure(world: RaceWorld | MultiCourseWorld, run: RunFolder) -> dict[str, list[float]]:
     """Return the processor seconds of each turn, by what was done."""
     buffers, dice = allocate(world.spec), np.random.default_rng(1)
     world.reset(buffers, 1)
@@ -80,7 +80,7 @@ def measure(world: RaceWorld | SideBySide, run: RunFolder) -> dict[str, list[flo
             run.watched.unlink(missing_ok=True)
             live.LOOK_SECONDS = usual
             if name == "a wish":
-                wish_for_ticks(run)
+                request_ticks(run)
                 live.LOOK_SECONDS = 0.0
             publishing = 0.0
             began = time.process_time()

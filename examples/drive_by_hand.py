@@ -24,6 +24,6 @@ while not ended:
     frame, reward, terminated, truncated, info = env.step(action)
     total, ended = total + reward, terminated or truncated
 
-(episode,) = world.take_episodes()
+(episode,) = world.pop_episodes()
 print(f"{episode.status} after {episode.steps} steps, {episode.facts['lap_seconds']:.2f} s, paid {total:.1f}")
 assert episode.status == "lap_complete"

@@ -23,7 +23,7 @@ from scipy.optimize import minimize
 
 from racecraft.worlds.deepracer.env.vehicle import NO_LIMIT, PROFILES, CarProfile
 from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop, real_speeds
-from racecraft.worlds.deepracer.evaluation.recompute import Retold, recompute
+from racecraft.worlds.deepracer.evaluation.recompute import RecomputedTrace, recompute
 from racecraft.worlds.deepracer.files.sim_trace import TRACE_COLUMNS, SimTrace
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
@@ -113,7 +113,7 @@ ROWS_EACH = 4000
 """A fit looks at about so many rows of each recording, whole files of it drawn by lot."""
 MAX_ROUNDS = 420
 
-Races = Sequence[tuple[SimTrace, Retold]]
+Races = Sequence[tuple[SimTrace, RecomputedTrace]]
 
 
 def main(data: str, *more: str) -> None:

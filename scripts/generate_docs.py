@@ -331,7 +331,7 @@ of an episode; behind them come `grey_field`, `grey_road` and so on, the grey le
 
 def coach_page() -> str:
     """Return what Coach's words mean here."""
-    from racecraft.compat.coach_words import AGENT_WORDS, AGENTS, TABLE
+    from racecraft.compat.coach_config import AGENT_WORDS, AGENTS, TABLE
 
     rows = [
         f"| `{name}` | {f'`…{what}`' if how == TABLE else what if how else f'nothing: {what}'} |"
@@ -355,7 +355,7 @@ def coach_page() -> str:
 
 def baselines_page() -> str:
     """Return what Stable-Baselines' words mean here."""
-    from racecraft.compat.baselines_words import DEFAULTS, WORDS
+    from racecraft.compat.baselines_config import DEFAULTS, WORDS
 
     rows = [(f"`{name}`", f"`{setting}`" if setting else doc) for name, (setting, doc) in WORDS.items()]
     return f"""# Stable-Baselines' words
@@ -370,7 +370,7 @@ What PPO1 and its `MlpPolicy` do without being asked: {", ".join(f"`{one}`" for 
 
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
-    from racecraft.compat.rllib_words import (
+    from racecraft.compat.rllib_config import (
         ALGORITHMS,
         CALLBACK_WORDS,
         ELSEWHERE,

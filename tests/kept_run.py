@@ -8,8 +8,8 @@ from racecraft.contract.world import allocate
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -43,7 +43,7 @@ COURSES = [
 
 def make_courses():
     """Return the world of a run on several courses."""
-    return SideBySide(
+    return MultiCourseWorld(
         [
             make_world(2),
             make_world(2, 1, "Oval_track", BOXES, BoxesConfig(number=3)),

@@ -177,7 +177,7 @@ def slow_server():
 def test_by_the_processor_a_late_answer_is_waited_for_and_still_counted(run_all, slow_server, tmp_path, monkeypatch):
     """Upwards from the start is the wall after some turns: each answer of the server comes 30 ms late, none is lost."""
     matches = importlib.import_module("snake_matches")
-    from racecraft.worlds.battlesnake.players import certainty, search
+    from racecraft.worlds.battlesnake.players import alpha_beta_search, search
 
     asked = []
     choose = search.Search.choose
@@ -185,7 +185,7 @@ def test_by_the_processor_a_late_answer_is_waited_for_and_still_counted(run_all,
         search.Search, "choose", lambda self, *question: asked.append(question[3]) or choose(self, *question)
     )
     monkeypatch.setattr("torch.set_num_threads", lambda count: None)
-    monkeypatch.setattr(certainty, "time", certainty.time)
+    monkeypatch.setattr(alpha_beta_search, "time", alpha_beta_search.time)
     monkeypatch.setattr(search, "time", search.time)
     (game,) = matches.games_by_the_clock("search", slow_server, 7, 2, 10, range(1), 4.0, tmp_path)
     assert search.time.monotonic is time.thread_time

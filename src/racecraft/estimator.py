@@ -7,8 +7,8 @@ from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParamete
 from racecraft.jobs.tuning.warm_start import WarmStartConfig, WarmStartTypes
 from racecraft.sagemaker.endpoint import Predictor
 from racecraft.sagemaker.estimator import RLEstimator, TrainingJob, TrainingJobAnalytics, UnexpectedStatusException
+from racecraft.sagemaker.estimator_config import RLFramework, RLToolkit
 from racecraft.sagemaker.estimator_trials import HyperparameterTuner
-from racecraft.sagemaker.estimator_words import RLFramework, RLToolkit
 from racecraft.sagemaker.search_analytics import HyperparameterTuningJobAnalytics
 from racecraft.sagemaker.session import Session, TrainingInput, get_execution_role
 

@@ -8,8 +8,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from racecraft.adapters.sb3_vec_env import sb3_vec_env
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.worlds.deepracer.adapter import (
     DeepRacerEnv,
     deepracer_vector_env,
@@ -101,7 +101,7 @@ def test_ranges_that_are_none_are_refused(wrong, named):
         race_world(actions=wrong)
 
 
-class TestContinuousCar(WorldExam):
+class TestContinuousCar(WorldConformance):
     """A car with continuous actions by its Gymnasium words sits the exam."""
 
     ticks = 40
@@ -110,7 +110,7 @@ class TestContinuousCar(WorldExam):
         return race_world(num_cars=num_worlds, actions=RANGES, width=16, height=12, max_episode_seconds=1.5)
 
 
-class TestRaceWorld(WorldExam):
+class TestRaceWorld(WorldConformance):
     """The race world sits the exam; half a second of clock makes it cut and begin episodes."""
 
     ticks = 60
@@ -119,7 +119,7 @@ class TestRaceWorld(WorldExam):
         return race_world(num_cars=num_worlds, width=16, height=12, max_episode_seconds=1.5)
 
 
-class TestCarWithSensors(WorldExam):
+class TestCarWithSensors(WorldConformance):
     """Two eyes and a LiDAR sit the exam."""
 
     ticks = 60

@@ -11,34 +11,34 @@ from racecraft.adapters.gymnasium_env import WorldEnv
 from racecraft.adapters.gymnasium_vector import WorldVectorEnv
 from racecraft.adapters.pettingzoo_parallel import pettingzoo_parallel
 from racecraft.adapters.sb3_vec_env import sb3_vec_env
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import ContractError, UserInputError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import ContinuousActions, allocate
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 
 
-class TestCartPoleSitsTheExam(WorldExam):
+class TestCartPoleSitsTheExam(WorldConformance):
     ticks = 120
 
     def make_world(self, num_worlds):
         return GymnasiumWorld("CartPole-v1", num_worlds)
 
 
-class TestPendulumSitsTheExam(WorldExam):
+class TestPendulumSitsTheExam(WorldConformance):
     ticks = 210  # the clock cuts it at 200
 
     def make_world(self, num_worlds):
         return GymnasiumWorld("Pendulum-v1", num_worlds)
 
 
-class TestFrozenLakeSitsTheExam(WorldExam):
+class TestFrozenLakeSitsTheExam(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
         return GymnasiumWorld("FrozenLake-v1", num_worlds)
 
 
-class TestADictionarySitsTheExam(WorldExam):
+class TestADictionarySitsTheExam(WorldConformance):
     ticks = 40
 
     def make_world(self, num_worlds):

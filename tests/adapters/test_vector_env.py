@@ -7,8 +7,8 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec, WrapperSpec
 from gymnasium.vector import AutoresetMode, VectorEnv
 
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import ContractError, EnvironmentFailedError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.rollout.episodes import play_episodes
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
@@ -22,7 +22,7 @@ def cartpole(rows):
     return world, allocate(world.spec)
 
 
-class TestAVectorVersionSitsTheExam(WorldExam):
+class TestAVectorVersionSitsTheExam(WorldConformance):
     """All but one question: its rows share one stream of chance, so a row is another beside fewer. It only judges."""
 
     ticks = 120
@@ -93,7 +93,7 @@ def test_an_ended_row_begins_in_the_tick_behind_which_counts_for_nothing():
         ([no, yes], [2, 1], [0, 3], [no, no]),
     ]
     assert buffers.final_observations["observation"][0, 0, 0] == 0
-    episodes = [(one.world, one.steps, one.reward, one.status) for one in world.take_episodes()]
+    episodes = [(one.world, one.steps, one.reward, one.status) for one in world.pop_episodes()]
     assert episodes == [(0, 2, 2.0, "terminated"), (1, 3, 9.0, "terminated"), (0, 2, 2.0, "terminated")]
 
 
@@ -132,7 +132,7 @@ def test_a_saved_story_goes_on():
         world.step(chance.integers(2, size=(4, 1)), buffers)
     state, other, again = world.save_state(), *cartpole(4)
     other.load_state(state, again)
-    assert not other.take_episodes()
+    assert not other.pop_episodes()
     for _ in range(30):
         actions = chance.integers(2, size=(4, 1))
         world.step(actions, buffers)
@@ -222,9 +222,9 @@ def test_a_row_of_numbers_is_handed_on_and_a_cut_is_told_as_one():
     assert buffers.truncated[:, 0].tolist() == [False, True]
     assert not buffers.terminated.any()
     assert buffers.active[:, 0].tolist() == [True, False]
-    told = [(one.world, one.agent, one.steps, one.reward, one.status) for one in world.take_episodes()]
+    told = [(one.world, one.agent, one.steps, one.reward, one.status) for one in world.pop_episodes()]
     assert told == [(0, 0, 2, 1.0, "truncated"), (1, 0, 3, 1.5, "truncated")]
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
     np.testing.assert_array_equal(world.save_state()["actions"], [actions[:, 0]] * 3)
     world.close()
     world.close()
@@ -239,11 +239,11 @@ def test_what_was_earned_before_a_reset_is_forgotten():
     for _ in range(2):
         world.step(actions, buffers)
     world.reset(buffers, seed=0)
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
     assert world.save_state()["actions"].shape == (0, 2, 2)
     for _ in range(3):
         world.step(actions, buffers)
-    assert [(one.steps, one.reward) for one in world.take_episodes()] == [(2, 1.0), (3, 1.5)]
+    assert [(one.steps, one.reward) for one in world.pop_episodes()] == [(2, 1.0), (3, 1.5)]
 
 
 def test_what_it_shows_beyond_its_promise_is_a_letter():

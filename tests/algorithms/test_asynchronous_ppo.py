@@ -13,7 +13,7 @@ from tests.algorithms.test_ppo import STATE, made_up, world_spec
 from toy_world import CopyTheNumber
 
 from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, rollout_of, tensors_of
-from racecraft.algorithms.imitation import Imitating, ImitationConfig
+from racecraft.algorithms.imitation import ImitationConfig, ImitationWrapper
 from racecraft.algorithms.learner import DivergedError, counting
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import LOG_PROB, PpoConfig, PpoLearner
@@ -186,7 +186,7 @@ def test_a_memory_is_refused():
 
 def test_imitation_beside_it_is_refused():
     with pytest.raises(SettingError, match=r"Use ppo with .*ppo.asynchronous=false, or leave it at 0"):
-        Imitating(beside(), ImitationConfig(strength=1.0), None, seed=1)
+        ImitationWrapper(beside(), ImitationConfig(strength=1.0), None, seed=1)
 
 
 def test_random_choices_fall_with_what_its_actor_decided():

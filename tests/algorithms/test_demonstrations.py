@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.demonstrations import Shown, read_shown, shown_tensors
+from racecraft.algorithms.demonstrations import Shown, read_demonstration_batch, shown_tensors
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import (
@@ -54,16 +54,16 @@ def test_other_actions_and_other_or_missing_observations_are_refused_with_both()
 
 def test_a_file_that_ends_in_demo_is_read_by_its_world_and_any_other_is_ours(monkeypatch, tmp_path):
     asked = []
-    monkeypatch.setattr("racecraft.worlds.unity.training.shown.read_shown", asked.append)
+    monkeypatch.setattr("racecraft.worlds.unity.training.shown.read_demonstration_batch", asked.append)
     (tmp_path / "many").mkdir()
     (tmp_path / "many" / "a.demo").touch()
     for path in (tmp_path / "play.demo", tmp_path / "many"):
-        read_shown(path)
+        read_demonstration_batch(path)
     assert asked == [tmp_path / "play.demo", tmp_path / "many"]
     write_demonstrations(tmp_path / "ours.safetensors", recorded())
-    assert read_shown(tmp_path / "ours.safetensors").actions.tolist() == [2, 0, 1]
+    assert read_demonstration_batch(tmp_path / "ours.safetensors").actions.tolist() == [2, 0, 1]
 
 
 def test_a_folder_without_demonstrations_is_refused(tmp_path):
     with pytest.raises(SettingError, match="holds no demonstrations; expected files that end in .demo"):
-        read_shown(tmp_path)
+        read_demonstration_batch(tmp_path)

@@ -7,7 +7,7 @@ import torch
 from toy_world import CopyTheNumber, Walk
 
 from racecraft.algorithms.building import build_learner, signal_groups
-from racecraft.algorithms.imitation import Imitating, ImitationConfig
+from racecraft.algorithms.imitation import ImitationConfig, ImitationWrapper
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
@@ -73,7 +73,7 @@ def test_what_nobody_pays_for_is_done_as_it_was_shown(shown, precision):
             told = pupil.update(collector.collect())
         greedy = play_episodes(GreedyPolicy(pupil), CopyTheNumber(4), episodes_each=4, seed=2)
         found[strength] = summarise(greedy).mean_reward
-        assert isinstance(pupil, Imitating) == ("imitation_loss" in told) == bool(strength)
+        assert isinstance(pupil, ImitationWrapper) == ("imitation_loss" in told) == bool(strength)
         assert set(told) == set(pupil.figures)
     assert found[1.0] > 7.5 > 5.0 > found[0.0], found
 

@@ -11,10 +11,10 @@ import torch
 from racecraft.algorithms.networks import (
     ActorCritic,
     Architecture,
+    CustomEncoder,
     Encoder,
     Image,
     OwnActorCritic,
-    OwnEncoder,
     Vector,
     encoder_for,
     is_image,
@@ -219,7 +219,7 @@ def test_a_users_own_layers_begin_by_the_seed_they_are_given_and_touch_no_global
         bodies.append(encoder_for(SEEN, row_of(encoder="Own"), chance()))
         assert torch.equal(torch.get_rng_state(), before)
     one, two = bodies
-    assert isinstance(one, OwnEncoder)
+    assert isinstance(one, CustomEncoder)
     assert (one.names, one.width) == (("a", "b"), 3)
     assert torch.equal(one.own.layer.weight, two.own.layer.weight)
     assert not torch.equal(one.own.layer.weight, encoder_for(SEEN, row_of(encoder="Own"), chance(2)).own.layer.weight)

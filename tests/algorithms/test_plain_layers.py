@@ -12,7 +12,7 @@ from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions
 from racecraft.formats.policy_layers import DenseLayer, NetworkLayers, PolicyLayers, PolicyLayersError, SensorLayers
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.env.sensors import LIDAR, STEREO, car_sensors
 
 SENSORS = [(CAMERA_NAME,), (STEREO,), (CAMERA_NAME, LIDAR)]

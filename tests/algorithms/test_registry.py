@@ -165,9 +165,9 @@ def test_who_learns_by_search_fits_only_where_one_is_brought_along():
 
 def test_an_algorithm_says_in_words_what_it_decides():
     some, every = find_algorithm("dqn"), find_algorithm("ppo")
-    assert some.acts_text == ", ".join(some.acts)
+    assert some.action_kinds_text == ", ".join(some.acts)
     assert set(every.acts) == set(EVERYTHING)
-    assert every.acts_text == "any action"
+    assert every.action_kinds_text == "any action"
 
 
 FACTS = {
@@ -282,6 +282,6 @@ def test_every_name_is_offered_once_the_registered_before_the_installed(monkeypa
 
 def test_the_present_folder_is_looked_in_first_and_once(monkeypatch):
     monkeypatch.setattr(sys, "path", ["elsewhere"])
-    loading.see_present_folder()
-    loading.see_present_folder()
+    loading.add_cwd_to_path()
+    loading.add_cwd_to_path()
     assert sys.path == ["", "elsewhere"]

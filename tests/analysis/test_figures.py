@@ -6,7 +6,7 @@ from PIL import Image
 
 from racecraft.analysis.figures import FigureError, draw_curves, has_values
 from racecraft.analysis.metrics import METRICS, metrics_markdown
-from racecraft.formats.whole import OutputFileError
+from racecraft.formats.atomic import OutputFileError
 
 
 def metric_rows(count, **more):

@@ -10,11 +10,11 @@ from tests.worlds.deepracer.logs import makers
 
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.analysis.account import as_asked
-from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
 from racecraft.analysis.run_facts import read_facts
+from racecraft.analysis.run_summary import asked_words, happened_words
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.overrides import as_dictionary

@@ -8,8 +8,8 @@ import pytest
 from tests.cli.conftest import TINY
 from tests.jobs.conftest import end_supervisor
 
-from racecraft.jobs.home import JobHome
-from racecraft.worlds.deepracer.files.drfc_book import NotedJob, job_of, note_job
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.worlds.deepracer.files.drfc_jobs import RecordedJob, job_of, record_job
 
 SETTINGS = f'RACECRAFT_SET="{" ".join(TINY[1::2])}"\nRACECRAFT_STOP=iterations=1\n'
 
@@ -23,7 +23,7 @@ def installation(racecraft, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "my cars")
     assert racecraft("dr", "upload-custom-files").code == 0
     yield tmp_path / "my cars"
-    end_supervisor(JobHome.of_user())
+    end_supervisor(JobPaths.of_user())
 
 
 def bucket(installation):
@@ -33,15 +33,15 @@ def bucket(installation):
 def test_what_the_job_refuses_is_refused_here_and_leaves_no_trace(racecraft, installation):
     """The one before stays the one whose log is shown."""
     (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_bse\n" + SETTINGS)
-    note_job(installation, 0, "training", NotedJob("older-1", "bucket/older"))
+    record_job(installation, 0, "training", RecordedJob("older-1", "bucket/older"))
     before = bucket(installation)
     said = racecraft("dr", "start-training")
     assert said.code == 2
     assert said.err.startswith(f"racecraft: {installation}/run.env:1: DR_WORLD_NAME"), said.err
     assert "Did you mean 'reinvent_base'" in said.err
     assert "trains run id" not in said.out
-    assert JobHome.of_user().store().jobs() == []
-    assert job_of(installation, 0, "training") == NotedJob("older-1", "bucket/older")
+    assert JobPaths.of_user().store().jobs() == []
+    assert job_of(installation, 0, "training") == RecordedJob("older-1", "bucket/older")
     assert bucket(installation) == before
 
 
@@ -83,7 +83,7 @@ def test_one_that_is_stopped_before_it_begins_is_not_said_to_train(racecraft, in
     from racecraft.jobs import submit
 
     monkeypatch.setattr(submit, "ensure_supervisor", lambda home: None)  # so that it waits until it is stopped
-    monkeypatch.setattr(submit, "wait_for_run", submit.ask_to_stop)
+    monkeypatch.setattr(submit, "wait_for_run", submit.request_stop)
     said = racecraft("dr", "start-training")
     assert said.code == 0, said.err
     assert "training-rl-deepracer-sagemaker-1: Stopped before it began" in said.out
@@ -100,7 +100,7 @@ def test_ctrl_c_while_it_begins_leaves_it_to_itself(racecraft, installation, mon
     monkeypatch.setattr(submit, "wait_for_run", interrupted)
     said = racecraft("dr", "start-training")
     assert (said.code, "training-rl-deepracer-sagemaker-1 goes on by itself." in said.out) == (0, True)
-    assert [job.waits for job in JobHome.of_user().store().jobs()] == [True]
+    assert [job.waits for job in JobPaths.of_user().store().jobs()] == [True]
     assert job_of(installation, 0, "training").job == "training-rl-deepracer-sagemaker-1"
 
 

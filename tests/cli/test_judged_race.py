@@ -6,7 +6,7 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.formats.run_folder import RunFolder
-from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace
+from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
 
 
 @pytest.fixture
@@ -92,10 +92,10 @@ def test_run_env_rules_the_race_and_the_command_line_outweighs_it(racecraft, tmp
     trained = racecraft("train", "car", "--run", "r", "--no-pictures", "--stop", "iterations=1", *TINY)
     assert trained.code == 0, trained.err
     rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last")
-    assert (rules, reverse) == (JudgedRace(4, False, 7, 2.5, 9.0, 0.5), True)
+    assert (rules, reverse) == (TrialRaceRules(4, False, 7, 2.5, 9.0, 0.5), True)
     typed = [row[2] for row in said.values()]
     rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last", "--number-of-trials", 1, *typed)
-    assert (rules, reverse) == (JudgedRace(1, True, 2, 1.0, 4.0, 2.0), False)
+    assert (rules, reverse) == (TrialRaceRules(1, True, 2, 1.0, 4.0, 2.0), False)
     whole = RunFolder.open("r").read_job()
     for variable, (_, expected, word, outweighed) in said.items():
         name = variable.removeprefix("DR_EVAL_").lower()
@@ -111,9 +111,9 @@ def test_run_env_rules_the_race_and_the_command_line_outweighs_it(racecraft, tmp
 
 def test_a_dr_evaluation_is_a_race_by_the_template_s_rules(racecraft, tmp_path, judged, run):
     (tmp_path / "run.env").write_text("DR_EVAL_MAX_RESETS=1\n")
-    assert judged(racecraft, "dr", "run-evaluation", "r") == (JudgedRace(max_resets=1), False)
+    assert judged(racecraft, "dr", "run-evaluation", "r") == (TrialRaceRules(max_resets=1), False)
     (tmp_path / "run.env").write_text("DR_EVAL_REVERSE_DIRECTION=True\nDR_EVAL_IS_CONTINUOUS=0\n")
-    assert judged(racecraft, "dr", "run-evaluation", "r") == (JudgedRace(is_continuous=False), True)
+    assert judged(racecraft, "dr", "run-evaluation", "r") == (TrialRaceRules(is_continuous=False), True)
 
 
 def test_a_penalty_of_run_env_is_waited(racecraft, tmp_path):

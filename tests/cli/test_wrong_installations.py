@@ -7,9 +7,9 @@ import pytest
 
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_folder import RunFolder
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import new_job
-from racecraft.worlds.deepracer.files.drfc_book import NotedJob, note_job
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.worlds.deepracer.files.drfc_jobs import RecordedJob, record_job
 
 GOOD = {
     "run.env": "DR_WORLD_NAME=reinvent_base\n",
@@ -47,15 +47,15 @@ def run_env(*lines):
 
 def at_work(folder, run_id=0):
     """Note a training as at work, as dr-start-training would."""
-    store = JobHome.of_user().store()
+    store = JobPaths.of_user().store()
     store.add(new_job(JobSpec(("dr",), "busy-1", run=str(folder / "bucket" / "other")), 0.0))
-    note_job(folder, run_id, "training", NotedJob("busy-1", str(folder / "bucket" / "other")))
+    record_job(folder, run_id, "training", RecordedJob("busy-1", str(folder / "bucket" / "other")))
 
 
 def is_judged(folder):
     """Note an evaluation of the model as at work."""
-    JobHome.of_user().store().add(new_job(JobSpec(("dr",), "busy-2"), 0.0))
-    note_job(folder, 0, "evaluation", NotedJob("busy-2", str(folder / "bucket" / "rl-deepracer-sagemaker")))
+    JobPaths.of_user().store().add(new_job(JobSpec(("dr",), "busy-2"), 0.0))
+    record_job(folder, 0, "evaluation", RecordedJob("busy-2", str(folder / "bucket" / "rl-deepracer-sagemaker")))
 
 
 def model(folder, name="rl-deepracer-sagemaker"):
@@ -181,7 +181,7 @@ def test_a_letter_says_where_and_what(racecraft, installation, files, happens, t
 
 
 def begun(installation):
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     return {job.name for job in home.store().jobs()} if home.path.exists() else set()
 
 

@@ -15,7 +15,7 @@ from tests.cluster.workers_here import spread_here
 from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
 from racecraft.formats import live_ticks
 from racecraft.formats.episodes import columns_of_all
-from racecraft.formats.live_ticks import wish_for_ticks
+from racecraft.formats.live_ticks import request_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import Silent
 from racecraft.training.worlds import resume, train
@@ -113,7 +113,7 @@ def test_a_page_is_told_of_every_car_on_its_course(tmp_path, monkeypatch):
             self.wish()
 
         def wish(self):
-            wish_for_ticks(self.run)
+            request_ticks(self.run)
             moment = time.time_ns() + 10**11
             os.utime(self.run.watched, ns=(moment, moment))
 

@@ -16,7 +16,7 @@ import pytest
 from tests.cluster.test_spread_training import assert_same, curve
 from tests.cluster.workers_here import spread_here
 
-from racecraft.cluster.spreading import spread_over
+from racecraft.cluster.distribute import distribute
 from racecraft.training.callbacks import Silent
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.training.plan import RaceRequest
@@ -194,7 +194,7 @@ def test_cars_on_two_nodes_learn_what_they_learn_here(tmp_path):
     try:
         for _ in range(2):
             cluster.add_node(num_cpus=1)
-        train(asked(tmp_path / "there"), Silent(), said.append, spread_over(f"2@{cluster.address}"))
+        train(asked(tmp_path / "there"), Silent(), said.append, distribute(f"2@{cluster.address}"))
     finally:
         cluster.shutdown()
     assert_same(tmp_path / "here", tmp_path / "there")

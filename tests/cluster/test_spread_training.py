@@ -8,10 +8,10 @@ import pytest
 import torch
 from tests.cluster.workers_here import spread_here
 
-from racecraft.cluster import crew
-from racecraft.cluster.crew import LOST_IN_A_ROW
-from racecraft.cluster.patience import patience
+from racecraft.cluster import worker_pool
+from racecraft.cluster.deadlines import patience
 from racecraft.cluster.transport import ClusterError
+from racecraft.cluster.worker_pool import LOST_IN_A_ROW
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.training.callbacks import Silent
@@ -204,7 +204,7 @@ def test_ticks_of_all_workers_stand_in_the_episode_files(tmp_path):
 
 
 def test_what_is_waited_for_is_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(crew, "TELL_SECONDS", 0.0)
+    monkeypatch.setattr(worker_pool, "TELL_SECONDS", 0.0)
     said, spread = [], spread_here(2, slow_to="open")[0]
     train(cart(tmp_path / "run", stops="iterations=1"), Silent(), said.append, spread)
     assert said[0] == "- cluster 2: waiting for its workers"

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import cloudpickle  # as Ray does; it comes with gymnasium
 
-from racecraft.cluster.asked import ClusterAsked
-from racecraft.cluster.messages import Surroundings
-from racecraft.cluster.spreading import spread_by
+from racecraft.cluster.cluster_options import ClusterOptions
+from racecraft.cluster.distribute import spread_by
+from racecraft.cluster.messages import WorkerEnv
 from racecraft.cluster.transport import WorkerLostError
 from racecraft.cluster.worker import Worker
 
@@ -33,7 +33,7 @@ class WorkersHere:
         self._lost, self._late = set(), set()
 
     def start(self):
-        return Worker(Surroundings(tuple(sys.path), os.getcwd()))
+        return Worker(WorkerEnv(tuple(sys.path), os.getcwd()))
 
     def ask(self, worker, what, message):
         ticket = next(self._numbers)
@@ -73,4 +73,4 @@ class WorkersHere:
 def spread_here(workers, come_seconds=60.0, **more):
     """Return what carries worlds to workers in this process, and their transport."""
     transport = WorkersHere(workers, **more)
-    return spread_by(lambda: transport, ClusterAsked(workers, None), come_seconds), transport
+    return spread_by(lambda: transport, ClusterOptions(workers, None), come_seconds), transport

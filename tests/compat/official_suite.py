@@ -11,7 +11,7 @@ from unittest import mock
 
 import pytest
 
-from racecraft.compat.foreign import foreign_names
+from racecraft.compat.shims import foreign_names
 
 _lent = contextlib.ExitStack()
 TRAINERS = (

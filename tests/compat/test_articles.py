@@ -10,7 +10,7 @@ from tests.compat.articles import snake_cells, unity_cells, unity_script, write_
 from tests.compat.guessing import TWO_POLICIES, script
 from tests.jobs.conftest import home  # noqa: F401
 
-from racecraft.compat.slips import HINTS, unset_names
+from racecraft.compat.undefined_names import HINTS, unset_names
 
 GIVEN = """import sagemaker, boto3
 from sagemaker.rl import RLEstimator, RLToolkit

@@ -16,13 +16,13 @@ import pytest
 from tests.compat.test_coach_scripts import CART
 
 from racecraft.compat import baselines_training
-from racecraft.compat.baselines_words import WORDS, translated
-from racecraft.compat.foreign import run_script
+from racecraft.compat.baselines_config import WORDS, translated
 from racecraft.compat.names.sagemaker_rl.stable_baselines_launcher import SagemakerStableBaselinesPPO1Launcher
+from racecraft.compat.shims import run_script
 from racecraft.contract.errors import InputFileError, SettingError
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
+from racecraft.formats.atomic import OutputFileError
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import OutputFileError
 from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
 
 EXAMPLES = os.environ.get("RACECRAFT_SAGEMAKER_EXAMPLES")
@@ -114,7 +114,7 @@ def test_its_environment_travels_with_its_run(folder, wrapped):
         (folder / name).unlink()
     sys.modules.pop("cart")
     gymnasium.registry.pop("from_script/environment-v0")
-    told = judge_run(folder / "away", episodes=4)
+    told = evaluate_run(folder / "away", episodes=4)
     assert told["episodes"] == 4
     assert told["mean_return"] == told["mean_steps"] * (0.5 if "RewScale" in wrapped else 1)
 

@@ -13,10 +13,10 @@ import gymnasium
 import numpy as np
 import pytest
 
-from racecraft.compat.coach_words import AGENT_WORDS, Amount, Head, Layer, Line, Part, translated
-from racecraft.compat.foreign import run_script
+from racecraft.compat.coach_config import AGENT_WORDS, Amount, Head, Layer, Line, Part, translated
+from racecraft.compat.shims import run_script
 from racecraft.contract.errors import InputFileError, SettingError
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
 
@@ -137,7 +137,7 @@ def test_a_presets_own_environment_travels_with_its_run(folder):
         (folder / name).unlink()
     sys.modules.pop("cart")
     gymnasium.registry.pop("from_script/Cart-v0")
-    told = judge_run(folder / "away", episodes=4)
+    told = evaluate_run(folder / "away", episodes=4)
     assert told["episodes"] == 4
     assert told["mean_return"] == told["mean_steps"] > 5, "a cart's pole earns one a step"
 

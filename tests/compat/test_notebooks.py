@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.compat import foreign
-from racecraft.compat.foreign import run_script
+from racecraft.compat import shims
 from racecraft.compat.notebooks import cells_of
+from racecraft.compat.shims import run_script
 from racecraft.contract.errors import InputFileError, SettingError
 
 EXAMPLES = os.environ.get("RACECRAFT_SAGEMAKER_EXAMPLES")
@@ -100,17 +100,17 @@ def test_names_of_ipython_are_lent_where_there_is_none(notebook, capsys):
 
 @pytest.mark.parametrize("named", [None, "AWS_PROFILE"])
 def test_a_boto3_without_credentials_is_ours(tmp_path, monkeypatch, named):
-    for name in (*foreign.CREDENTIALS, "AWS_SHARED_CREDENTIALS_FILE", "AWS_CONFIG_FILE"):
+    for name in (*shims.CREDENTIALS, "AWS_SHARED_CREDENTIALS_FILE", "AWS_CONFIG_FILE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.setattr(foreign.PathFinder, "find_spec", lambda name: type("Spec", (), {"origin": "/else/where.py"}))
+    monkeypatch.setattr(shims.PathFinder, "find_spec", lambda name: type("Spec", (), {"origin": "/else/where.py"}))
     if named:
         monkeypatch.setenv(named, "me")
-    assert ("boto3" in foreign._lent()) == (named is None)
+    assert ("boto3" in shims._lent()) == (named is None)
 
 
 def test_what_a_job_left_is_found_in_its_bucket(notebook, tmp_path, monkeypatch, capsys):
-    for name in foreign.CREDENTIALS:
+    for name in shims.CREDENTIALS:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     (tmp_path / "jobs" / "mine" / "output").mkdir(parents=True)
@@ -136,7 +136,7 @@ def test_what_a_job_left_is_found_in_its_bucket(notebook, tmp_path, monkeypatch,
 @pytest.mark.skipif(not EXAMPLES, reason="RACECRAFT_SAGEMAKER_EXAMPLES names no copy of the examples")
 def test_awss_notebook_of_cartpole_runs_but_for_its_evaluation(notebook, tmp_path, monkeypatch, capsys):
     """Its evaluation asks the command line of AWS for a copy, and RLlib itself to play."""
-    for name in foreign.CREDENTIALS:
+    for name in shims.CREDENTIALS:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     shutil.copytree(Path(EXAMPLES) / "rl_cartpole_ray", tmp_path / "there")

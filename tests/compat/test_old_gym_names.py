@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from racecraft.compat.foreign import run_script
+from racecraft.compat.shims import run_script
 from racecraft.contract.errors import UserInputError
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from tests.compat.guessing import GUESS, LAUNCHER, PLAIN, TWO_POLICIES
 
-from racecraft.compat.foreign import run_script
+from racecraft.compat.shims import run_script
 from racecraft.contract.errors import UserInputError
 
 FUNCTIONS = """

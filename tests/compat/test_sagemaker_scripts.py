@@ -9,10 +9,10 @@ import pytest
 from tests.compat.articles import unity_script
 
 from racecraft.compat import script_models
-from racecraft.compat.foreign import run_script
 from racecraft.compat.old_gym import FromOldGym
-from racecraft.compat.rllib_words import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, translated, words_of
+from racecraft.compat.rllib_config import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, translated, words_of
 from racecraft.compat.secondary_jobs import PrimaryMissingError, primary_lock, wait_for_primary
+from racecraft.compat.shims import run_script
 from racecraft.compat.unknown_names import UnknownNameError
 from racecraft.contract.errors import EnvironmentFailedError, SettingError
 from racecraft.formats.run_folder import RunFolder

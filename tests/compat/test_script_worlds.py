@@ -11,12 +11,12 @@ import pytest
 from tests.compat.guessing import GUESS, KERAS_MODEL, MASKED, PLAIN, TORCH_MODEL, TWO_POLICIES, script
 
 from racecraft.compat import script_worlds
-from racecraft.compat.foreign import foreign_names, run_script
 from racecraft.compat.script_worlds import Described, PolicyWords, ScriptWorld, SoleAgent
+from racecraft.compat.shims import foreign_names, run_script
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import POLICY_ID, allocate
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
@@ -32,22 +32,22 @@ def world_of(num_worlds, env, policies, horizon=1000, still=frozenset()):
     return type("Guessing", (ScriptWorld,), {"described": described, "worlds_made": 0})(num_worlds)
 
 
-class TestOnePolicyForAll(WorldExam):
+class TestOnePolicyForAll(WorldConformance):
     def make_world(self, num_worlds):
         return world_of(num_worlds, "Guess", ["shared"])
 
 
-class TestAPolicyForEach(WorldExam):
+class TestAPolicyForEach(WorldConformance):
     def make_world(self, num_worlds):
         return world_of(num_worlds, "Guess", ["policy_0", "policy_1"])
 
 
-class TestEpisodesThatAreCut(WorldExam):
+class TestEpisodesThatAreCut(WorldConformance):
     def make_world(self, num_worlds):
         return world_of(num_worlds, "Guess", ["policy_0", "policy_1"], horizon=5)
 
 
-class TestAMask(WorldExam):
+class TestAMask(WorldConformance):
     def make_world(self, num_worlds):
         return world_of(num_worlds, "Masked", ["shared"])
 
@@ -211,7 +211,7 @@ def test_a_scripts_own_environment_travels_with_its_run(ran, tmp_path, env, more
     run.path.rename(tmp_path / "away")
     before = {path.name for path in (tmp_path / "away").rglob("*")}
     forget_environments()
-    told = judge_run(tmp_path / "away", episodes=4)
+    told = evaluate_run(tmp_path / "away", episodes=4)
     assert (told["episodes"], told["mean_steps"]) == (4, steps)
     assert {path.name for path in (tmp_path / "away").rglob("*")} == before
     assert "script_environment" not in sys.modules
@@ -224,10 +224,10 @@ def test_a_script_that_comes_to_no_training_elsewhere_is_named(ran, tmp_path):
     go.unlink()
     forget_environments()
     with pytest.raises(SettingError, match="begun again for its environment, it came to no training"):
-        judge_run(run.path)
+        evaluate_run(run.path)
     (run.path / "code" / "script_environment.py").unlink()
     with pytest.raises(SettingError, match=r"a script made this environment .* behind its train_main\(\)"):
-        judge_run(run.path)
+        evaluate_run(run.path)
 
 
 def test_a_scripts_own_environment_is_judged_behind_its_training(ran):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import racecraft
-from racecraft.compat.foreign import foreign_names
+from racecraft.compat.shims import foreign_names
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 

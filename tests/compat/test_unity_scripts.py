@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.compat.foreign import foreign_names, run_script
+from racecraft.compat.shims import foreign_names, run_script
 from racecraft.contract.errors import InputFileError
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")

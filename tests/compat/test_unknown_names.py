@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.compat.foreign import run_script
+from racecraft.compat.shims import run_script
 from racecraft.compat.unknown_names import UnknownNameError
 from racecraft.contract.errors import SettingError
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from tests.jobs.conftest import home  # noqa: F401
 
-from racecraft.compat.foreign import foreign_names, run_script
-from racecraft.compat.word_places import line_of_word
+from racecraft.compat.shims import foreign_names, run_script
+from racecraft.compat.source_lines import line_of_word
 from racecraft.contract.errors import UserInputError
 
 ESTIMATOR = """from sagemaker.rl import RLEstimator

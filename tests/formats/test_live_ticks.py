@@ -10,9 +10,9 @@ from racecraft.formats.checkpoint import save_policy
 from racecraft.formats.live_ticks import (
     LiveTicks,
     forget_live_ticks,
-    latest_wish,
+    latest_request,
     read_live_ticks,
-    wish_for_ticks,
+    request_ticks,
     write_live_ticks,
 )
 from racecraft.formats.run_folder import RunFolder
@@ -27,14 +27,14 @@ def run(tmp_path, monkeypatch):
 
 
 def test_a_wish_holds_for_three_seconds(run):
-    assert latest_wish(run) is None
-    wish_for_ticks(run)
+    assert latest_request(run) is None
+    request_ticks(run)
     assert run.watched.exists()
     for ago, holds in ((0, True), (2_999_000_000, True), (3_000_000_000, False), (9_000_000_000, False)):
         wished = int(NOW) * 10**9 - ago
         os.utime(run.watched, ns=(wished, wished))
-        assert latest_wish(run) == (wished if holds else None)
-    wish_for_ticks(RunFolder(run.path / "gone"))
+        assert latest_request(run) == (wished if holds else None)
+    request_ticks(RunFolder(run.path / "gone"))
 
 
 def test_what_is_left_is_read_and_is_live_for_five_seconds(run):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from racecraft.contract.errors import RunFolderError
+from racecraft.formats.atomic import OutputFileError
 from racecraft.formats.run_folder import VERSION, RunFolder, last_stops
-from racecraft.formats.whole import OutputFileError
 
 HOLD = """
 import sys, time
@@ -286,12 +286,12 @@ def test_a_run_is_of_the_kind_that_is_asked_for_or_is_refused(tmp_path):
 
 def test_a_training_is_asked_to_stop_until_that_is_forgotten(tmp_path):
     run = RunFolder.create(tmp_path / "r")
-    run.forget_stop()
-    assert not run.stop_asked()
-    run.ask_to_stop()
-    assert run.stop_asked()
-    run.forget_stop()
-    assert not run.stop_asked()
+    run.clear_stop()
+    assert not run.stop_requested()
+    run.request_stop()
+    assert run.stop_requested()
+    run.clear_stop()
+    assert not run.stop_requested()
 
 
 def test_who_holds_the_folder_trains_there(tmp_path):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.jobs.makers import wait_until
 
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def home(tmp_path, monkeypatch):
     """The home of jobs that every command of this test finds."""
     monkeypatch.delenv("RACECRAFT_JOB_STORE", raising=False)
     monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
-    made = JobHome.of_user()
+    made = JobPaths.of_user()
     yield made
     end_supervisor(made)
 

@@ -9,15 +9,15 @@ import time
 from pathlib import Path
 
 from racecraft.formats.job_spec import JobSpec
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import new_job
+from racecraft.jobs.job_paths import JobPaths
 
 MARK = "racecraft-test-job"
 """Stands in the environment of every process a test job starts, so that what is left running is found."""
 
 
 def home_in(folder):
-    return JobHome(Path(folder), f"sqlite:///{Path(folder) / 'jobs.sqlite'}")
+    return JobPaths(Path(folder), f"sqlite:///{Path(folder) / 'jobs.sqlite'}")
 
 
 def script_job(folder, name, text, *, mark="", **more):

@@ -14,7 +14,7 @@ from tests.jobs.conftest import supervisor_of
 from tests.jobs.makers import wait_until
 
 from racecraft.formats.job_spec import JobSpec, JobSpecError, read_job_spec, write_job_spec
-from racecraft.jobs.waking import is_supervised
+from racecraft.jobs.supervisor_start import is_supervised
 
 TINY = ("--no-pictures", "--set=rollout.horizon=16", "--set=evaluation.episodes=1")
 

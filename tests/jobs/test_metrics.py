@@ -5,7 +5,7 @@ import pytest
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.follow import follow, last_words
 from racecraft.jobs.metrics import check_definitions, read_metrics
-from racecraft.sagemaker.estimator_words import RLToolkit, default_metric_definitions
+from racecraft.sagemaker.estimator_config import RLToolkit, default_metric_definitions
 
 RAY = default_metric_definitions(RLToolkit.RAY)
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from racecraft.cli.app import main
-from racecraft.compat.foreign import run_script
+from racecraft.compat.shims import run_script
 
 WORKSHOP = """\
 Description: a driver's workshop

@@ -9,8 +9,8 @@ import pytest
 from tests.jobs.makers import python, wait_until
 
 from racecraft.formats.job_spec import JobSpec
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import new_job
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.job_table import JobStoreError
 from racecraft.jobs.sql_store import SqlStore
 from racecraft.jobs.sqlite_store import SqliteStore
@@ -173,9 +173,9 @@ def test_of_several_processes_that_claim_at_once_one_gets_it(tmp_path):
 def test_a_store_survives_the_process(tmp_path):
     path = tmp_path / "jobs.sqlite"
     python(
-        "import sys; from racecraft.jobs.home import JobHome; from racecraft.jobs.job import new_job;"
+        "import sys; from racecraft.jobs.job_paths import JobPaths; from racecraft.jobs.job import new_job;"
         "from racecraft.formats.job_spec import JobSpec; import os, signal; from pathlib import Path;"
-        "store = JobHome(Path(sys.argv[1]).parent, 'sqlite:///' + sys.argv[1]).store();"
+        "store = JobPaths(Path(sys.argv[1]).parent, 'sqlite:///' + sys.argv[1]).store();"
         "store.add(new_job(JobSpec(('gym',), 'kept'), 1.0)); os.kill(os.getpid(), signal.SIGKILL)",
         path,
     ).wait()
@@ -202,13 +202,14 @@ def test_each_opens_and_changes_what_the_other_wrote(writes, reads, tmp_path):
 
 def test_a_home_needs_no_sqlalchemy_for_a_file_and_asks_it_for_the_rest(tmp_path):
     code = (
-        "import sys; from racecraft.jobs.home import JobHome; import racecraft.jobs.submit, racecraft.jobs.__main__;"
-        "JobHome.of_user({'RACECRAFT_JOBS': sys.argv[1]}).store().jobs();"
+        "import sys; from racecraft.jobs.job_paths import JobPaths;"
+        "import racecraft.jobs.submit, racecraft.jobs.__main__;"
+        "JobPaths.of_user({'RACECRAFT_JOBS': sys.argv[1]}).store().jobs();"
         "print([name for name in ('sqlalchemy', 'numpy', 'torch', 'typer') if name in sys.modules])"
     )
     assert python(code, tmp_path, stdout=subprocess.PIPE, text=True).communicate(timeout=60)[0] == "[]\n"
     named = {"RACECRAFT_JOBS": str(tmp_path), "RACECRAFT_JOB_STORE": f"sqlite:///{tmp_path}/x.sqlite?timeout=1"}
-    store = JobHome.of_user(named).store()
+    store = JobPaths.of_user(named).store()
     assert isinstance(store, SqlStore)
     store.close()
 
@@ -241,10 +242,10 @@ def test_an_address_that_cannot_be_used_is_said(url, letter):
 
 def test_a_place_that_cannot_be_written_is_said(tmp_path):
     with pytest.raises(JobStoreError, match="sqlite:////proc/jobs.sqlite: cannot be written"):
-        JobHome(tmp_path, "sqlite:////proc/jobs.sqlite").store()
+        JobPaths(tmp_path, "sqlite:////proc/jobs.sqlite").store()
     (tmp_path / "file").touch()
     with pytest.raises(JobStoreError, match="file/jobs.sqlite"):
-        JobHome(tmp_path, f"sqlite:///{tmp_path}/file/jobs.sqlite").store()
+        JobPaths(tmp_path, f"sqlite:///{tmp_path}/file/jobs.sqlite").store()
 
 
 @IN_A_FILE

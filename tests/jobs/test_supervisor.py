@@ -16,7 +16,7 @@ from racecraft.formats.run_lock import RunLock
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import MemoryStore, change
-from racecraft.jobs.submit import ask_to_stop, wait
+from racecraft.jobs.submit import request_stop, wait
 from racecraft.jobs.supervisor import Supervisor
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
@@ -173,9 +173,9 @@ SUPERVISE = """
 import sys, time
 from pathlib import Path
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.supervisor import Supervisor
-home = JobHome(Path(sys.argv[1]), sys.argv[2])
+home = JobPaths(Path(sys.argv[1]), sys.argv[2])
 supervisor = Supervisor(home.store(), home, sys.argv[3], Capacity(4, 1000), lost_seconds=float(sys.argv[4]))
 while supervisor.turn(): time.sleep(0.01)
 """
@@ -322,7 +322,7 @@ def test_stopping_what_nobody_works_at_starts_nobody(tmp_path):
     (tmp_path / "home").mkdir()
     store = home.store()
     add(store, script_job(tmp_path, "waits", "print()\n"))
-    assert ask_to_stop(home, store, "waits").state is State.STOPPED
+    assert request_stop(home, store, "waits").state is State.STOPPED
     assert not (home.path / "supervisor.log").exists()
     store.close()
 
@@ -334,7 +334,7 @@ def test_one_who_waits_is_told_why_nobody_can_work(tmp_path, store, monkeypatch)
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\necho 'racecraft: the disk is full.' >&2\nexit 1\n")
     broken.chmod(0o755)
-    monkeypatch.setattr("racecraft.jobs.waking.sys.executable", str(broken))
+    monkeypatch.setattr("racecraft.jobs.supervisor_start.sys.executable", str(broken))
     monkeypatch.setattr("racecraft.jobs.submit.LOOK_AGAIN_SECONDS", 0.2)
     with pytest.raises(JobError, match="nobody can work at the jobs of .*: the disk is full. Jobs are kept"):
         wait(home, store, "a", seconds=60.0)

@@ -28,7 +28,7 @@ class Walk:
             self.places[row], self.steps[row] = 0, 0
         buffers.observations["place"][:, 0, 0] = self.places
 
-    def take_episodes(self):
+    def pop_episodes(self):
         told, self.told = self.told, []
         return told
 

@@ -11,7 +11,7 @@ from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import RAW_ACTION, PpoConfig, PpoLearner
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import ArraySpec, EpisodeRecord
-from racecraft.rollout.collector import CarriedOtherwiseError, Collector
+from racecraft.rollout.collector import Collector, WorkerLayoutError
 from racecraft.rollout.statistics import summarise
 
 
@@ -85,9 +85,9 @@ def test_finished_episodes_are_told_with_their_sums():
     collector = Collector(Walk(1), Always(0), horizon=20, seed=1)
     start = int(collector.buffer.observations["square"][0, 0, 0].argmax())
     collector.collect()
-    first = collector.take_episodes()[0]
+    first = collector.pop_episodes()[0]
     assert first == EpisodeRecord(0, 0, start, start * (start - 1) / 2, "terminated")
-    assert collector.take_episodes() == []
+    assert collector.pop_episodes() == []
 
 
 def test_each_car_drives_its_quota_of_whole_episodes():
@@ -137,10 +137,10 @@ def test_a_restored_training_goes_on_bit_by_bit_in_the_middle_of_an_episode():
     twin.load_state_dict(saved["learner"])
     resumed = Collector(other, twin, horizon=7, seed=6)
     resumed.restore(saved["collector"])
-    collector.take_episodes()
+    collector.pop_episodes()
     for _ in range(3):
         assert learner.update(collector.collect()) == twin.update(resumed.collect())
-        assert collector.take_episodes() == resumed.take_episodes()
+        assert collector.pop_episodes() == resumed.pop_episodes()
     assert collector.steps_taken == resumed.steps_taken
     mine, its = learner.state_dict()["network"], twin.state_dict()["network"]
     assert all(torch.equal(mine[name], its[name]) for name in mine)
@@ -220,7 +220,7 @@ def test_an_episode_that_a_quota_broke_off_is_not_counted_in_the_next():
         collector = Collector(world, Always(2), horizon=7, seed=1)
         collector.collect()
         collector.collect_episodes(1)
-        assert [told.steps for told in collector.take_episodes()] == [LIMIT, LIMIT]
+        assert [told.steps for told in collector.pop_episodes()] == [LIMIT, LIMIT]
 
 
 def test_a_world_that_shows_not_a_number_is_restored_all_the_same():
@@ -313,7 +313,7 @@ def test_what_others_carried_is_taken_over_by_its_counts_alone():
     there = Collector(Walk(3, 2), Always(2), horizon=5, seed=1)
     state = {"exploration": there.state()["exploration"], "counts": {"ticks_taken": 9, "resets": 4, "steps_taken": 37}}
     collector = Collector(Walk(3, 2), Always(2), horizon=5, seed=1)
-    with pytest.raises(CarriedOtherwiseError, match="carried by workers"):
+    with pytest.raises(WorkerLayoutError, match="carried by workers"):
         collector.restore(state)
     collector.restore(state, anew=True)
     assert collector.steps_taken == 37
@@ -348,7 +348,7 @@ def test_somebody_may_look_meanwhile_and_break_off():
         if len(looks) == 3:
             raise KeyboardInterrupt
 
-    collector.look_meanwhile(look)
+    collector.set_poll_callback(look)
     with pytest.raises(KeyboardInterrupt):
         collector.collect()
     assert looks == [1, 2, 3]

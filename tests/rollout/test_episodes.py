@@ -133,7 +133,7 @@ def test_what_ended_before_counts_for_nobody():
             super().reset(buffers, seed)
             self.left = [EpisodeRecord(0, 0, 99, 99.0, "before")]
 
-        def take_episodes(self):
+        def pop_episodes(self):
             ended = [(n, m) for n in range(2) for m in range(2) if self.tick and self.tick % (n + m + 1) == 0]
             left, self.left = self.left, []
             return left + [EpisodeRecord(n, m, n + m + 1, 1.0, "now") for n, m in ended]

@@ -50,7 +50,7 @@ def test_every_car_drives_exactly_its_quota():
     for iteration in (1, 2):
         before = collector.steps_taken, collector.actor.asked
         kept = collector.collect_episodes(3)
-        episodes = collector.take_episodes()
+        episodes = collector.pop_episodes()
         lengths = sum(episode.steps for episode in episodes)
         assert sorted(episode.world for episode in episodes) == [0] * 3 + [1] * 3 + [2] * 3 + [3] * 3
         assert collector.steps_taken - before[0] == collector.actor.asked - before[1] == lengths

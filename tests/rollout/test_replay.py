@@ -10,7 +10,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.rollout import replay as memory
 from racecraft.rollout.kernels import sum_tree
-from racecraft.rollout.kernels.story import NOBODY, TERMINATED, TRUNCATED
+from racecraft.rollout.kernels.n_step import NOBODY, TERMINATED, TRUNCATED
 from racecraft.rollout.priorities import Priorities
 from racecraft.rollout.replay import Replay
 from racecraft.rollout.replay_settings import ReplayConfig

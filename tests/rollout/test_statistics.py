@@ -55,7 +55,7 @@ def test_a_count_goes_on_where_it_was_kept_and_begin_forgets_it():
 
 def test_a_world_that_tells_its_own_episodes_is_asked_and_not_counted():
     told = [[EpisodeRecord(0, 0, 7, 1.5, "lap")], [EpisodeRecord(1, 1, 3, 0.5, "crash")]]
-    counting = EpisodeCounter(SimpleNamespace(spec=SPEC, take_episodes=lambda: told.pop(0)))
+    counting = EpisodeCounter(SimpleNamespace(spec=SPEC, pop_episodes=lambda: told.pop(0)))
     counting.begin()  # what ended before is not told
     count(counting, np.ones((2, 2)), terminated=[(0, 0)])
     assert not counting.state()["steps"].any()

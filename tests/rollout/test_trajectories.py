@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
-from racecraft.rollout.trajectories import Trajectories, copy_shown
+from racecraft.rollout.trajectories import Trajectories, copy_observations
 
 SEEN = {"frame": ArraySpec((2, 3), np.uint8), "speed": ArraySpec((1,), np.float32)}
 COLUMNS = {"value": ArraySpec((), np.float32), "logits": ArraySpec((3,), np.float64)}
@@ -125,7 +125,7 @@ def test_last_observations_are_kept_of_those_cut_alone_and_told_in_order():
             then.terminated[place] = True
         then.final_observations["speed"][..., 0] = 10 * t + np.arange(4).reshape(2, 2)
         then.final_observations["frame"][:] = t
-        kept.keep_finals(t, then)
+        kept.store_final_observations(t, then)
     batch = kept.batch(4)
     assert batch.final_index.tolist() == [4 + 1, 4 + 2, 3 * 4 + 2]
     assert batch.final_observations["speed"].tolist() == [[11], [12], [32]]
@@ -151,7 +151,7 @@ def test_what_a_world_without_a_mask_shows_is_copied_without_one():
     one.observations["speed"][:] = 3.0
     one.active[:] = False
     other.action_mask[:] = False
-    copy_shown(one, other)
+    copy_observations(one, other)
     assert (other.observations["speed"] == 3.0).all()
     assert not other.active.any()
     assert not other.action_mask.any()

@@ -6,7 +6,7 @@ import pytest
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.stacking import AGE
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
-from racecraft.rollout.kernels.story import NOBODY
+from racecraft.rollout.kernels.n_step import NOBODY
 from racecraft.rollout.transition_ring import TransitionRing, ring_bytes, ring_layout
 
 GAMMA = 0.5

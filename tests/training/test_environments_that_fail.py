@@ -13,9 +13,9 @@ from tests.cluster.workers_here import spread_here
 from tests.compat.guessing import GUESS, PLAIN, script
 from tests.jobs.conftest import home  # noqa: F401 - the fixture
 
-from racecraft.compat.foreign import run_script
-from racecraft.contract.blame import own_line
+from racecraft.compat.shims import run_script
 from racecraft.contract.errors import EnvironmentFailedError, RacecraftError, UserInputError
+from racecraft.contract.user_code_location import user_code_location
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import Silent
 from racecraft.training.worlds import train
@@ -250,10 +250,10 @@ def test_a_scripts_environment_of_one_agent_is_told_of_without_pythons_traceback
 def test_a_line_is_the_users_own_or_none():
     with pytest.raises(TypeError) as raised:
         textwrap.dedent(3)
-    assert own_line(raised.value).startswith(os.path.relpath(__file__))
+    assert user_code_location(raised.value).startswith(os.path.relpath(__file__))
     with pytest.raises(SyntaxError) as raised:
         compile("1 +", "mine.py", "exec")
-    assert own_line(raised.value) == "mine.py:1"
+    assert user_code_location(raised.value) == "mine.py:1"
     with pytest.raises(RacecraftError) as raised:
         RunFolder.open("/nowhere")
-    assert own_line(raised.value.with_traceback(raised.value.__traceback__.tb_next)) == ""
+    assert user_code_location(raised.value.with_traceback(raised.value.__traceback__.tb_next)) == ""

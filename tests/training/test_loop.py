@@ -68,7 +68,7 @@ class Notes:
     def write_evaluation(self, report, loop_state):
         self.reports[-1] = report
 
-    def stop_asked(self):
+    def stop_requested(self):
         return False
 
     def close(self): ...
@@ -84,13 +84,13 @@ class Collector:
     def __init__(self):
         self.steps_taken = 0
 
-    def look_meanwhile(self, look):
+    def set_poll_callback(self, look):
         """Nobody looks: nothing lasts here."""
 
     def collect(self):
         self.steps_taken += 5
 
-    def take_episodes(self):
+    def pop_episodes(self):
         return [EpisodeRecord(0, 0, 30, 3.0, "fell"), EpisodeRecord(0, 0, 60, 6.0, "fell", {"seconds": 4.0})]
 
 
@@ -249,7 +249,7 @@ class LongCollector(Collector):
         super().__init__()
         self.clock, self.ticks = clock, ticks
 
-    def look_meanwhile(self, look):
+    def set_poll_callback(self, look):
         self.look = look
 
     def collect(self):
@@ -286,7 +286,7 @@ def test_who_asks_it_to_stop_is_heard_within_an_iteration(monkeypatch):
 def looked_at(collector, stop, clock, asked_at=float("inf")):
     """Train with a collector that lets the loop look meanwhile; somebody asks it to stop at some second."""
     notes = Notes()
-    notes.stop_asked = lambda: clock.now >= asked_at
+    notes.stop_requested = lambda: clock.now >= asked_at
     loop = TrainingLoop(
         collector, SimpleNamespace(eats="rollout", update=lambda batch: {}), ScriptedJudge([lap(1, None)] * 3),
         notes, notes, RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=100), parse_stops([stop]),

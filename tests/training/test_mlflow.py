@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from racecraft.contract.errors import MissingExtraError, SettingError
-from racecraft.sagemaker.estimator_words import experiment_variables
+from racecraft.sagemaker.estimator_config import experiment_variables
 from racecraft.training.callbacks import EvaluationResult, IterationReport, Silent
 from racecraft.training.mlflow_tracking import EXPERIMENT, MlflowRun, RunDescription, tracking_uri
 from racecraft.training.worlds import resume, train

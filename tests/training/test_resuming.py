@@ -14,8 +14,8 @@ import typer
 from gymnasium import spaces
 from typer.testing import CliRunner
 
-from racecraft.analysis.account_words import asked_words
 from racecraft.analysis.run_facts import read_facts
+from racecraft.analysis.run_summary import asked_words
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import torch
 
+from racecraft.formats.atomic import OutputFileError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import OutputFileError
 from racecraft.training import run_writer
 from racecraft.training.callbacks import IterationReport
 from racecraft.training.run_writer import RunWriter

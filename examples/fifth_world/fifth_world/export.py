@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.export.exported import Exported
-from racecraft.formats.whole import make_folder, write_whole
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.players.trained import load_policy
 
 
@@ -20,5 +20,5 @@ def export_table(run: Path, to: str, which: str | None, output: Path | None, che
     steps = [policy.spec.actions.labels[choice] for choice in policy.act({"place": places})]
     path = output or policy.run.path / "export" / "table.json"
     make_folder(path.parent)
-    write_whole(path, json.dumps(steps) + "\n")
+    write_atomic(path, json.dumps(steps) + "\n")
     return Exported({"file": str(path)}, (f"{path}: {length} cells",))

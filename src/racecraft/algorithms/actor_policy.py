@@ -9,24 +9,24 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import GAUSSIAN, Categorical, Distribution, distribution_for
-from racecraft.algorithms.light_work import lightly
+from racecraft.algorithms.explainable import Scores, as_floats, scores_of
 from racecraft.algorithms.networks import (
     ActorCritic,
     Architecture,
+    CustomEncoder,
     Encoder,
     OwnActorCritic,
-    OwnEncoder,
     OwnPolicy,
     architecture_from,
 )
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
-from racecraft.algorithms.transparent import Scores, as_floats, scores_of
+from racecraft.algorithms.torch_threads import single_threaded
 from racecraft.contract.world import Array
 
 if TYPE_CHECKING:
-    from racecraft.algorithms.plain_look import PlainLook
+    from racecraft.algorithms.compiled_policy import CompiledPolicy
 
 
 class ActorPolicy:
@@ -46,7 +46,7 @@ class ActorPolicy:
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return actions (R, *action shape)."""
         rows = len(next(iter(observations.values())))
-        with lightly(rows, self._weights):
+        with single_threaded(rows, self._weights):
             raw, _ = self.distribution.mode(self._params(observations), self.network.log_std, self._mask(action_mask))
             return self.distribution.to_actions(raw).cpu().numpy()
 
@@ -80,23 +80,23 @@ class ActorPolicy:
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
-        """Return its look at a frame for compiled code; see `LooksPlainly`."""
-        from racecraft.algorithms.plain_look import plain_look  # brings Numba along
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+        """Return its look at a frame for compiled code; see `Compilable`."""
+        from racecraft.algorithms.compiled_policy import plain_look  # brings Numba along
 
         return plain_look(self.network, self.distribution, name, frame)
 
     @property
-    def eyes(self) -> Encoder | OwnEncoder | OwnPolicy:
+    def eyes(self) -> Encoder | CustomEncoder | OwnPolicy:
         """The network from observations to features."""
         return self.network.policy_body
 
     def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return what the network would be fed; see `Transparent`."""
+        """Return what the network would be fed; see `Explainable`."""
         return as_floats(self.eyes, observations, self._device)
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
-        """Return what it makes of what it is fed; see `Transparent`."""
+        """Return what it makes of what it is fed; see `Explainable`."""
         return scores_of(self.distribution, self.network.policy(fed), self.network.log_std)
 
     @property

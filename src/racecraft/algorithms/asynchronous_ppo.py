@@ -19,8 +19,8 @@ from functools import partial
 import torch
 from torch import Tensor
 
-from racecraft.algorithms.laid_round import LaidRound
 from racecraft.algorithms.learner import ACTING, StateDict
+from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.ppo import FIGURES as PPO_FIGURES
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
@@ -40,7 +40,7 @@ FIGURES = {
 """What an update tells: of the learning that went on beside the collecting before it."""
 
 
-class AsynchronousPpo(LaidRound):
+class AsynchronousPpo(LearnerWrapper):
     """A learner in a thread, and another that acts with its weights. Towards everybody it is one learner.
 
     Args:

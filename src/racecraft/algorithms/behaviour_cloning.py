@@ -20,7 +20,7 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.demonstrations import Shown, read_shown, shown_tensors
+from racecraft.algorithms.demonstrations import Shown, read_demonstration_batch, shown_tensors
 from racecraft.algorithms.distributions import DiagGaussian, Distribution, distribution_for
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError
 from racecraft.algorithms.network_learner import ActorCriticLearner
@@ -123,7 +123,7 @@ class BcLearner(ActorCriticLearner[BcConfig]):
                 "bc learns from recorded episodes and none are named; expected --set bc.demonstrations=FILE, such as "
                 "`racecraft record RUN --output demos.safetensors` writes."
             )
-        shown = read_shown(path)
+        shown = read_demonstration_batch(path)
         return cls(spec, settings.network, settings.bc, shown, seed, settings.runtime.device)
 
     def act(

@@ -106,15 +106,17 @@ def with_imitation(learner: Learner, settings: Settings, seed: int) -> Learner:
     config = getattr(settings, IMITATION) if IMITATION in settings else None
     if config is None or not config.strength:
         return learner
-    from racecraft.algorithms.demonstrations import read_shown
-    from racecraft.algorithms.imitation import Imitating
+    from racecraft.algorithms.demonstrations import read_demonstration_batch
+    from racecraft.algorithms.imitation import ImitationWrapper
 
     if config.demonstrations is None:
         raise SettingError(
             f"imitation.strength is {config.strength:g} and no demonstrations are named; expected "
             "--set imitation.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files."
         )
-    return Imitating(learner, config, read_shown(config.demonstrations), seed + (len(SIGNALS) + 1) * SEED_APART)
+    return ImitationWrapper(
+        learner, config, read_demonstration_batch(config.demonstrations), seed + (len(SIGNALS) + 1) * SEED_APART
+    )
 
 
 def with_reward_signals(learner: Learner, settings: Settings, seed: int) -> Learner:
@@ -148,7 +150,7 @@ def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> 
         from racecraft.algorithms.rnd import RndModel
 
         return RndModel(spec.observations, architecture, settings.rnd, seed, device)
-    from racecraft.algorithms.demonstrations import read_shown
+    from racecraft.algorithms.demonstrations import read_demonstration_batch
     from racecraft.algorithms.gail import GailModel
 
     if settings.gail.demonstrations is None:
@@ -156,7 +158,7 @@ def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> 
             f"gail.strength is {settings.gail.strength:g} and no demonstrations are named; expected "
             "--set gail.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files."
         )
-    shown = read_shown(settings.gail.demonstrations)
+    shown = read_demonstration_batch(settings.gail.demonstrations)
     return GailModel(spec, spec.actions, architecture, settings.gail, shown, seed, device)
 
 

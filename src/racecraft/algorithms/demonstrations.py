@@ -1,4 +1,4 @@
-"""What somebody showed, as tensors that fit a world. Begin with `read_shown`.
+"""What somebody showed, as tensors that fit a world. Begin with `read_demonstration_batch`.
 
 Cloning makes what was shown likelier (`behaviour_cloning.py`); GAIL rewards what cannot be told from it (`gail.py`).
 Recorded episodes of ours are read, and the demonstrations of other programs that a world can read (`WorldKind`).
@@ -44,7 +44,7 @@ class Shown:
         )
 
 
-def read_shown(path: str | Path) -> Demonstrations:
+def read_demonstration_batch(path: str | Path) -> Demonstrations:
     """Return what a file of recorded episodes shows, or of a file, or a folder of files, that a world reads.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Beside what it learns from reward, a learner makes what was shown likelier. Begin with `Imitating`.
+"""Beside what it learns from reward, a learner makes what was shown likelier. Begin with `ImitationWrapper`.
 
 ML-Agents calls it `behavioral_cloning`. After each update the policy takes gradient steps of its own towards recorded
 actions, with an Adam of its own; their size may fall to nothing, so that the demonstrator is outgrown. With
@@ -18,8 +18,8 @@ from torch import Tensor
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.behaviour_cloning import cloning_loss, to_raw
 from racecraft.algorithms.demonstrations import shown_tensors
-from racecraft.algorithms.laid_round import LaidRound
 from racecraft.algorithms.learner import DivergedError, Learner, StateDict
+from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.rollout_batch import RolloutBatch
@@ -51,7 +51,7 @@ class ImitationConfig:
         check_group(self)
 
 
-class Imitating(LaidRound):
+class ImitationWrapper(LearnerWrapper):
     """A learner that also does what it was shown. Towards everybody it is that learner.
 
     Args:

@@ -19,8 +19,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from racecraft.algorithms.laid_round import LaidRound
 from racecraft.algorithms.learner import REPLAY, Learner, StateDict
+from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
@@ -57,7 +57,7 @@ class RewardModel(Protocol):
         ...
 
 
-class IntrinsicReward(LaidRound):
+class IntrinsicReward(LearnerWrapper):
     """A learner that is rewarded by more than the world. Towards everybody it is that learner.
 
     Args:

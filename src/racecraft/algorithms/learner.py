@@ -24,7 +24,7 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 
 if TYPE_CHECKING:
-    from racecraft.algorithms.plain_look import PlainLook
+    from racecraft.algorithms.compiled_policy import CompiledPolicy
 
 ROLLOUT, EPISODES, REPLAY = "rollout", "episodes", "replay"
 
@@ -119,7 +119,7 @@ class Learner(Actor, Protocol):
 
 
 @runtime_checkable
-class Anneals(Protocol):
+class HasSchedules(Protocol):
     """A learner whose figures change over the training."""
 
     def anneal(self, done: float) -> None:
@@ -128,7 +128,7 @@ class Anneals(Protocol):
 
 
 @runtime_checkable
-class Remembers(Protocol):
+class RecurrentLearner(Protocol):
     """A learner whose greedy policy goes by what it saw before."""
 
     def greedy_policy(self) -> Policy:
@@ -137,7 +137,7 @@ class Remembers(Protocol):
 
 
 @runtime_checkable
-class CountsDecisions(Protocol):
+class HasDecisionCount(Protocol):
     """A learner whose exploration falls with the decisions that were drawn."""
 
     explored: int
@@ -145,25 +145,25 @@ class CountsDecisions(Protocol):
 
 
 @runtime_checkable
-class LooksPlainly(Protocol):
+class Compilable(Protocol):
     """A policy, or a learner, whose greedy choice compiled code may take in its place: drives of many ticks at once."""
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return how it looks at frames (H, W) of that name and chooses, as it stands now; None: it has to be asked."""
         ...
 
 
-def counting(learner: Learner) -> CountsDecisions | None:
+def counting(learner: Learner) -> HasDecisionCount | None:
     """Return whoever counts decisions among a learner and those that it is laid round; None: nobody does."""
     within: Any = learner
     while within is not None:
-        if isinstance(within, CountsDecisions):
+        if isinstance(within, HasDecisionCount):
             return within
         within = getattr(within, "inner", None)
     return None
 
 
-class LearnersChoice:
+class LearnerPolicy:
     """The greedy choice of a learner, every time, as a policy; it follows what is learned."""
 
     def __init__(self, learner: Learner) -> None:
@@ -176,14 +176,14 @@ class LearnersChoice:
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
-        """Return the learner's; see `LooksPlainly`."""
-        return self._learner.plain_look(name, frame) if isinstance(self._learner, LooksPlainly) else None
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+        """Return the learner's; see `Compilable`."""
+        return self._learner.plain_look(name, frame) if isinstance(self._learner, Compilable) else None
 
 
 def greedy_policy_of(learner: Learner) -> Policy:
-    """Return a learner's greedy policy: with a memory of its own where it `Remembers`."""
-    return learner.greedy_policy() if isinstance(learner, Remembers) else LearnersChoice(learner)
+    """Return a learner's greedy policy: with a memory of its own where it `RecurrentLearner`."""
+    return learner.greedy_policy() if isinstance(learner, RecurrentLearner) else LearnerPolicy(learner)
 
 
 class RolloutLearner(Learner, Protocol):

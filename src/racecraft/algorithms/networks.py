@@ -29,8 +29,8 @@ from racecraft.algorithms.architecture import architecture_from as architecture_
 from racecraft.algorithms.architecture import architecture_of as architecture_of
 from racecraft.algorithms.convolution import Convolution, in_tiles
 from racecraft.algorithms.distributions import numbers_width, params_width
-from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.running_statistics import RunningStatistics
+from racecraft.algorithms.torch_threads import single_threaded
 from racecraft.contract.errors import SettingError
 from racecraft.contract.loading import load_class
 from racecraft.contract.world import ActionSpec, ArraySpec
@@ -72,8 +72,8 @@ class ActorCritic(nn.Module):
         has_privileged = any(part.privileged for part in vectors.values())
         count, numbers = params_width(actions), numbers_width(actions)
 
-        self.policy_body: Encoder | OwnEncoder | OwnPolicy = encoder_for(visible, architecture, generator)
-        self.critic_body: Encoder | OwnEncoder | None = None
+        self.policy_body: Encoder | CustomEncoder | OwnPolicy = encoder_for(visible, architecture, generator)
+        self.critic_body: Encoder | CustomEncoder | None = None
         if architecture.privileged_critic and has_privileged:
             row = replace(
                 Architecture(trunk_units=CRITIC_UNITS, activation="tanh"),
@@ -149,7 +149,7 @@ class Encoder(nn.Module):
     def forward(self, observations: Mapping[str, Tensor]) -> Tensor:
         """Return features (R, width)."""
         seen = [observations[name] for name in self.names]
-        with lightly(len(seen[0]), self._weights):
+        with single_threaded(len(seen[0]), self._weights):
             parts = [embed(part) for part, embed in zip(seen, self.embedders, strict=True)]
             return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
 
@@ -165,7 +165,7 @@ class Encoder(nn.Module):
                 embed[0].statistics.take(observations[name])
 
 
-class OwnEncoder(nn.Module):
+class CustomEncoder(nn.Module):
     """A user's own network in the place of `Encoder`.
 
     It is a `torch.nn.Module` whose class takes the observations' specs by name and nothing else, whose `width` tells
@@ -299,9 +299,9 @@ def zero_rows(observations: Mapping[str, ArraySpec], names: tuple[str, ...]) -> 
 
 def encoder_for(
     observations: Mapping[str, ArraySpec], architecture: Architecture, generator: torch.Generator
-) -> Encoder | OwnEncoder:
+) -> Encoder | CustomEncoder:
     """Return the network over observations: ours, or a user's own."""
-    kind = Encoder if architecture.encoder is None else OwnEncoder
+    kind = Encoder if architecture.encoder is None else CustomEncoder
     return kind(observations, architecture, generator)
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from racecraft.algorithms.architecture import NONE, Architecture, architecture_from
-from racecraft.algorithms.fresh_weights import fresh_critic, fresh_critics, fresh_spread
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
+from racecraft.algorithms.weight_init import fresh_critics, fresh_spread, init_critic
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array, ArraySpec, ContinuousActions, DiscreteActions
 from racecraft.formats.policy_layers import (
@@ -304,7 +304,7 @@ def _begun_anew(
 ) -> dict[str, Array]:
     """Return first weights of what the layers do not tell."""
     if layers.kind != SAC:
-        return fresh_spread(actions) | (fresh_critic(weights) if layers.critic is None else {})
+        return fresh_spread(actions) | (init_critic(weights) if layers.critic is None else {})
     trunk = tuple(int(layer.kernel.shape[1]) for layer in layers.network.trunk)
     seen = sum(flat_size(sensor) for sensor in layers.network.sensors)
     return fresh_critics(weights, seen + int(layers.network.head.kernel.shape[1]), trunk)

@@ -25,21 +25,21 @@ from racecraft.algorithms.closed_form import closed_form_of
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
-from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.network_learner import ActorCriticLearner
 from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, NetworkConfig
+from racecraft.algorithms.parallel_updates import one_by_one, side_by_side
 from racecraft.algorithms.ppo_batch import Judged, Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig as PpoConfig
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.two_threads import one_by_one, side_by_side
+from racecraft.algorithms.torch_threads import single_threaded
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 
 if TYPE_CHECKING:
-    from racecraft.algorithms.plain_look import PlainLook
+    from racecraft.algorithms.compiled_policy import CompiledPolicy
 
 ROWS_AT_ONCE = 256
 """How many rows a critic that is asked later values at once."""
@@ -183,7 +183,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     ) -> Decision:
         """Decide for R rows, exploration in; see `Actor.act`."""
         seen = self._tensors(observations)
-        with lightly(len(next(iter(seen.values()))), self._size):
+        with single_threaded(len(next(iter(seen.values()))), self._size):
             return self._decide(seen, action_mask, generator, rows)
 
     def _decide(
@@ -207,8 +207,8 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         params, value = self.working(seen)
         return params, {VALUE: value.cpu().numpy()}
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
-        """Return what `choose` goes by for compiled code; see `LooksPlainly`."""
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+        """Return what `choose` goes by for compiled code; see `Compilable`."""
         return self.policy.plain_look(name, frame)
 
     @torch.inference_mode()

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from racecraft.algorithms.explainable import Scores, as_floats
 from racecraft.algorithms.networks import (
     HIDDEN_GAIN,
     Architecture,
@@ -18,7 +19,6 @@ from racecraft.algorithms.networks import (
     dense,
 )
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.transparent import Scores, as_floats
 from racecraft.contract.world import Array, ArraySpec, DiscreteActions
 
 FORBIDDEN_VALUE = -1e9
@@ -118,11 +118,11 @@ class QPolicy:
         return self.network.body
 
     def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return what the network would be fed; see `Transparent`."""
+        """Return what the network would be fed; see `Explainable`."""
         return as_floats(self.eyes, observations, self._device)
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
-        """Return what each choice is worth; see `Transparent`."""
+        """Return what each choice is worth; see `Explainable`."""
         worth: Tensor = self.network(fed)
         none = worth[:, :0]
         return Scores(none, none, (worth,), are_worths=True)

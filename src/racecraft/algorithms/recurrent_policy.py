@@ -8,9 +8,9 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import Categorical, Distribution
-from racecraft.algorithms.networks import Encoder, OwnEncoder, OwnPolicy
+from racecraft.algorithms.explainable import MEMORY, Scores, as_floats, scores_of
+from racecraft.algorithms.networks import CustomEncoder, Encoder, OwnPolicy
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic, RowStates
-from racecraft.algorithms.transparent import MEMORY, Scores, as_floats, scores_of
 from racecraft.contract.world import Array
 
 
@@ -54,18 +54,18 @@ class RecurrentPolicy:
         self.states.forget(rows)
 
     @property
-    def eyes(self) -> Encoder | OwnEncoder | OwnPolicy:
+    def eyes(self) -> Encoder | CustomEncoder | OwnPolicy:
         """The network from observations to features."""
         return self.network.policy_body
 
     def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return what the network would be fed, its state under `MEMORY`; see `Transparent`."""
+        """Return what the network would be fed, its state under `MEMORY`; see `Explainable`."""
         fed = as_floats(self.eyes, observations, self._device)
         states = self.states.of(None, len(next(iter(fed.values()))))
         return fed | {MEMORY: states.clone()}  # a copy from outside inference mode, through which gradients may pass
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
-        """Return what it makes of what it is fed; see `Transparent`."""
+        """Return what it makes of what it is fed; see `Explainable`."""
         params, _ = self.network.policy_carry(fed, fed[MEMORY])
         return scores_of(self.distribution, params, self.network.log_std)
 

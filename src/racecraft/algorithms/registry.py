@@ -90,7 +90,7 @@ class Algorithm:
         return self.config.removesuffix("Config").casefold() if self.config else ""
 
     @property
-    def acts_text(self) -> str:
+    def action_kinds_text(self) -> str:
         """What it decides, in words for people."""
         return "any action" if set(self.acts) == set(EVERYTHING) else ", ".join(self.acts)
 

@@ -8,8 +8,8 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import SquashedGaussian
+from racecraft.algorithms.explainable import Scores, as_floats, scores_of
 from racecraft.algorithms.networks import Encoder
-from racecraft.algorithms.transparent import Scores, as_floats, scores_of
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import Array
 
@@ -47,10 +47,10 @@ class SacPolicy:
         return self.network.eyes
 
     def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return what the network would be fed; see `Transparent`."""
+        """Return what the network would be fed; see `Explainable`."""
         return as_floats(self.eyes, observations, self.device)
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
-        """Return what it makes of what it is fed; see `Transparent`."""
+        """Return what it makes of what it is fed; see `Explainable`."""
         mean, log_std = self.network.policy(fed)
         return scores_of(self.kind, mean, log_std)

@@ -20,12 +20,12 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from racecraft.algorithms.learner import REPLAY, Anneals, Decision, Learner, StateDict, greedy_policy_of
+from racecraft.algorithms.explainable import Scores
+from racecraft.algorithms.learner import REPLAY, Decision, HasSchedules, Learner, StateDict, greedy_policy_of
 from racecraft.algorithms.networks import is_image
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.transparent import Scores
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 
@@ -103,7 +103,7 @@ class StackedLearner:
 
     def anneal(self, done: float) -> None:
         """Follow the inner learner's schedules."""
-        if isinstance(self.inner, Anneals):
+        if isinstance(self.inner, HasSchedules):
             self.inner.anneal(done)
 
     def state_dict(self) -> StateDict:
@@ -157,13 +157,13 @@ class StackedPolicy:
         return eyes
 
     def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
-        """Return the stacks that the network would be fed; see `Transparent`."""
+        """Return the stacks that the network would be fed; see `Explainable`."""
         stacks, _ = self.frames.push(observations, keep=False)
         fed: dict[str, Tensor] = self.policy.fed({**observations, **stacks})
         return fed
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
-        """Return what it makes of what it is fed; see `Transparent`."""
+        """Return what it makes of what it is fed; see `Explainable`."""
         scores: Scores = self.policy.scores(fed)
         return scores
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
-from racecraft.formats.whole import whole_file
+from racecraft.formats.atomic import atomic_file
 from racecraft.pages.colours import BLUE, GREEN, INK, ORANGE, PAPER, QUIET
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def save_figure(figure: Figure, path: str | Path, dpi: int) -> Path:
     kind = path.suffix.lstrip(".").lower()
     if kind not in KINDS:
         raise FigureError(f"{path}: pictures are written as .png, .svg or .pdf; got '{path.suffix}'. Rename it.")
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         figure.savefig(part, format=kind, dpi=dpi)
     return path
 

@@ -40,7 +40,7 @@ class NoPlot:
 
 
 @dataclass(frozen=True)
-class OwnPlot:
+class CustomPlot:
     """A function of somebody's that makes a plot."""
 
     name: str
@@ -71,7 +71,7 @@ class OwnPlot:
         return plot
 
 
-def own_plots(files: Sequence[str | Path] = ()) -> list[OwnPlot]:
+def own_plots(files: Sequence[str | Path] = ()) -> list[CustomPlot]:
     """Return the plots of files and folders of files, in the order of their names, then those of installed packages.
 
     Raises:
@@ -79,11 +79,11 @@ def own_plots(files: Sequence[str | Path] = ()) -> list[OwnPlot]:
     """
     found = [plot for path in files for plot in _of_path(Path(path))]
     for name, entry in offered("plots").items():
-        found.append(OwnPlot(name, f"{entry.group}: {entry.value}", _loaded(entry)))
+        found.append(CustomPlot(name, f"{entry.group}: {entry.value}", _loaded(entry)))
     return found
 
 
-def made_or_why(own: Sequence[OwnPlot], ticks: pl.DataFrame, track: Any) -> list[Plot | NoPlot]:
+def made_or_why(own: Sequence[CustomPlot], ticks: pl.DataFrame, track: Any) -> list[Plot | NoPlot]:
     """Return each plot, or why there is none: one that fails takes no other with it, and no page."""
     made: list[Plot | NoPlot] = []
     for one in own:
@@ -94,14 +94,14 @@ def made_or_why(own: Sequence[OwnPlot], ticks: pl.DataFrame, track: Any) -> list
     return made
 
 
-def _of_path(path: Path) -> list[OwnPlot]:
+def _of_path(path: Path) -> list[CustomPlot]:
     if not path.exists():
         raise OwnPlotError(f"{path}: is not there; expected a Python file with plots, or a folder of them.")
     files = sorted(path.glob("*.py")) if path.is_dir() else [path]
     found = []
     for file in files:
         made = [
-            OwnPlot(name, str(file), make)
+            CustomPlot(name, str(file), make)
             for name, make in vars(_imported(file)).items()
             if name.startswith(PREFIX) and inspect.isfunction(make)
         ]
@@ -152,7 +152,7 @@ def _line_of(error: BaseException, file: str) -> str:
     return line
 
 
-def _as_plot(own: OwnPlot, made: Any, ticks: Any) -> Plot:
+def _as_plot(own: CustomPlot, made: Any, ticks: Any) -> Plot:
     """Return what a function gave as a plot."""
     import polars as pl
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from racecraft.analysis.figures import small_axes
 from racecraft.analysis.page import card, drawing, escaped, page, source, table, tiles
 from racecraft.analysis.tuning_page import plain
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.population import MemberRound, PopulationRecord
-from racecraft.formats.whole import write_whole
 from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def write_population_page(path: str | Path, record: PopulationRecord, title: str
     Raises:
         OutputFileError: It cannot be written.
     """
-    write_whole(path, page(title, _parts(record, title, best_command)))
+    write_atomic(path, page(title, _parts(record, title, best_command)))
 
 
 def lineage_figure(record: PopulationRecord) -> Figure:

@@ -12,14 +12,14 @@ from typing import Any
 
 from racecraft.analysis import figures, page
 from racecraft.analysis.account import advice_of
-from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.advice import Advice
 from racecraft.analysis.evaluations import return_table
 from racecraft.analysis.metrics import METRICS
 from racecraft.analysis.page_part import EVALUATIONS, LEARNING, PagePart
 from racecraft.analysis.run_facts import RunFacts, read_facts
+from racecraft.analysis.run_summary import asked_words, happened_words
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
 
 Parts = Callable[[RunFacts], Iterable[PagePart]]
 
@@ -47,7 +47,7 @@ def write_report(run: RunFolder, path: str | Path, plots: Sequence[Path] = (), p
     facts = read_facts(run)
     figures.require_metrics(facts.metrics)
     own = list(_parts_of(facts, plots) if parts is None else parts(facts))
-    write_whole(path, page.page(f"{facts.title} – racecraft", _page(facts, own, advice_of(run))))
+    write_atomic(path, page.page(f"{facts.title} – racecraft", _page(facts, own, advice_of(run))))
     return Path(path)
 
 

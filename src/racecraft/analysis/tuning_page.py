@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.figures import small_axes
 from racecraft.analysis.page import Bar, card, drawing, escaped, page, source, table, tiles
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.tuning import TrialRecord, TuningRecord
-from racecraft.formats.whole import write_whole
 from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def write_tuning_page(
     Raises:
         OutputFileError: It cannot be written.
     """
-    write_whole(path, page(title, _parts(record, title, log_scale, best_command)))
+    write_atomic(path, page(title, _parts(record, title, log_scale, best_command)))
 
 
 def _parts(facts: TuningRecord, title: str, log_scale: Sequence[str], best_command: str) -> Iterator[str]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
-from racecraft.formats.whole import whole_file
+from racecraft.formats.atomic import atomic_file
 
 ENCODERS = {
     "libx264": {"preset": "superfast", "crf": "21"},
@@ -136,7 +136,7 @@ def encode_film(path: Path, pictures: Iterator[Array], rate: float, title: str =
         MissingExtraError: PyAV is not installed.
     """
     encoder = _encoder()
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         _encode(part, encoder, ENCODERS[encoder], pictures, Fraction(rate).limit_denominator(1000), title)
 
 

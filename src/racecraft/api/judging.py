@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 
 
 def evaluate(run: str | Path, **words: Any) -> dict[str, Any]:
@@ -19,4 +19,4 @@ def evaluate(run: str | Path, **words: Any) -> dict[str, Any]:
         RunFolderError: There is no run folder.
         CheckpointError: No such checkpoint.
     """
-    return judge_run(run, **words)
+    return evaluate_run(run, **words)

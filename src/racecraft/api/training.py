@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from racecraft.cluster.spreading import spread_over
+from racecraft.cluster.distribute import distribute
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.settings.describe import value_text
 from racecraft.training import worlds
@@ -59,7 +59,7 @@ def train(
         if name in words:
             words[name] = (words[name],) if isinstance(words[name], str | Mapping) else tuple(words[name])
     request = request_class(stops=_texts(stops), overrides=_overrides(settings), **words)
-    return worlds.train(request, callback or _callback(quiet), _say(quiet), spread_over(cluster))
+    return worlds.train(request, callback or _callback(quiet), _say(quiet), distribute(cluster))
 
 
 def resume(
@@ -82,7 +82,7 @@ def resume(
     Raises:
         RunFolderError: No run folder, or it is being trained.
     """
-    return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet), spread=spread_over(cluster))
+    return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet), spread=distribute(cluster))
 
 
 def _texts(stops: str | Iterable[str]) -> tuple[str, ...]:

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import SettingError
+from racecraft.formats.atomic import make_folder
 from racecraft.formats.population import PopulationRecord
 from racecraft.formats.tuning import TuningRecord
-from racecraft.formats.whole import make_folder
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.tuning.dry_run import require_understood
 from racecraft.jobs.tuning.population import check_population, train
 from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
-from racecraft.jobs.tuning.rehearsal import require_understood
 from racecraft.jobs.tuning.search import search
 from racecraft.jobs.tuning.space import read_parameter
 from racecraft.jobs.tuning.study import Study
@@ -64,7 +64,7 @@ def tune(
     make_folder(folder)
     study = Study(folder, known, maximise, sampler, pruner, seed)
     at_a_time, cores = _share(parallel)
-    launch = TrainingTrials(folder, words, aim, cores, JobHome.of_user())
+    launch = TrainingTrials(folder, words, aim, cores, JobPaths.of_user())
     search(study, launch, trials, at_a_time, lambda one: _say(quiet, f"trial {one.number}: {one.state} {one.score}"))
     return TuningRecord(words, objective, maximise, False, study.trials(), study.importances())
 
@@ -109,7 +109,7 @@ def train_population(
     require_understood(words, known)
     make_folder(folder)
     at_a_time, cores = _share(parallel)
-    launch = PopulationTrials(folder, words, aim, cores, JobHome.of_user())
+    launch = PopulationTrials(folder, words, aim, cores, JobPaths.of_user())
     record = PopulationRecord(words, objective, maximise, dict(parameters), population, rounds, seed)
     return train(
         folder, record, known, launch, at_a_time,

@@ -24,6 +24,6 @@ def algorithms(json: bool = typer.Option(False, "--json", help="One JSON object 
     for title in ("algorithm", "decides", "what it is"):
         table.add_column(title, no_wrap=title == "algorithm")
     for one in found:
-        table.add_row(one.name, one.acts_text, one.title)
+        table.add_row(one.name, one.action_kinds_text, one.title)
     print_table(table)
     print("\nYour own: --algorithm module:Class. Settings of one: racecraft settings --algorithm NAME")

@@ -8,7 +8,7 @@ ends with a letter and exit code 2.
 from __future__ import annotations
 
 from racecraft.cli.commands import commands
-from racecraft.cli.entry import say_letters
+from racecraft.cli.entry import print_errors
 from racecraft.cli.table import app_with
 
 app = app_with(commands())
@@ -17,4 +17,4 @@ app = app_with(commands())
 
 def main() -> None:
     """Run the command line; errors of ours become letters and exit codes."""
-    say_letters(app)
+    print_errors(app)

@@ -27,12 +27,12 @@ def main() -> None:
         from racecraft.cli.table import app_for
 
         try:
-            say_letters(app_for(words))
+            print_errors(app_for(words))
         finally:
             end_at_once_on_interrupt()
 
 
-def say_letters(command: Callable[[], object]) -> None:
+def print_errors(command: Callable[[], object]) -> None:
     """Run a command; errors of ours become letters and exit codes."""
     try:
         command()
@@ -48,14 +48,14 @@ def say_letters(command: Callable[[], object]) -> None:
 
 
 def _become_a_job() -> None:
-    from racecraft.jobs import lifeline
+    from racecraft.jobs import parent_watch
 
     if "RACECRAFT_SPARE" in os.environ:
         from racecraft.contract.kinds import kinds
-        from racecraft.jobs.ahead import await_words
+        from racecraft.jobs.preload import await_words
 
         await_words([module for kind in kinds() for module in kind.imported_ahead])
-    lifeline.hold()
+    parent_watch.hold()
 
 
 @contextlib.contextmanager
@@ -63,11 +63,11 @@ def _head_start(words: Sequence[str]) -> Iterator[None]:
     """Have the interpreter of a training begin to import before this command reads what is to be trained."""
     with contextlib.ExitStack() as until_then:
         if _puts_a_training_into_the_queue(words):
-            from racecraft.jobs.ahead import announced
-            from racecraft.jobs.home import JobHome
+            from racecraft.jobs.job_paths import JobPaths
+            from racecraft.jobs.preload import announced
 
             with contextlib.suppress(OSError, RacecraftError):  # which the command will tell in its own words
-                until_then.enter_context(announced(JobHome.of_user()))
+                until_then.enter_context(announced(JobPaths.of_user()))
         yield
 
 

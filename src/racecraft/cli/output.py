@@ -37,7 +37,7 @@ def word(path: object) -> str:
     return shlex.quote(str(path))
 
 
-def say_next(*commands: tuple[str, str]) -> None:
+def print_next_steps(*commands: tuple[str, str]) -> None:
     """Print commands to try next, each with what it is for above it.
 
     Not behind it: zsh as it comes knows no comments where one types, and takes their apostrophes for quotes.

@@ -31,7 +31,7 @@ def run(
 
         racecraft run --allow-errors rl_cartpole_ray_gymEnv.ipynb
     """
-    from racecraft.compat.foreign import run_script
+    from racecraft.compat.shims import run_script
 
     with told_as_python_would():
         run_script(script, tuple(args or ()), allow_errors)

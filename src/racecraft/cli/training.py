@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_beside import MetricsPort, measured
+from racecraft.cli.metrics_server import MetricsPort, measured
 from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, Resume
 from racecraft.cli.signals import SIGTERM, TERMINATED, sigterm_interrupts
 
@@ -137,7 +137,7 @@ class Road:
         from racecraft.cli.buckets.training import mirrored, place_of_mirror
         from racecraft.cli.jobs.detaching import detach_training
         from racecraft.cli.output import print_json
-        from racecraft.jobs.tuning.rehearsal import PLAN_ONLY
+        from racecraft.jobs.tuning.dry_run import PLAN_ONLY
         from racecraft.training import worlds
         from racecraft.training.progress import watcher
 
@@ -170,9 +170,9 @@ class Road:
         """Return what carries the worlds to a cluster; None without one, whose code is then not brought along."""
         if self.cluster is None:
             return None
-        from racecraft.cluster.spreading import spread_over
+        from racecraft.cluster.distribute import distribute
 
-        return spread_over(self.cluster)
+        return distribute(self.cluster)
 
     def _begun(self, context: typer.Context, options: TrainingOptions) -> Path | None:
         """Return the run that is gone on with; None: a new one."""

@@ -12,14 +12,14 @@ import numpy as np
 from racecraft.algorithms.learner import Learner, counting
 from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
 from racecraft.algorithms.weights import to_arrays
-from racecraft.cluster.crew import Crew, starts_of
-from racecraft.cluster.messages import Harvest, Start, Task, bytes_of
+from racecraft.cluster.messages import RolloutResult, Start, Task, bytes_of
 from racecraft.cluster.shares import Share
 from racecraft.cluster.transport import Ticket
+from racecraft.cluster.worker_pool import Crew, starts_of
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 from racecraft.formats.episodes import columns_of_all
-from racecraft.rollout.collector import CarriedOtherwiseError
-from racecraft.training.gathering import HearsTicks
+from racecraft.rollout.collector import WorkerLayoutError
+from racecraft.training.remote_collection import TickCallback
 from racecraft.training.run_writer import Stateful
 
 
@@ -40,7 +40,7 @@ class Traffic:
     here_seconds: float = 0.0
     """Of the processor, by the thread that asks, from asking to having what was collected."""
 
-    def count(self, task: Task, harvests: Sequence[Harvest]) -> None:
+    def count(self, task: Task, harvests: Sequence[RolloutResult]) -> None:
         """Count one collecting."""
         self.steps += sum(harvest.steps for harvest in harvests)
         self.bytes_in += sum(map(bytes_of, harvests))
@@ -95,7 +95,7 @@ class ClusterCollector:
         updates: Updates,
         parts: Mapping[str, Stateful],
         ahead: bool = False,
-        hears: HearsTicks | None = None,
+        hears: TickCallback | None = None,
     ) -> None:
         self._crew, self._spec, self._learner, self._horizon = crew, spec, learner, horizon
         self._updates, self._parts, self._ahead = updates, parts, ahead
@@ -119,7 +119,7 @@ class ClusterCollector:
         """Have each agent of every worker play `quota` whole episodes."""
         return self._collect(quota)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, worker by worker."""
         episodes, self._episodes = self._episodes, []
         return episodes
@@ -131,7 +131,7 @@ class ClusterCollector:
         joined["iteration"][:] = iteration
         return joined
 
-    def look_meanwhile(self, look: Callable[[], None]) -> None:
+    def set_poll_callback(self, look: Callable[[], None]) -> None:
         """Have somebody called while workers are at work."""
         self._looks.append(look)
 
@@ -154,11 +154,11 @@ class ClusterCollector:
         """Go on from what `state` gave, of as many workers; with `anew`, from that of any collector.
 
         Raises:
-            CarriedOtherwiseError: It is the state of fewer or more workers, or of none.
+            WorkerLayoutError: It is the state of fewer or more workers, or of none.
         """
         here, there = len(self._specs), len(state.get("workers", ()))
         if not anew and here != there:
-            raise CarriedOtherwiseError(
+            raise WorkerLayoutError(
                 f"its worlds were carried by {f'{there} workers' if there else 'one process'} and are by {here} now"
             )
         counts = state["counts"]
@@ -218,7 +218,7 @@ class ClusterCollector:
         )
         return starts_of(start, self._specs, self._states)
 
-    def _take_in(self, task: Task, harvests: Sequence[Harvest]) -> None:
+    def _take_in(self, task: Task, harvests: Sequence[RolloutResult]) -> None:
         came: list[dict[str, Array]] = []
         for place, (numbers, harvest) in enumerate(zip(self._numbers, harvests, strict=True)):
             self._states[place] = harvest.state

@@ -14,7 +14,7 @@ from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class WorkerEnv:
     """Where the training runs, so that a worker finds the user's own modules and files where it can."""
 
     search_path: tuple[str, ...]
@@ -78,7 +78,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Harvest:
+class RolloutResult:
     """What one worker collected, and where it stands now."""
 
     batch: RolloutBatch
@@ -96,7 +96,7 @@ class Harvest:
 
 
 @dataclass(frozen=True)
-class Trouble:
+class WorkerError:
     """What went wrong in a worker, in words: errors do not travel, their letters do."""
 
     letter: str
@@ -112,4 +112,4 @@ def bytes_of(value: Any) -> int:
         return sum(map(bytes_of, value.values()))
     if isinstance(value, list | tuple):
         return sum(map(bytes_of, value))
-    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Harvest | Task) else 0
+    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | RolloutResult | Task) else 0

@@ -16,9 +16,9 @@ from collections.abc import Callable, Collection, Iterator
 from types import ModuleType
 from typing import Any
 
-from racecraft.cluster.asked import AUTO, ClusterAsked
-from racecraft.cluster.messages import Surroundings
-from racecraft.cluster.patience import patience
+from racecraft.cluster.cluster_options import AUTO, ClusterOptions
+from racecraft.cluster.deadlines import patience
+from racecraft.cluster.messages import WorkerEnv
 from racecraft.cluster.transport import ClusterError, WorkerLostError
 from racecraft.contract.errors import MissingExtraError
 
@@ -41,7 +41,7 @@ class RayTransport:
         ClusterError: The cluster is not there.
     """
 
-    def __init__(self, asked: ClusterAsked) -> None:
+    def __init__(self, asked: ClusterOptions) -> None:
         self._ray = ray = imported_ray()
         self._asked, self._doors = asked, contextlib.ExitStack()
         self._workers: list[Any] = []
@@ -53,7 +53,7 @@ class RayTransport:
         from racecraft.cluster.worker import Worker
 
         self._worker = ray.remote(max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD")(Worker)
-        here = Surroundings(tuple(place or os.getcwd() for place in sys.path), os.getcwd())
+        here = WorkerEnv(tuple(place or os.getcwd() for place in sys.path), os.getcwd())
         self._surroundings = ray.put(here)
 
     @property

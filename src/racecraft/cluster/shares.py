@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.training.parts import Block, InParts
+from racecraft.training.partition import Block, Partitionable
 
 SEED_APART = 7_368_787
 """Between the seeds of workers; the first has the training's own."""
@@ -53,7 +53,7 @@ class Share:
 
 def parts_of(planned: Any) -> tuple[int, ...]:
     """Return how many worlds each part of a plan has; a plan that says nothing of parts has one."""
-    return planned.parts if isinstance(planned, InParts) else (planned.settings.rollout.num_worlds,)
+    return planned.parts if isinstance(planned, Partitionable) else (planned.settings.rollout.num_worlds,)
 
 
 def shares_of(parts: Sequence[int], workers: int, seed: int) -> list[Share]:
@@ -81,7 +81,7 @@ def shares_of(parts: Sequence[int], workers: int, seed: int) -> list[Share]:
 
 def plan_of_share(planned: Any, share: Share) -> Any:
     """Return a training's plan with the worlds of one share: one thread, and no device beside the processor."""
-    if isinstance(planned, InParts):
+    if isinstance(planned, Partitionable):
         planned = planned.of_blocks(share.blocks)
     settings = planned.settings
     settings = settings.with_group("rollout", replace(settings.rollout, num_worlds=share.num_worlds))

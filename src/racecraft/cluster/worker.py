@@ -20,12 +20,12 @@ import numpy as np
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import ACTING, Decision, Learner, counting
 from racecraft.algorithms.weights import to_arrays, to_tensors
-from racecraft.cluster.messages import Harvest, Opened, Order, Start, Surroundings, Task, Trouble
+from racecraft.cluster.messages import Opened, Order, RolloutResult, Start, Task, WorkerEnv, WorkerError
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.rollout.collector import Collector
-from racecraft.training.gathering import ThrowsDice
 from racecraft.training.processor import prepare_processor
+from racecraft.training.remote_collection import HasRngState
 from racecraft.training.trainer import Experiment
 from racecraft.training.versions import versions
 from racecraft.training.worlds import training_in
@@ -39,28 +39,28 @@ class Worker:
     Args:
         surroundings: Where the training runs; what is not there on this machine is left out.
 
-    Whatever goes wrong is returned as a `Trouble`, then and in answer to all that is asked afterwards.
+    Whatever goes wrong is returned as a `WorkerError`, then and in answer to all that is asked afterwards.
     """
 
-    def __init__(self, surroundings: Surroundings) -> None:
+    def __init__(self, surroundings: WorkerEnv) -> None:
         sys.path += [place for place in surroundings.search_path if place not in sys.path and os.path.exists(place)]
         if os.path.isdir(surroundings.folder):
             os.chdir(surroundings.folder)
         self._worlds = contextlib.ExitStack()
-        self._trouble: Trouble | None = None
+        self._trouble: WorkerError | None = None
 
     def come(self, message: None) -> None:
         """Be there: whoever hears the answer knows that this process runs."""
 
-    def open(self, order: Order) -> Opened | Trouble:
+    def open(self, order: Order) -> Opened | WorkerError:
         """Open the worlds of a share."""
         return self._told(lambda: self._open(order))
 
-    def begin(self, start: Start) -> None | Trouble:
+    def begin(self, start: Start) -> None | WorkerError:
         """Begin the worlds, or go on where another worker was."""
         return self._told(lambda: self._begin(start))
 
-    def collect(self, task: Task) -> Harvest | Trouble:
+    def collect(self, task: Task) -> RolloutResult | WorkerError:
         """Take over the weights, carry them through the worlds and say what happened."""
         return self._told(lambda: self._collect(task))
 
@@ -68,12 +68,12 @@ class Worker:
         """Close the worlds."""
         self._worlds.close()
 
-    def _told(self, act: Callable[[], Answer]) -> Answer | Trouble:
+    def _told(self, act: Callable[[], Answer]) -> Answer | WorkerError:
         if self._trouble is None:
             try:
                 return act()
             except RacecraftError as error:
-                self._trouble = Trouble(str(error), isinstance(error, UserInputError))
+                self._trouble = WorkerError(str(error), isinstance(error, UserInputError))
         return self._trouble
 
     def _open(self, order: Order) -> Opened:
@@ -96,7 +96,7 @@ class Worker:
         for name, state in start.parts.items():
             experiment.parts[name].restore(state)
         rows = start.spec.num_worlds * start.spec.num_agents
-        actor = OwnRows(self._learner, start.first_row, rows)
+        actor = LearnerRows(self._learner, start.first_row, rows)
         self._collector = Collector(experiment.world, actor, start.horizon, self._share.seed_of(start.times_begun))
         self._recorder = None if experiment.recorder is None else experiment.recorder()
         if self._recorder is not None:
@@ -104,7 +104,7 @@ class Worker:
         if start.state is not None:
             self._restore(start.state)
 
-    def _collect(self, task: Task) -> Harvest:
+    def _collect(self, task: Task) -> RolloutResult:
         began, worked, before = time.perf_counter(), time.process_time(), self._collector.steps_taken
         self._take_weights(task.weights)
         if task.version > self._version:
@@ -114,9 +114,9 @@ class Worker:
             counter.explored = task.explored
         collector = self._collector
         batch = collector.collect() if task.quota is None else collector.collect_episodes(task.quota)
-        return Harvest(
+        return RolloutResult(
             batch=batch,
-            episodes=collector.take_episodes(),
+            episodes=collector.pop_episodes(),
             ticks=None if self._recorder is None else self._recorder.take(task.iteration),
             steps=collector.steps_taken - before,
             state=self._state(),
@@ -126,7 +126,7 @@ class Worker:
 
     def _state(self) -> dict[str, Any]:
         acting = {name: part for name, part in self._learner.state_dict().items() if name in ACTING}
-        throwing = {name: part for name, part in self._experiment.parts.items() if isinstance(part, ThrowsDice)}
+        throwing = {name: part for name, part in self._experiment.parts.items() if isinstance(part, HasRngState)}
         return {
             "collector": self._collector.state(),
             "actor": to_arrays(acting),
@@ -140,14 +140,14 @@ class Worker:
         self._collector.restore(state["collector"], anew=self._experiment.world_lasts is False)
         for name, dice in state.get("dice", {}).items():
             part = self._experiment.parts[name]
-            assert isinstance(part, ThrowsDice), f"{name} has no dice"
-            part.take_dice(dice)
+            assert isinstance(part, HasRngState), f"{name} has no dice"
+            part.set_rng_state(dice)
 
     def _take_weights(self, weights: Mapping[str, Array]) -> None:
         self._learner.load_state_dict({"network": to_tensors(dict(weights))})
 
 
-class OwnRows:
+class LearnerRows:
     """A learner as the actor of some of its rows: to it they keep the places that they have among all.
 
     Args:

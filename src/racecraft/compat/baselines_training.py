@@ -1,4 +1,4 @@
-"""Train what a script asks of Stable-Baselines' PPO1. Begin with `train_ppo1`; `baselines_words.py` translates."""
+"""Train what a script asks of Stable-Baselines' PPO1. Begin with `train_ppo1`; `baselines_config.py` translates."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ import gymnasium
 import numpy as np
 
 from racecraft.analysis.video import encode_film
-from racecraft.compat.baselines_words import WORLDS, translated
+from racecraft.compat.baselines_config import WORLDS, translated
+from racecraft.compat.episode_listener import Watched
 from racecraft.compat.names.gym import Wrapper, make
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_training import register_env, registered
-from racecraft.compat.tally import Watched
-from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
+from racecraft.compat.stored_environments import leave_if_begun_again, script_code
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError
 from racecraft.contract.world import Array
+from racecraft.formats.atomic import OutputFileError, output_letter
 from racecraft.formats.run_folder import JOB
-from racecraft.formats.whole import OutputFileError, output_letter
 from racecraft.players.trained import load_policy
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent

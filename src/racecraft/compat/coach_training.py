@@ -1,4 +1,4 @@
-"""Train what a preset of Coach's describes. Begin with `train_preset`; `coach_words.py` translates."""
+"""Train what a preset of Coach's describes. Begin with `train_preset`; `coach_config.py` translates."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-from racecraft.compat.coach_words import Part, Told, translated
+from racecraft.compat.coach_config import Part, Told, translated
 from racecraft.compat.rllib_training import register_env, registered
-from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
+from racecraft.compat.stored_environments import leave_if_begun_again, script_code
 from racecraft.contract.errors import SettingError
-from racecraft.contract.loading import see_present_folder
+from racecraft.contract.loading import add_cwd_to_path
 from racecraft.formats.run_folder import JOB, STOP
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
@@ -84,7 +84,7 @@ def _environment(told: Told) -> str:
     module, colon, name = told.environment.partition(":")
     if not colon:
         return told.environment
-    see_present_folder()
+    add_cwd_to_path()
     try:
         made: Any = getattr(importlib.import_module(module.removesuffix(".py")), name)
     except (ImportError, AttributeError) as error:

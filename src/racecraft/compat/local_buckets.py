@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, SettingError, nearest
-from racecraft.formats.whole import make_folder, whole_file
+from racecraft.formats.atomic import atomic_file, make_folder
 
 
 class Buckets:
@@ -56,7 +56,7 @@ class Buckets:
         if not Path(Filename).is_file():
             raise InputFileError(Filename, "there is no such file", "what is to be uploaded")
         make_folder(target.parent)
-        with whole_file(target) as part:
+        with atomic_file(target) as part:
             shutil.copyfile(Filename, part)
 
     def download_file(self, Bucket: str, Key: str, Filename: str) -> None:  # noqa: N803 - AWS's own names
@@ -70,7 +70,7 @@ class Buckets:
         source = source if source.is_file() else self._left_by_job(Key).get(Key, source)
         if not source.is_file():
             raise InputFileError(f"s3://{Bucket}/{Key}", f"there is no {source}", "what was uploaded")
-        with whole_file(Filename) as part:
+        with atomic_file(Filename) as part:
             shutil.copyfile(source, part)
 
     def _left_by_job(self, prefix: str) -> dict[str, Path]:

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.compat.slips import told, unset_names
+from racecraft.compat.undefined_names import told, unset_names
 from racecraft.contract.errors import InputFileError, SettingError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 SUFFIX = ".ipynb"
 ASKS_A_SHELL = "_asks_a_shell"
@@ -167,7 +167,7 @@ def _say_not_run(command: str) -> _Nothing:
 
 
 def _write_file(name: str, text: str) -> None:
-    write_whole(Path(name), text)
+    write_atomic(Path(name), text)
     print(f"- {name} written")
 
 

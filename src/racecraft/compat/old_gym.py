@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium
 
-from racecraft.worlds.gymnasium.env.asking import lacking, reward_given, unfit
+from racecraft.worlds.gymnasium.env.user_env import lacking, reward_given, unfit
 
 
 class FromOldGym(gymnasium.Env[Any, Any]):

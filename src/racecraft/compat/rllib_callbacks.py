@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from racecraft.compat.rllib_words import CALLBACK_WORDS
-from racecraft.compat.tally import Onlooker
+from racecraft.compat.episode_listener import Onlooker
+from racecraft.compat.rllib_config import CALLBACK_WORDS
 from racecraft.compat.unknown_names import letter_about
-from racecraft.contract.blame import own_line
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError, nearest
+from racecraft.contract.user_code_location import user_code_location
 
 ITERATION_HOOK = "on_train_result"
 CALLED = tuple(name for name, told in CALLBACK_WORDS.items() if not told.startswith("not called"))
@@ -326,8 +326,8 @@ def _guarded(name: str, call: Callable[[], Any]) -> Any:
         raise
     except Exception as error:
         said = letter_about(error, ()) or (
-            f"{own_line(error)}: callbacks.{name} raised {type(error).__name__}: {error}; expected one that can be "
-            "called again and again. Mend it there."
+            f"{user_code_location(error)}: callbacks.{name} raised {type(error).__name__}: {error}; expected one that "
+            "can be called again and again. Mend it there."
         )
         raise CallbackError(said) from error
 

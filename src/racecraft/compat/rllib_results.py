@@ -6,8 +6,8 @@ import numbers
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from racecraft.compat.episode_listener import Tally, Told
 from racecraft.compat.rllib_callbacks import Callbacks
-from racecraft.compat.tally import Tally, Told
 from racecraft.training.callbacks import IterationReport, Silent
 
 NOT_TOLD = ("hist_stats",)

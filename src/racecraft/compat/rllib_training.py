@@ -1,4 +1,4 @@
-"""Train what a script describes in RLlib's words. Begin with `train_experiment`; `rllib_words.py` translates."""
+"""Train what a script describes in RLlib's words. Begin with `train_experiment`; `rllib_config.py` translates."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Any
 
 import gymnasium
 
+from racecraft.compat.episode_listener import Tally, Watched
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_callbacks import Callbacks, callbacks_of
+from racecraft.compat.rllib_config import Translated, policy_settings, translated
 from racecraft.compat.rllib_results import RllibLines
-from racecraft.compat.rllib_words import Translated, policy_settings, translated
 from racecraft.compat.script_worlds import (
     Described,
     PolicyWords,
@@ -24,14 +25,13 @@ from racecraft.compat.script_worlds import (
     offered,
     shows_mask,
 )
-from racecraft.compat.tally import Tally, Watched
-from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
-from racecraft.compat.travelling_models import refuse_to_train
+from racecraft.compat.stored_environments import leave_if_begun_again, script_code
+from racecraft.compat.stored_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.training import worlds
 from racecraft.training.trainer import Trained
-from racecraft.worlds.gymnasium.env.asking import made
+from racecraft.worlds.gymnasium.env.user_env import made
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 NAMESPACE, DEFAULT_POLICY = "from_script", "default_policy"

@@ -19,10 +19,10 @@ import torch
 from gymnasium import spaces
 from torch import Tensor, nn
 
-from racecraft.compat.travelling_models import texts_of
+from racecraft.compat.stored_models import texts_of
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import ActionSpec, ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions
-from racecraft.training.own_code import TRAVELS
+from racecraft.training.custom_code import TRAVELS
 from racecraft.worlds.gymnasium.env.from_gymnasium import SOLE_NAME
 
 MODULE, NAME = "script_model_", "Model"

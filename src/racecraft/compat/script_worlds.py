@@ -19,8 +19,8 @@ import numpy as np
 from gymnasium import spaces
 
 from racecraft.algorithms.multi_policy import group_spec, narrow
+from racecraft.compat.episode_listener import Onlooker, Tally, Told
 from racecraft.compat.old_gym import begun, takes_seed
-from racecraft.compat.tally import Onlooker, Tally, Told
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import (
@@ -35,8 +35,8 @@ from racecraft.contract.world import (
     allocate,
     mask_width,
 )
-from racecraft.worlds.gymnasium.env.asking import asked, made, reward_given, unfit
 from racecraft.worlds.gymnasium.env.from_gymnasium import action_spec, array_spec, parts_of
+from racecraft.worlds.gymnasium.env.user_env import asked, made, reward_given, unfit
 
 MASK, ALL, SOLE_AGENT = "action_mask", "__all__", "agent_0"
 PLACE = "racecraft.compat.script_worlds"

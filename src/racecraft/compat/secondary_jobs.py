@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.formats.atomic import make_folder
 from racecraft.formats.run_lock import FileLock, holder_of
-from racecraft.formats.whole import make_folder
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 
 CLUSTER_TYPE, SECONDARIES, PREFIX, BUCKET = "rl_cluster_type", "rl_num_instances_secondary", "s3_prefix", "s3_bucket"
 PRIMARY, SECONDARY = "primary", "secondary"
@@ -92,4 +92,4 @@ def _lock_path(words: Mapping[str, Any]) -> Path:
             "secondary: by it they find each other."
         )
     name = NOT_A_NAME.sub("-", f"{words.get(BUCKET, '')}-{words[PREFIX]}").strip("-")
-    return JobHome.of_user().path / PRIMARIES / f"{name}.lock"
+    return JobPaths.of_user().path / PRIMARIES / f"{name}.lock"

@@ -1,4 +1,4 @@
-"""A name that a script asks for and nobody has, as a letter with the script's own line. Begin with `told_by_letter`.
+"""A name that a script asks for and nobody has, as an error with the script's line. Begin with `name_error_message`.
 
 Python tells such an error by the name of our module behind the foreign one, and by lines of ours. What is wrong in the
 script alone, such as a division by zero or a name that it forgot to set, is left as Python tells it.
@@ -16,11 +16,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from racecraft.compat.slips import HINTS, told
-from racecraft.compat.word_places import placed
-from racecraft.compat.wrong_calls import about_call
-from racecraft.contract.blame import is_own, own_line
+from racecraft.compat.call_errors import about_call
+from racecraft.compat.source_lines import placed
+from racecraft.compat.undefined_names import HINTS, told
 from racecraft.contract.errors import RacecraftError, UserInputError, nearest
+from racecraft.contract.user_code_location import is_user_file, user_code_location
 
 HOME = "racecraft.compat.names"
 """Where the modules stand whose names are lent."""
@@ -35,7 +35,7 @@ class UnknownNameError(UserInputError):
 
 
 @contextlib.contextmanager
-def told_by_letter(lent: Sequence[str]) -> Iterator[None]:
+def name_error_message(lent: Sequence[str]) -> Iterator[None]:
     """Tell what a script asks for and nobody has by a letter, and lay its own line before letters of ours.
 
     All other errors go through as they are.
@@ -84,7 +84,7 @@ def letter_about(error: BaseException, lent: Sequence[str]) -> str:
         said = _about_attribute(error.name or str(error), error.obj)
     elif isinstance(error, TypeError):
         said = about_call(error)
-    return f"{own_line(error)}: {said}" if said else ""
+    return f"{user_code_location(error)}: {said}" if said else ""
 
 
 def offered_by(module: ModuleType) -> list[str]:
@@ -103,7 +103,7 @@ def _asked_by_user(error: BaseException) -> bool:
     """Tell whether the user's own code asked for a name, and not somebody whom it called."""
     if not (frames := [frame for frame in traceback.extract_tb(error.__traceback__) if not _answers(frame)]):
         return False
-    return is_own(frames[-1].filename)
+    return is_user_file(frames[-1].filename)
 
 
 def _answers(frame: traceback.FrameSummary) -> bool:
@@ -143,7 +143,7 @@ def _is_installed(top: str) -> bool:
 
 def _neighbours(error: BaseException) -> list[str]:
     """Return the modules that stand beside the file that asked."""
-    own = [frame.filename for frame in traceback.extract_tb(error.__traceback__) if is_own(frame.filename)]
+    own = [frame.filename for frame in traceback.extract_tb(error.__traceback__) if is_user_file(frame.filename)]
     return sorted(path.stem for path in Path(own[-1]).resolve().parent.glob("*.py") if str(path) != own[-1])
 
 

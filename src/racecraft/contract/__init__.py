@@ -2,7 +2,7 @@
 
     world.py           what a step is, and whose arrays it writes into
     policy.py          from observations to actions
-    exam.py            the examination every world sits
+    conformance.py            the examination every world sits
     random_streams.py  chance that depends on neither threads nor neighbours
     errors.py          the family of errors
 

@@ -39,7 +39,7 @@ def load_class(name: str, asked_by: str) -> Any:
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
         raise SettingError(f"{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.")
-    see_present_folder()
+    add_cwd_to_path()
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
@@ -57,7 +57,7 @@ def load_class(name: str, asked_by: str) -> Any:
     return found
 
 
-def see_present_folder() -> None:
+def add_cwd_to_path() -> None:
     """Let modules in the present folder be imported, as `python -m` does and a console script does not."""
     if "" not in sys.path:
         sys.path.insert(0, "")

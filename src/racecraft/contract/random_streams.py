@@ -4,7 +4,7 @@ A draw is a pure function of (stream key, counter), so results depend neither on
 beside, and a stream is saved by saving one counter. The mixing is SplitMix64's finaliser (Steele, Lea, Flood:
 "Fast splittable pseudorandom number generators", OOPSLA 2014); it is for simulation, not for secrets.
 
-This page makes the keys; the draws themselves are compiled, in `racecraft.kernels.chance`.
+This page makes the keys; the draws themselves are compiled, in `racecraft.kernels.rng`.
 """
 
 from __future__ import annotations

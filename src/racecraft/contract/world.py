@@ -253,16 +253,16 @@ class EpisodeRecord:
 
 
 @runtime_checkable
-class TellsEpisodes(Protocol):
+class ReportsEpisodes(Protocol):
     """A world that tells of its finished episodes in its own words."""
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         ...
 
 
 @runtime_checkable
-class BeginsEpisodes(Protocol):
+class RestartsEpisodes(Protocol):
     """A world that can break off every episode and begin the next, going on with its starts where it was."""
 
     def begin_episodes(self, buffers: StepBuffers) -> None:

@@ -22,7 +22,7 @@ Files of our own, which strangers may take away:
     checkpoint.py        weights and a trainer's whole state, as safetensors (`tensor_file.py`)
     episodes.py          one row a tick, as Parquet
 
-Helpers: `whole.py` writes a file whole or not at all, `json_text.py` knows on which line a JSON value stands.
+Helpers: `atomic.py` writes a file whole or not at all, `json_text.py` knows on which line a JSON value stands.
 
 Radians, metres and seconds inside; nothing read here can run code, except a reward function, which is its owner's.
 This room knows nothing of worlds or learning.

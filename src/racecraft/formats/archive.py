@@ -25,8 +25,8 @@ from pathlib import Path, PurePosixPath
 from typing import IO, BinaryIO
 
 from racecraft.contract.errors import InputFileError
+from racecraft.formats.atomic import atomic_file, make_folder
 from racecraft.formats.user_file import other_content, require_regular_file
-from racecraft.formats.whole import make_folder, whole_file
 
 PIECE = 2**20
 MAX_HEADER = 8 * 2**20
@@ -94,7 +94,7 @@ class Member:
             OutputFileError: There is no room for it.
         """
         make_folder(target.parent)
-        with _told_of_damage(self.archive, self.kind), whole_file(target) as part, open(part, "wb") as file:
+        with _told_of_damage(self.archive, self.kind), atomic_file(target) as part, open(part, "wb") as file:
             shutil.copyfileobj(self.stream, file, PIECE)
             if file.tell() != self.size:
                 found = f"'{target.name}' ends after {file.tell()} of {self.size} bytes"

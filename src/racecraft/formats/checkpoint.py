@@ -22,9 +22,9 @@ import numpy as np
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import parse_json
 from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
-from racecraft.formats.whole import write_whole
 
 VERSION = 1
 INDEX = "checkpoints.json"
@@ -302,7 +302,7 @@ class Checkpoints:
         return CheckpointEntry(iteration, steps, None, policy.name, state.name)
 
     def _write_index(self, index: Mapping[str, Any]) -> None:
-        write_whole(self.folder / INDEX, json.dumps(index, indent=2) + "\n")
+        write_atomic(self.folder / INDEX, json.dumps(index, indent=2) + "\n")
         self._rebuilt = None
 
 

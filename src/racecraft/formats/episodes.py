@@ -19,7 +19,7 @@ import numpy as np
 
 from racecraft.contract.errors import ContractError, InputFileError
 from racecraft.contract.world import Array
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 if TYPE_CHECKING:
     import polars as pl
@@ -150,7 +150,7 @@ def write_episodes(path: str | Path, columns: Mapping[str, Array]) -> None:
     frame = pl.DataFrame({name: _typed(columns[name], known.get(name)) for name in ordered})
     whole = BytesIO()
     frame.write_parquet(whole, metadata={"format": FORMAT, "version": str(VERSION)})
-    write_whole(path, whole.getvalue())
+    write_atomic(path, whole.getvalue())
 
 
 def read_episodes(path: str | Path, columns: list[str] | None = None) -> pl.DataFrame:

@@ -27,8 +27,8 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError, nearest
 from racecraft.contract.kinds import kinds
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import kind_of, read_json
-from racecraft.formats.whole import write_whole
 
 FORMAT = "racecraft job"
 VERSION = 1
@@ -103,7 +103,7 @@ def write_job_spec(path: str | Path, spec: JobSpec) -> None:
     Raises:
         OutputFileError: The disk is full, or the place cannot be written.
     """
-    write_whole(path, json.dumps({"format": FORMAT, "version": VERSION, **spec.as_dictionary()}, indent=2) + "\n")
+    write_atomic(path, json.dumps({"format": FORMAT, "version": VERSION, **spec.as_dictionary()}, indent=2) + "\n")
 
 
 def read_job_spec(path: str | Path) -> JobSpec:

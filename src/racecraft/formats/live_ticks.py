@@ -1,6 +1,6 @@
 """Some ticks of a training for whoever asks for them: one small file in the run folder, written whole, for any reader.
 
-Who wants ticks that `live.safetensors` does not hold yet touches `watched`: a wish (`wish_for_ticks`). A training that
+Who wants ticks that `live.safetensors` does not hold yet touches `watched`: a wish (`request_ticks`). A training that
 sees a new one keeps its next ticks, leaves them in `live.safetensors`, and goes on as if nobody watched until the next
 wish; who plays them asks again in time. So a training nobody wishes anything of writes nothing, and one that is watched
 writes as often as somebody has played what there was. Nobody needs the file tomorrow, so it is moved into place without
@@ -51,13 +51,13 @@ class LiveTicks:
         return time.time() - self.written < LIVE_SECONDS
 
 
-def wish_for_ticks(run: RunFolder) -> None:
+def request_ticks(run: RunFolder) -> None:
     """Ask a training for its next ticks; in a folder that cannot be written to, it is not told."""
     with suppress(OSError):
         run.watched.touch()
 
 
-def latest_wish(run: RunFolder) -> int | None:
+def latest_request(run: RunFolder) -> int | None:
     """Return when somebody last wished for ticks, ns since 1970, to be told from another wish; None: not lately."""
     try:
         wish = run.watched.stat().st_mtime_ns

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import RunFolderError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 FILE = "population.json"
 FORMAT, VERSION = "racecraft population", 1
@@ -96,7 +96,7 @@ def write_population(folder: Path, record: PopulationRecord) -> None:
         OutputFileError: It cannot be written.
     """
     told = {"format": FORMAT, "version": VERSION, **asdict(record)}
-    write_whole(folder / FILE, json.dumps(told, indent=2) + "\n")
+    write_atomic(folder / FILE, json.dumps(told, indent=2) + "\n")
 
 
 def read_population(folder: Path) -> PopulationRecord | None:

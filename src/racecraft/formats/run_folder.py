@@ -39,8 +39,8 @@ from typing import IO, Any
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.kinds import MissingWorldError, find_kind
+from racecraft.formats.atomic import OutputFileError, output_letter, write_atomic
 from racecraft.formats.run_lock import LOCK, RunLock, holder, unwritable
-from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 
 FORMAT = "racecraft run"
 VERSION = 1
@@ -239,7 +239,7 @@ class RunFolder:
         """
         text = json.dumps({"format": FORMAT, "version": VERSION, **job}, indent=2, default=_plain) + "\n"
         try:
-            write_whole(self.path / JOB, text)
+            write_atomic(self.path / JOB, text)
         except OutputFileError as error:
             raise RunFolderError(str(error)) from error
 
@@ -338,21 +338,21 @@ class RunFolder:
         rows = self.read_metrics()
         kept = [row for row in rows if row["iteration"] <= iteration]
         if (self.path / METRICS).exists():
-            write_whole(self.path / METRICS, "".join(json.dumps(row) + "\n" for row in kept))
+            write_atomic(self.path / METRICS, "".join(json.dumps(row) + "\n" for row in kept))
 
-    def ask_to_stop(self) -> None:
+    def request_stop(self) -> None:
         """Ask whoever trains here to stop: the training ends as if Ctrl-C had been pressed.
 
         Raises:
             OutputFileError: The folder cannot be written to.
         """
-        write_whole(self.path / STOP, "")
+        write_atomic(self.path / STOP, "")
 
-    def stop_asked(self) -> bool:
+    def stop_requested(self) -> bool:
         """Tell whether a training here has been asked to stop."""
         return (self.path / STOP).exists()
 
-    def forget_stop(self) -> None:
+    def clear_stop(self) -> None:
         """Take the asking back, so that the training can go on."""
         (self.path / STOP).unlink(missing_ok=True)
 

@@ -19,7 +19,7 @@ import safetensors.numpy
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
-from racecraft.formats.whole import whole_file
+from racecraft.formats.atomic import atomic_file
 
 VERSION = 1
 _HEADER_MULTIPLE = 8
@@ -49,7 +49,7 @@ def write_tensors(path: str | Path, kind: str, arrays: Mapping[str, Array], card
     """
     laid = _in_order_of_size({name: _as_stored(array) for name, array in arrays.items()})
     metadata = {"format": kind, "version": str(VERSION), "digest": digest(laid), "card": json.dumps(card)}
-    with whole_file(path) as part, open(part, "wb") as file:
+    with atomic_file(path) as part, open(part, "wb") as file:
         file.write(_header(laid, metadata))
         for array in laid.values():
             file.write(_bytes_of(array))

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 FORMAT, VERSION = "racecraft tuning", 1
 COMPLETE, PRUNED, FAILED, RUNNING = "complete", "pruned", "failed", "running"
@@ -86,4 +86,4 @@ def write_tuning(path: str | Path, record: TuningRecord) -> None:
     """
     told = {"format": FORMAT, "version": VERSION, **vars(record), "command": list(record.command)}
     told["trials"] = [{**vars(one), "values": dict(one.values)} for one in record.trials]
-    write_whole(path, json.dumps(told, indent=2) + "\n")
+    write_atomic(path, json.dumps(told, indent=2) + "\n")

@@ -6,13 +6,13 @@
     job_table.py    what a database of jobs holds, and the letters about it
     sqlite_store.py jobs in one SQLite file, the usual one
     sql_store.py    the same on any database that SQLAlchemy knows
-    home.py         where the jobs of this account lie: store, logs, folders
+    job_paths.py         where the jobs of this account lie: store, logs, folders
     submit.py       put a job into the store, and see to it that somebody works there
     supervisor.py   takes jobs, starts them, restarts what a signal ended, queues the rest
-    waking.py       start a supervisor where there is none
-    ahead.py        a process that imports while the command that begins its job still reads
+    supervisor_start.py       start a supervisor where there is none
+    preload.py        a process that imports while the command that begins its job still reads
     children.py     a job's process, and how it dies with its supervisor
-    lifeline.py     the other end of that, in the job's process
+    parent_watch.py     the other end of that, in the job's process
     capacity.py     cores and memory of this machine
     follow.py       a job's log as it grows
     metrics.py      figures read out of a log, as series

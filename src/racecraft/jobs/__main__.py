@@ -7,11 +7,11 @@ process of a job that was announced is started before anything else is imported.
 import sys
 
 from racecraft.contract.errors import RacecraftError, UserInputError
-from racecraft.jobs.ahead import Spare
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.preload import Spare
 
 if __name__ == "__main__":
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     spare = Spare.if_awaited(home)
     from racecraft.jobs.supervisor import supervise
 

@@ -15,7 +15,7 @@ from typing import Any
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.processes import kill_tree
 from racecraft.formats.run_folder import JOB
-from racecraft.jobs import lifeline
+from racecraft.jobs import parent_watch
 
 THREADS = "OMP_NUM_THREADS"
 """Tells most libraries how many cores are theirs."""
@@ -79,7 +79,7 @@ def start(spec: JobSpec, log: Path) -> Child:
 def variables(spec: JobSpec) -> dict[str, str]:
     """Return the variables that a job's process sees."""
     threads = {THREADS: str(spec.cores)} if spec.cores else {}
-    return {**os.environ, **spec.environment, lifeline.VARIABLE: "1", "PYTHONUNBUFFERED": "1", **threads}
+    return {**os.environ, **spec.environment, parent_watch.VARIABLE: "1", "PYTHONUNBUFFERED": "1", **threads}
 
 
 def words_now(spec: JobSpec) -> Sequence[str]:

@@ -8,16 +8,16 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from racecraft.formats.atomic import make_folder
 from racecraft.formats.job_spec import JobSpec, require_legal_name, write_job_spec
-from racecraft.formats.whole import make_folder
-from racecraft.jobs.ahead import withdraw
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.children import has_begun
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import Job, new_job
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.preload import withdraw
 from racecraft.jobs.states import JobError
 from racecraft.jobs.store import JobStore, NameTakenError, change, get
-from racecraft.jobs.waking import ensure_supervisor, is_supervised
+from racecraft.jobs.supervisor_start import ensure_supervisor, is_supervised
 from racecraft.training.stopping import parse_stops
 
 TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
@@ -27,7 +27,7 @@ LOOK_AGAIN_SECONDS = 5.0
 """How often one who waits looks whether a supervisor has been killed, and for how long a job is thought to be next."""
 
 
-def submit(home: JobHome, spec: JobSpec) -> Job:
+def submit(home: JobPaths, spec: JobSpec) -> Job:
     """Put a job into the store; a supervisor on this machine is started where there is none.
 
     Raises:
@@ -57,7 +57,7 @@ def _require_time_to_run(spec: JobSpec) -> None:
         )
 
 
-def submit_numbered(home: JobHome, base: str, spec: Callable[[str], JobSpec | None]) -> Job:
+def submit_numbered(home: JobPaths, base: str, spec: Callable[[str], JobSpec | None]) -> Job:
     """Put a job into the store under the next free `<base>-<number>`.
 
     Args:
@@ -85,7 +85,7 @@ def environment_here() -> dict[str, str]:
     }
 
 
-def ask_to_stop(home: JobHome, store: JobStore, name: str) -> Job:
+def request_stop(home: JobPaths, store: JobStore, name: str) -> Job:
     """Ask a job to end; what it has learned until then stays, and it can go on later."""
     job = change(store, name, lambda job: job.asked_to_stop(time.time(), "asked to stop"))
     if not job.ended:
@@ -93,7 +93,7 @@ def ask_to_stop(home: JobHome, store: JobStore, name: str) -> Job:
     return job
 
 
-def resume(home: JobHome, store: JobStore, name: str, stops: tuple[str, ...] = ()) -> Job:
+def resume(home: JobPaths, store: JobStore, name: str, stops: tuple[str, ...] = ()) -> Job:
     """Have a job that has ended go on from where its run folder stands.
 
     Args:
@@ -122,7 +122,7 @@ def resume(home: JobHome, store: JobStore, name: str, stops: tuple[str, ...] = (
     return job
 
 
-def wait(home: JobHome, store: JobStore, name: str, seconds: float | None = None) -> Job:
+def wait(home: JobPaths, store: JobStore, name: str, seconds: float | None = None) -> Job:
     """Wait until a job has ended; return it.
 
     Raises:
@@ -140,7 +140,7 @@ def wait(home: JobHome, store: JobStore, name: str, seconds: float | None = None
     return job
 
 
-def wait_for_run(home: JobHome, store: JobStore, name: str) -> Job:
+def wait_for_run(home: JobPaths, store: JobStore, name: str) -> Job:
     """Wait until a job's run folder stands, it has ended, or it waits behind others; return it."""
     looked = time.monotonic()
     while not (job := get(store, name)).ended and not has_begun(job.spec):
@@ -153,7 +153,7 @@ def wait_for_run(home: JobHome, store: JobStore, name: str) -> Job:
     return job
 
 
-def delete(home: JobHome, store: JobStore, name: str) -> None:
+def delete(home: JobPaths, store: JobStore, name: str) -> None:
     """Take a job and its log away; its run folder stays.
 
     Raises:

@@ -1,7 +1,7 @@
 """Works at the jobs of a store, until there is nothing left to do. Begin with `Supervisor.turn`.
 
 One supervisor works on a machine for an account (a lock in the jobs' folder sees to it); many may share a store. It
-outlives the terminal it was started from. When it dies its jobs die with it (`lifeline.py`), and the next one takes
+outlives the terminal it was started from. When it dies its jobs die with it (`parent_watch.py`), and the next one takes
 them up where their run folders stand: on the same machine at once, elsewhere when they have been silent for a while.
 """
 
@@ -17,17 +17,17 @@ from pathlib import Path
 from types import FrameType
 
 from racecraft.contract.errors import RacecraftError, RunFolderError
+from racecraft.formats.atomic import make_folder
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_folder import METRICS, RunFolder
 from racecraft.formats.run_lock import RunLock
-from racecraft.formats.whole import make_folder
 from racecraft.jobs import children
-from racecraft.jobs.ahead import Spare, is_awaited
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.children import Child
 from racecraft.jobs.follow import last_words
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import Job
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.preload import Spare, is_awaited
 from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import JobStore, change
 
@@ -76,7 +76,7 @@ class Supervisor:
     def __init__(
         self,
         store: JobStore,
-        home: JobHome,
+        home: JobPaths,
         name: str = "",
         capacity: Capacity | None = None,
         grace_seconds: float = GRACE_SECONDS,
@@ -289,7 +289,7 @@ class Supervisor:
                     file.write(f"{self._clock():.2f} {size}\n")
 
 
-def supervise(home: JobHome, idle_seconds: float = IDLE_SECONDS, spare: Spare | None = None) -> None:
+def supervise(home: JobPaths, idle_seconds: float = IDLE_SECONDS, spare: Spare | None = None) -> None:
     """Work at the jobs of a home until there is nothing left to do; return at once where somebody does already.
 
     Args:
@@ -315,7 +315,7 @@ def supervise(home: JobHome, idle_seconds: float = IDLE_SECONDS, spare: Spare | 
             return
 
 
-def progress_mark(home: JobHome, spec: JobSpec) -> float:
+def progress_mark(home: JobPaths, spec: JobSpec) -> float:
     """Return when a job last left something on the disk that it can go on from, seconds since 1970; 0 if never."""
     run = spec.run_folder()
     checkpoints = home.folder(spec.name) / "opt" / "ml" / "checkpoints"
@@ -346,13 +346,13 @@ def _asked_in_its_run_folder(spec: JobSpec) -> bool:
     if path is None or not children.has_begun(spec):
         return False
     try:
-        RunFolder.open(path).ask_to_stop()
+        RunFolder.open(path).request_stop()
     except RacecraftError:
         return False
     return True
 
 
-def _lock(home: JobHome) -> RunLock | None:
+def _lock(home: JobPaths) -> RunLock | None:
     """Become this machine's supervisor; None: there is one."""
     until = time.monotonic() + LOCK_PATIENCE_SECONDS  # somebody may just be looking whether there is one
     while True:

@@ -1,7 +1,7 @@
 """The one door to Numba: compile a scalar body once, keep it on disk, share it among rooms.
 
     compile.py   @kernel, @lean_kernel, @inner_kernel and @parallel_kernel, the cache and its key, threads
-    chance.py    the compiled twins of contract.random_streams
+    rng.py    the compiled twins of contract.random_streams
 
 A kernel module imports its decorators from here and nothing of Numba's own, so that CUDA can come in by the same door.
 """

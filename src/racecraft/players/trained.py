@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.algorithms.learner import Learner, LooksPlainly, greedy_policy_of
+from racecraft.algorithms.learner import Compilable, Learner, greedy_policy_of
 from racecraft.algorithms.multi_policy import MultiPolicy, of_member
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.registry import find_algorithm
@@ -22,11 +22,11 @@ from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
 from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.custom_code_loader import own_code_of
 from racecraft.players.open_run import open_run
-from racecraft.players.own_code import own_code_of
 
 if TYPE_CHECKING:
-    from racecraft.algorithms.plain_look import PlainLook
+    from racecraft.algorithms.compiled_policy import CompiledPolicy
 
 SPEC = "policy_spec"
 """Where a checkpoint's metadata holds the spec."""
@@ -49,9 +49,9 @@ class GreedyPolicy:
         """Begin anew for the rows whose episode ended."""
         self._policy.forget(rows)
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
-        """Return the policy's; see `LooksPlainly`."""
-        return self._policy.plain_look(name, frame) if isinstance(self._policy, LooksPlainly) else None
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+        """Return the policy's; see `Compilable`."""
+        return self._policy.plain_look(name, frame) if isinstance(self._policy, Compilable) else None
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,9 @@ class TrainedPolicy:
         """Begin anew for the rows (bool, (R,)) whose episode ended."""
         self.policy.forget(rows)
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
-        """Return the policy's; see `LooksPlainly`."""
-        return self.policy.plain_look(name, frame) if isinstance(self.policy, LooksPlainly) else None
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+        """Return the policy's; see `Compilable`."""
+        return self.policy.plain_look(name, frame) if isinstance(self.policy, Compilable) else None
 
     def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return how likely each choice is, float32 (R, A); of policies over single choices."""

@@ -20,7 +20,7 @@ import torch
 from racecraft.algorithms.learner import Actor, Decision
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import ContractError
-from racecraft.contract.world import Array, BeginsEpisodes, EpisodeRecord, StepBuffers, World
+from racecraft.contract.world import Array, EpisodeRecord, RestartsEpisodes, StepBuffers, World
 from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.statistics import EpisodeCounter
 from racecraft.rollout.trajectories import Trajectories
@@ -30,7 +30,7 @@ FIRST_ROOM = 128
 
 
 @runtime_checkable
-class ParksAgents(Protocol):
+class FreezesAgents(Protocol):
     """A world that can leave agents standing until the next `begin_episodes`."""
 
     def park(self, rows: Array) -> None:
@@ -38,11 +38,11 @@ class ParksAgents(Protocol):
         ...
 
 
-class CarriedOtherwiseError(ContractError):
+class WorkerLayoutError(ContractError):
     """Worlds were carried by other processes, or by fewer of them, so that they cannot go on where they were."""
 
 
-class Collects(Protocol):
+class CollectorProtocol(Protocol):
     """What a training asks of whoever collects for it, in this process (`Collector`) or in others."""
 
     @property
@@ -58,11 +58,11 @@ class Collects(Protocol):
         """Begin an episode in every world and carry on until each agent has played `quota` whole episodes."""
         ...
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call."""
         ...
 
-    def look_meanwhile(self, look: Callable[[], None]) -> None:
+    def set_poll_callback(self, look: Callable[[], None]) -> None:
         """Have somebody called every now and then while it collects; what that raises breaks the collecting off."""
         ...
 
@@ -74,7 +74,7 @@ class Collects(Protocol):
         """Go on from what `state` gave; with `anew` every episode begins anew, and only counts and chance go on.
 
         Raises:
-            CarriedOtherwiseError: The worlds were carried by other processes; with `anew` they may have been.
+            WorkerLayoutError: The worlds were carried by other processes; with `anew` they may have been.
             ContractError: The worlds do not show what they showed; with `anew` they need not.
         """
         ...
@@ -126,10 +126,10 @@ class Collector:
     def collect_episodes(self, quota: int) -> RolloutBatch:
         """Begin an episode in every world and carry on until each agent has played `quota` whole episodes.
 
-        A world that `BeginsEpisodes` begins where its next episode would; others are reset.
+        A world that `RestartsEpisodes` begins where its next episode would; others are reset.
 
-        A world that `ParksAgents` lets an agent stand once its quota is full; in others it plays on, and what it plays
-        is kept out of learning.
+        A world that `FreezesAgents` lets an agent stand once its quota is full; in others it plays on, and what it
+        plays is kept out of learning.
         """
         buffer = self.buffer
         buffer.begin()
@@ -148,11 +148,11 @@ class Collector:
         self._row = t
         return buffer.batch(t)
 
-    def look_meanwhile(self, look: Callable[[], None]) -> None:
+    def set_poll_callback(self, look: Callable[[], None]) -> None:
         """Have somebody called after every tick; what that raises breaks the collecting off."""
         self.observers.append(lambda world, buffers, actions: look())
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         return self.counter.take()
 
@@ -180,11 +180,11 @@ class Collector:
         cannot be kept. Counts and the chance of exploration go on; episodes under way are lost.
 
         Raises:
-            CarriedOtherwiseError: The state is that of worlds in other processes; `anew` takes its counts.
+            WorkerLayoutError: The state is that of worlds in other processes; `anew` takes its counts.
             ContractError: The world does not show what it showed; with `anew` it need not.
         """
         if not anew and "world" not in state:
-            raise CarriedOtherwiseError("its worlds were carried by workers")
+            raise WorkerLayoutError("its worlds were carried by workers")
         self._resets = int(state["counts"]["resets"])
         if anew:
             self._begin_worlds()
@@ -218,7 +218,7 @@ class Collector:
 
     def _begin_episodes(self) -> None:
         """Begin an episode in every world, where the world would begin its next one."""
-        if not isinstance(self.world, BeginsEpisodes):
+        if not isinstance(self.world, RestartsEpisodes):
             self._begin_worlds()
             return
         self._row = 0
@@ -231,7 +231,7 @@ class Collector:
 
     def _park(self, full: Array) -> Array | None:
         """Park agents whose quota is full; return them (N, M), None where nobody is parked."""
-        if not isinstance(self.world, ParksAgents) or not full.any():
+        if not isinstance(self.world, FreezesAgents) or not full.any():
             return None
         self.world.park(full)
         return full
@@ -249,7 +249,7 @@ class Collector:
         self.ticks_taken += 1
         for observer in self.observers:
             observer(self.world, then, actions)
-        buffer.keep_finals(t, then)
+        buffer.store_final_observations(t, then)
         self.counter.count(then)
         ended = then.ended
         if ended.any():

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, TellsEpisodes, World
+from racecraft.contract.world import Array, EpisodeRecord, ReportsEpisodes, StepBuffers, World
 
 
 class EpisodeCounter:
     """Adds up rewards and ticks of each agent and tells what every finished episode came to.
 
-    A world that tells its own episodes (`TellsEpisodes`) is asked instead: it knows the words and the facts.
+    A world that tells its own episodes (`ReportsEpisodes`) is asked instead: it knows the words and the facts.
     """
 
     def __init__(self, world: World) -> None:
         rows = (world.spec.num_worlds, world.spec.num_agents)
-        self._teller = world if isinstance(world, TellsEpisodes) else None
+        self._teller = world if isinstance(world, ReportsEpisodes) else None
         self._reward, self._steps = np.zeros(rows, np.float64), np.zeros(rows, np.int64)
         self._finished: list[EpisodeRecord] = []
 
@@ -27,7 +27,7 @@ class EpisodeCounter:
         self._reward[:] = 0.0
         self._steps[:] = 0
         if self._teller is not None:
-            self._teller.take_episodes()
+            self._teller.pop_episodes()
 
     def count(self, buffers: StepBuffers) -> None:
         """Count one tick."""
@@ -48,7 +48,7 @@ class EpisodeCounter:
     def take(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         if self._teller is not None:
-            return self._teller.take_episodes()
+            return self._teller.pop_episodes()
         finished, self._finished = self._finished, []
         return finished
 

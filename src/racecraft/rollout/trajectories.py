@@ -71,9 +71,9 @@ class Trajectories:
     def carry_over(self, t: int) -> None:
         """Let row t open the next rollout: copy what the worlds show there to row 0."""
         if t:
-            copy_shown(self.views[t], self.views[0])
+            copy_observations(self.views[t], self.views[0])
 
-    def keep_finals(self, t: int, then: StepBuffers) -> None:
+    def store_final_observations(self, t: int, then: StepBuffers) -> None:
         """Keep the last observations of episodes that tick t cut short; value still follows from them."""
         cut = (then.truncated & ~then.terminated).reshape(-1)
         if cut.any():
@@ -126,7 +126,7 @@ class Trajectories:
         )
 
 
-def copy_shown(source: StepBuffers, target: StepBuffers) -> None:
+def copy_observations(source: StepBuffers, target: StepBuffers) -> None:
     """Copy what a world shows for the coming tick: observations, `active` and the mask."""
     for name, array in source.observations.items():
         np.copyto(target.observations[name], array)

@@ -28,7 +28,7 @@ from racecraft.algorithms.replay_sampler import Transitions
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.stacking import AGE, joined
 from racecraft.contract.world import Array, ArraySpec, WorldSpec, mask_width
-from racecraft.rollout.kernels.story import GOES_ON, NOBODY, TERMINATED, TRUNCATED, follow
+from racecraft.rollout.kernels.n_step import GOES_ON, NOBODY, TERMINATED, TRUNCATED, follow
 
 FINAL_SHARE = 16
 """One tick in so many may have a final observation; with more, the oldest of those ticks are not learned from."""

@@ -32,7 +32,7 @@ from types import FrameType
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError
-from racecraft.formats.whole import OutputFileError, make_folder, output_letter, whole_file, write_whole
+from racecraft.formats.atomic import OutputFileError, atomic_file, make_folder, output_letter, write_atomic
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import OWN_KEYS, as_arguments, decoded, encoded
 
@@ -205,7 +205,7 @@ def entered(folder: Path) -> Iterator[tuple[Path, list[str]]]:
     except BaseException as error:
         if not (isinstance(error, SystemExit) and error.code in (None, 0)):
             said = "".join(traceback.format_exception(error))[-MOST_LETTERS_OF_A_FAILURE:]
-            write_whole(container.root / "output" / "failure", said)
+            write_atomic(container.root / "output" / "failure", said)
         raise
     finally:
         pack(container)
@@ -215,7 +215,7 @@ def pack(container: Container) -> None:
     """Pack what a script left: model.tar.gz and output.tar.gz."""
     make_folder(container.model_data.parent)
     for source, target in ((container.model, container.model_data), (container.root / "output", container.output_data)):
-        with whole_file(target) as part, tarfile.open(part, "w:gz", compresslevel=1) as bundle:
+        with atomic_file(target) as part, tarfile.open(part, "w:gz", compresslevel=1) as bundle:
             for path in sorted(source.iterdir()):
                 bundle.add(path, arcname=path.name)
 
@@ -316,7 +316,7 @@ def _leave(number: int, frame: FrameType | None) -> None:
 
 
 def _write(path: Path, value: Any) -> None:
-    write_whole(path, json.dumps(value, indent=2) + "\n")
+    write_atomic(path, json.dumps(value, indent=2) + "\n")
 
 
 def _plain(value: Any) -> str:

@@ -21,10 +21,10 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.job_spec import JobSpec, require_legal_name
 from racecraft.formats.run_folder import CHECKPOINTS, FORMAT, JOB
 from racecraft.jobs import submit
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.store import JobStore, get
 from racecraft.sagemaker.container import container_in
-from racecraft.sagemaker.estimator_words import PREDICT_ARGUMENTS
+from racecraft.sagemaker.estimator_config import PREDICT_ARGUMENTS
 
 WAIT_SECONDS = 120.0
 """How long an endpoint may take until it answers, as at SageMaker."""
@@ -105,7 +105,7 @@ class Predictor:
     ) -> None:
         self.endpoint_name = self.endpoint = endpoint_name
         self.serializer, self.deserializer = serializer or JSONSerializer(), deserializer or JSONDeserializer()
-        self._home = JobHome.of_user()
+        self._home = JobPaths.of_user()
 
     @property
     def url(self) -> str:
@@ -149,7 +149,7 @@ class Predictor:
         """
         store = self._home.store()
         try:
-            submit.ask_to_stop(self._home, store, self.endpoint_name)
+            submit.request_stop(self._home, store, self.endpoint_name)
             submit.wait(self._home, store, self.endpoint_name, WAIT_SECONDS)
             submit.delete(self._home, store, self.endpoint_name)
         finally:
@@ -157,7 +157,7 @@ class Predictor:
 
 
 def deploy(
-    home: JobHome,
+    home: JobPaths,
     run: Path,
     name: str,
     serializer: Any = None,
@@ -247,7 +247,7 @@ def _policies_of(run: Path) -> list[str]:
     return list(card.get("policy_spec", {}).get("policies") or ())
 
 
-def _wait_until_it_answers(home: JobHome, name: str) -> None:
+def _wait_until_it_answers(home: JobPaths, name: str) -> None:
     until = time.monotonic() + WAIT_SECONDS
     store = home.store()
     try:
@@ -259,7 +259,7 @@ def _wait_until_it_answers(home: JobHome, name: str) -> None:
         store.close()
 
 
-def _pings(home: JobHome, name: str, store: JobStore) -> bool:
+def _pings(home: JobPaths, name: str, store: JobStore) -> bool:
     job = get(store, name)
     if job.ended:
         raise EndpointError(f"{name}: {job.state}: {job.reason}")
@@ -270,7 +270,7 @@ def _pings(home: JobHome, name: str, store: JobStore) -> bool:
         return False
 
 
-def _address(home: JobHome, name: str) -> str:
+def _address(home: JobPaths, name: str) -> str:
     try:
         return str(json.loads((home.folder(name) / READY).read_text(encoding="utf-8"))["url"])
     except (OSError, ValueError, KeyError):

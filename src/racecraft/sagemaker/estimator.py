@@ -1,7 +1,7 @@
 """`RLEstimator`: SageMaker's way to train, on this machine's own jobs. Begin with `RLEstimator.fit`.
 
 What is asked becomes a job in the store: a script in rooms of its own (`container.py`), run as `racecraft run` runs it.
-The names and shapes are those of the SDK (facts: battlesnake-and-sagemaker-rl.md C.1); `estimator_words.py` has them.
+The names and shapes are those of the SDK (facts: battlesnake-and-sagemaker-rl.md C.1); `estimator_config.py` has them.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.formats.job_spec import JobSpec, require_legal_name
 from racecraft.jobs.follow import follow
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.hyperparameters import check_overrides
 from racecraft.jobs.job import Job
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import MetricPoint, check_definitions, read_metrics
 from racecraft.jobs.store import NameTakenError, get, name_taken
-from racecraft.jobs.submit import ask_to_stop, environment_here, submit
+from racecraft.jobs.submit import environment_here, request_stop, submit
 from racecraft.sagemaker.container import channels_of, check_code, container_in, lay_out
-from racecraft.sagemaker.estimator_words import (
+from racecraft.sagemaker.estimator_config import (
     ANALYTICS_ARGUMENTS,
     DEPLOY_ARGUMENTS,
     ONLY_RECORDED,
@@ -65,7 +65,7 @@ class TrainingJob:
         home: Where it lies.
     """
 
-    def __init__(self, name: str, home: JobHome) -> None:
+    def __init__(self, name: str, home: JobPaths) -> None:
         self.name = self.job_name = name
         self._home = home
 
@@ -123,7 +123,7 @@ class TrainingJob:
         """Ask it to end."""
         store = self._home.store()
         try:
-            ask_to_stop(self._home, store, self.name)
+            request_stop(self._home, store, self.name)
         finally:
             store.close()
 
@@ -140,7 +140,7 @@ class TrainingJobAnalytics:
 
     def __init__(self, training_job_name: str, metric_names: Sequence[str] | None = None, **recorded: Any) -> None:
         require_arguments("TrainingJobAnalytics", recorded, (*ANALYTICS_ARGUMENTS, *names_of(TrainingJobAnalytics)))
-        self._job, self._names = TrainingJob(training_job_name, JobHome.of_user()), metric_names
+        self._job, self._names = TrainingJob(training_job_name, JobPaths.of_user()), metric_names
 
     def rows(self) -> list[dict[str, Any]]:
         """Return (seconds since the first figure, metric, value), a row a figure."""
@@ -227,7 +227,7 @@ class RLEstimator:
         self.recorded = {name: _recordable(value) for name, value in given.items()}
         self.sagemaker_session = given.get("sagemaker_session") or Session()
         self.latest_training_job: TrainingJob | None = None
-        self._home = JobHome.of_user()
+        self._home = JobPaths.of_user()
 
     @classmethod
     def default_metric_definitions(cls, toolkit: RLToolkit | str) -> list[dict[str, str]]:
@@ -242,7 +242,7 @@ class RLEstimator:
             JobError: There is no such job.
             SettingError: It is none of an estimator's.
         """
-        job = TrainingJob(training_job_name, JobHome.of_user())
+        job = TrainingJob(training_job_name, JobPaths.of_user())
         told = job.describe()["Recorded"].get("estimator")
         if told is None:
             raise SettingError(f"Job {training_job_name} was not begun by an estimator; expected one that was.")

@@ -16,18 +16,18 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.formats.atomic import make_folder
 from racecraft.formats.tuning import COMPLETE, TrialRecord, best_of
-from racecraft.formats.whole import make_folder
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import check_definitions
 from racecraft.jobs.tuning.search import Standing, search
 from racecraft.jobs.tuning.space import Parameter
 from racecraft.jobs.tuning.study import Study
 from racecraft.jobs.tuning.warm_start import WarmStartConfig, WarmStartTypes
-from racecraft.sagemaker.asked_search import RANGES, AskedSearch, folder_of, job_of, read_asked, write_asked
 from racecraft.sagemaker.estimator import RLEstimator, TrainingJob
-from racecraft.sagemaker.estimator_words import TUNER_ARGUMENTS
+from racecraft.sagemaker.estimator_config import TUNER_ARGUMENTS
 from racecraft.sagemaker.search_analytics import HyperparameterTuningJobAnalytics
+from racecraft.sagemaker.tuner_request import RANGES, TunerRequest, folder_of, job_of, read_asked, write_asked
 
 if TYPE_CHECKING:
     from racecraft.sagemaker.endpoint import Predictor
@@ -157,7 +157,7 @@ class HyperparameterTuner:
         name = job_name or _stamped(base)
         folder = folder_of(name)
         make_folder(folder)
-        write_asked(folder, AskedSearch(self.estimator.words(), self._words()))
+        write_asked(folder, TunerRequest(self.estimator.words(), self._words()))
         self._study = self._study_in(folder)
         self.latest_tuning_job = TuningJob(name, folder)
         for parent in self._parents():
@@ -315,7 +315,7 @@ class _EstimatorTrial:
     """One job under way."""
 
     def __init__(self, name: str, metric: str) -> None:
-        self._job, self._metric = TrainingJob(name, JobHome.of_user()), metric
+        self._job, self._metric = TrainingJob(name, JobPaths.of_user()), metric
 
     def look(self) -> Standing:
         told = self._job.describe()

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.contract.errors import MissingExtraError
 from racecraft.formats.tuning import TrialRecord
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.states import JobError
 from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, Parameter
 from racecraft.jobs.tuning.study import Study
-from racecraft.sagemaker.asked_search import RANGES, folder_of, job_of, read_asked
 from racecraft.sagemaker.estimator import TrainingJob
-from racecraft.sagemaker.estimator_words import ANALYTICS_ARGUMENTS
+from racecraft.sagemaker.estimator_config import ANALYTICS_ARGUMENTS
+from racecraft.sagemaker.tuner_request import RANGES, folder_of, job_of, read_asked
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -85,7 +85,7 @@ class HyperparameterTuningJobAnalytics:
     def _row(self, one: TrialRecord) -> dict[str, Any]:
         job = job_of(self.name, one.number)
         try:
-            told = TrainingJob(job, JobHome.of_user()).describe()
+            told = TrainingJob(job, JobPaths.of_user()).describe()
         except JobError:  # deleted since, or never begun
             told = {"CreationTime": None, "TrainingEndTime": None}
         return {

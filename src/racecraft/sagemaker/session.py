@@ -9,10 +9,10 @@ from typing import Any
 
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import InputFileError
-from racecraft.formats.whole import make_folder
-from racecraft.jobs.home import JobHome
+from racecraft.formats.atomic import make_folder
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.container import local_path
-from racecraft.sagemaker.estimator_words import SESSION_ARGUMENTS
+from racecraft.sagemaker.estimator_config import SESSION_ARGUMENTS
 
 BUCKET = "racecraft-local"
 REGION = "local"
@@ -25,7 +25,7 @@ class UploadError(InputFileError):
     """A file to be uploaded is not there."""
 
 
-def buckets_of(home: JobHome) -> Path:
+def buckets_of(home: JobPaths) -> Path:
     """Return the folder whose folders stand for buckets."""
     return home.path / "buckets"
 
@@ -55,7 +55,7 @@ class Session:
         self._bucket = default_bucket or BUCKET
         self.boto_session, self.recorded = boto_session, recorded
         self.config: dict[str, Any] = {}
-        self._home = JobHome.of_user()
+        self._home = JobPaths.of_user()
 
     def default_bucket(self) -> str:
         """Return the name of the bucket, and make its folder."""

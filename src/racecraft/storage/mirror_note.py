@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
 from racecraft.storage.transfer import MIRROR
@@ -38,7 +38,7 @@ def write_note(run: Path, place: Place) -> None:
     """
     known = {name: getattr(place.access, name) for name in _NAMED}
     note = {"address": str(place.address), **known, "installation": place.installation}
-    write_whole(run / MIRROR, json.dumps(note, indent=2) + "\n")
+    write_atomic(run / MIRROR, json.dumps(note, indent=2) + "\n")
 
 
 def noted_place(run: Path) -> Place | None:

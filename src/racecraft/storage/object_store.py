@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from racecraft.contract.errors import MissingExtraError, UserInputError
-from racecraft.formats.whole import OutputFileError, make_folder, output_letter
+from racecraft.formats.atomic import OutputFileError, make_folder, output_letter
 from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
 from racecraft.storage.etags import PART_BYTES, is_same

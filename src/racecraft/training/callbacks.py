@@ -117,7 +117,7 @@ class TrainingCallback(Protocol):
 
 
 @runtime_checkable
-class KnowsRun(Protocol):
+class RunPathCallback(Protocol):
     """A callback that wants to know where the run lies, before the training begins."""
 
     def run_made(self, path: Path) -> None:
@@ -151,7 +151,7 @@ class Callbacks:
     def run_made(self, path: Path) -> None:
         """Tell those that want to know."""
         for one in self._watching:
-            if isinstance(one, KnowsRun):
+            if isinstance(one, RunPathCallback):
                 one.run_made(path)
 
     def begin(self, title: str, stops: str, score_name: str) -> None:

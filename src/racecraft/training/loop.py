@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from racecraft.algorithms.learner import EPISODES, Anneals, Learner
+from racecraft.algorithms.learner import EPISODES, HasSchedules, Learner
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import EpisodeRecord
-from racecraft.rollout.collector import Collects
+from racecraft.rollout.collector import CollectorProtocol
 from racecraft.rollout.memory import within_memory
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback, ended_alike
@@ -81,7 +81,7 @@ class Writer(Protocol):
         """Write an evaluation of an iteration that was written without one."""
         ...
 
-    def stop_asked(self) -> bool:
+    def stop_requested(self) -> bool:
         """Tell whether somebody outside has asked the training to stop."""
         ...
 
@@ -152,7 +152,7 @@ class TrainingLoop:
 
     def __init__(
         self,
-        collector: Collects,
+        collector: CollectorProtocol,
         learner: Learner,
         evaluator: Evaluator,
         writer: Writer,
@@ -177,7 +177,7 @@ class TrainingLoop:
         self._first_goal: float | None = None
         self._stable: float | None = None
         self._began = self._seconds_before = self._seconds_writing = self._looked = 0.0
-        collector.look_meanwhile(self._look_at_clock)
+        collector.set_poll_callback(self._look_at_clock)
 
     def run(self, title: str) -> Outcome:
         """Train until a stop condition holds or Ctrl-C; tell what came of it.
@@ -261,7 +261,7 @@ class TrainingLoop:
         steps_before, marks = self._collector.steps_taken, [time.perf_counter()]
         batch = self._collect()
         self._writer.collected()
-        episodes = self._collector.take_episodes()
+        episodes = self._collector.pop_episodes()
         self._evaluator.watch(episodes)
         self._note_first_goal(any(map(self._evaluator.goal_reached, episodes)))
         marks.append(time.perf_counter())
@@ -316,7 +316,7 @@ class TrainingLoop:
 
     def _update(self, batch: RolloutBatch) -> Mapping[str, float]:
         done = share_done(self._stops, self._progress())
-        if done is not None and isinstance(self._learner, Anneals):
+        if done is not None and isinstance(self._learner, HasSchedules):
             self._learner.anneal(done)
         experience = self._feed.take(batch)
         if experience is None:
@@ -370,7 +370,7 @@ class TrainingLoop:
 
     def _stop(self) -> str:
         """Return why the training ends now; "" where it goes on."""
-        if self._writer.stop_asked():
+        if self._writer.stop_requested():
             return "asked to stop"
         condition = reached(self._stops, self._progress())
         return "" if condition is None else str(condition)
@@ -398,7 +398,7 @@ class TrainingLoop:
         over = [one for one in minutes if self._seconds() > 60.0 * one.amount * (1.0 + OVERTIME) + GRACE_SECONDS]
         if over:
             raise _BrokenOff(str(over[0]))
-        if self._writer.stop_asked():
+        if self._writer.stop_requested():
             raise _BrokenOff("asked to stop")
 
     def _end(self, reason: str) -> None:

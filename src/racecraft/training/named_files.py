@@ -12,8 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from racecraft.contract.kinds import kinds
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import make_folder, write_whole
 from racecraft.settings.composition import Settings
 
 SETTING = "demonstrations"
@@ -39,7 +39,7 @@ def lay_named_files(files: Mapping[str, Path], run: RunFolder) -> None:
         if path.is_dir():
             make_folder(run.path / name)
         for file in _files_of(path):
-            write_whole(run.path / name / file.relative_to(path), file.read_bytes())
+            write_atomic(run.path / name / file.relative_to(path), file.read_bytes())
 
 
 def as_in_run(settings: Settings, of: str = "") -> Settings:

@@ -76,14 +76,14 @@ class OpponentPool:
         self.updates = int(state["updates"])
         self.selves.clear()
         self.selves.extend(dict(weights) for weights in state["selves"])
-        self.take_dice(state["chance"])
+        self.set_rng_state(state["chance"])
         self._draw()
 
     def dice(self) -> Array:
         """Return how the dice of whoever plays stand (a copy)."""
         return self._chance.get_state().numpy().copy()
 
-    def take_dice(self, dice: Array) -> None:
+    def set_rng_state(self, dice: Array) -> None:
         """Go on with dice as they stood."""
         self._chance.set_state(torch.from_numpy(np.asarray(dice)))
 

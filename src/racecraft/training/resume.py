@@ -11,7 +11,7 @@ from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import ContractError, RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.rollout.collector import CarriedOtherwiseError, Collects
+from racecraft.rollout.collector import CollectorProtocol, WorkerLayoutError
 from racecraft.training.versions import versions
 
 Say = Callable[[str], None]
@@ -46,7 +46,7 @@ def open_to_resume(path: Path, kind: str) -> tuple[RunFolder, dict[str, Any], tu
 def restore_run(
     run: RunFolder,
     learner: Learner,
-    collector: Collects,
+    collector: CollectorProtocol,
     loop: Restores,
     writer: Restores,
     world_lasts: bool | None = True,
@@ -69,7 +69,7 @@ def restore_run(
         RunFolderError: An older racecraft wrote the state.
         ContractError: The world shows something else than it did, although it was said to last.
     """
-    run.forget_stop()
+    run.clear_stop()
     checkpoints = Checkpoints(run.checkpoints)
     entries = [entry for entry in checkpoints.entries() if entry.state is not None]
     if not entries:
@@ -108,14 +108,14 @@ def _require_known(run: RunFolder, loop: Mapping[str, Any]) -> None:
         )
 
 
-def _restore_worlds(collector: Collects, state: Mapping[str, Any], world_lasts: bool | None) -> str:
+def _restore_worlds(collector: CollectorProtocol, state: Mapping[str, Any], world_lasts: bool | None) -> str:
     """Have the worlds go on where they were, or begin anew; return why they do, "" where they go on."""
     why = "the world's inner state cannot be kept"
     if world_lasts is not False:
         try:
             collector.restore(state)
             return ""
-        except CarriedOtherwiseError as otherwise:
+        except WorkerLayoutError as otherwise:
             why = str(otherwise)
         except ContractError:
             if world_lasts:

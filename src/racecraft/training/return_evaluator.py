@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord, World
-from racecraft.evaluation.judge import SEED_OF_JUDGING
+from racecraft.evaluation.evaluate_run import SEED_OF_JUDGING
 from racecraft.rollout.episodes import play_episodes
 from racecraft.rollout.statistics import summarise
 from racecraft.training.callbacks import EvaluationResult

@@ -17,11 +17,11 @@ from typing import Any, Protocol, runtime_checkable
 from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.world import Array
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
-from racecraft.rollout.collector import Collects
+from racecraft.rollout.collector import CollectorProtocol
 from racecraft.training.background import Background, Gate
 from racecraft.training.callbacks import IterationReport
 
@@ -95,7 +95,7 @@ class RunWriter:
         self,
         run: RunFolder,
         learner: Learner,
-        collector: Collects,
+        collector: CollectorProtocol,
         metadata: Mapping[str, Any],
         recorder: TickRecorder | None = None,
         episode_files: EpisodeFiles | None = None,
@@ -163,9 +163,9 @@ class RunWriter:
         score = report.result.score if report.result else None
         self._checkpoints.mark(report.iteration, score, best=report.is_best, state=parts)
 
-    def stop_asked(self) -> bool:
+    def stop_requested(self) -> bool:
         """Tell whether somebody outside has asked the training to stop."""
-        return self._run.stop_asked()
+        return self._run.stop_requested()
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from a checkpoint's state; one that was saved without a part begins that part here."""
@@ -205,7 +205,7 @@ class RunWriter:
     def _write_result(self, report: IterationReport) -> None:
         if report.result is not None:
             text = json.dumps({"iteration": report.iteration, **report.result.details}, indent=2)
-            write_whole(self._run.evaluations / f"{report.iteration}.json", text + "\n")
+            write_atomic(self._run.evaluations / f"{report.iteration}.json", text + "\n")
             report.result.write_files(self._run, report.iteration)
 
 

@@ -28,20 +28,20 @@ from racecraft.contract.world import Array, World, WorldSpec
 from racecraft.formats.checkpoint import IMPORTED, Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.custom_code_loader import own_code_of
 from racecraft.players.open_run import open_run
-from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC
-from racecraft.rollout.collector import Collector, Collects
+from racecraft.rollout.collector import Collector, CollectorProtocol
 from racecraft.rollout.episodes import StepObserver
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
-from racecraft.training.gathering import Gatherer, HearsTicks, RecordingObserver
+from racecraft.training.callbacks import Callbacks, RunPathCallback, TrainingCallback
+from racecraft.training.custom_code import copy_code, own_code_in
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
-from racecraft.training.own_code import lay_code, own_code_in
 from racecraft.training.processor import prepare_processor
+from racecraft.training.remote_collection import Gatherer, RecordingObserver, TickCallback
 from racecraft.training.resume import Say, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
 from racecraft.training.stopping import StopCondition, parse_stops
@@ -56,7 +56,7 @@ Fitted = Callable[[Mapping[str, Array], Mapping[str, Array]], tuple[dict[str, Ar
 
 
 @dataclass(frozen=True)
-class RunAttendants:
+class RunObservers:
     """Who attends a training in its run folder, beside the loop."""
 
     recorder: TickRecorder | None = None
@@ -65,7 +65,7 @@ class RunAttendants:
     """Writes them in another program's form, too."""
     observers: Iterable[StepObserver] = ()
     """See every tick."""
-    hears: HearsTicks | None = None
+    hears: TickCallback | None = None
     """Hears of the ticks of worlds elsewhere, rollout by rollout; observers do not."""
 
 
@@ -95,7 +95,7 @@ class Experiment:
     """What else job.json tells."""
     notes: tuple[str, ...] = ()
     """What is worth saying before the first tick, a clause each."""
-    lay_files: Callable[[RunFolder], None] = lambda run: None
+    copy_user_files: Callable[[RunFolder], None] = lambda run: None
     """Lays copies of the user's own files into a new run folder."""
     learner: Callable[[], Learner] | None = None
     """Makes the learner; None: the algorithm's own, with these settings."""
@@ -107,8 +107,8 @@ class Experiment:
     """Further parts whose state every checkpoint keeps, by name."""
     warm_up: Callable[[Say], None] = lambda say: None
     """Compiles what must be compiled before the clock starts."""
-    attend: Callable[[RunFolder, Sequence[str]], contextlib.AbstractContextManager[RunAttendants]] = field(
-        default=lambda run, notes: contextlib.nullcontext(RunAttendants())
+    attend: Callable[[RunFolder, Sequence[str]], contextlib.AbstractContextManager[RunObservers]] = field(
+        default=lambda run, notes: contextlib.nullcontext(RunObservers())
     )
     """Opens what attends the training in its run folder; closed at its end. It hears the notes, too."""
     same_shape: SameShape = lambda path, metadata: ()
@@ -215,7 +215,7 @@ class TrainingSession:
         learner: Learner,
         feed: Replay | None,
         callback: TrainingCallback,
-        attendants: RunAttendants,
+        attendants: RunObservers,
         say: Say,
     ) -> None:
         settings = experiment.settings
@@ -225,7 +225,7 @@ class TrainingSession:
         if settings.runtime.mlflow is not None:
             description = RunDescription(run.path, run.read_job())
             callback = Callbacks(MlflowRun(settings.runtime.mlflow, description, say), callback)
-        if isinstance(callback, KnowsRun):
+        if isinstance(callback, RunPathCallback):
             callback.run_made(run.path)
         experiment.warm_up(say)
         self._collector, recorder = _collector(experiment, learner, attendants)
@@ -286,8 +286,8 @@ class TrainingSession:
 
 
 def _collector(
-    experiment: Experiment, learner: Learner, attendants: RunAttendants
-) -> tuple[Collects, TickRecorder | None]:
+    experiment: Experiment, learner: Learner, attendants: RunObservers
+) -> tuple[CollectorProtocol, TickRecorder | None]:
     """Return what collects, here or elsewhere, and who keeps the ticks."""
     horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
     if elsewhere is not None:
@@ -438,10 +438,10 @@ def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str
     if "set" in asked:
         asked["set"] = asked_in_run(asked["set"], experiment.settings)
 
-    def lay_files(run: RunFolder) -> None:
-        experiment.lay_files(run)
+    def copy_user_files(run: RunFolder) -> None:
+        experiment.copy_user_files(run)
         lay_named_files(named, run)
-        lay_code(code, run)
+        copy_code(code, run)
 
     job = {
         "kind": experiment.kind,
@@ -458,5 +458,5 @@ def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str
         "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
     if place is None:
-        return RunFolder.create_numbered(Path("runs"), experiment.folder_name, job, lay_files)
-    return RunFolder.create(place, job, lay_files)
+        return RunFolder.create_numbered(Path("runs"), experiment.folder_name, job, copy_user_files)
+    return RunFolder.create(place, job, copy_user_files)

@@ -21,7 +21,7 @@ from racecraft.estimator import (
     WarmStartTypes,
 )
 from racecraft.formats.run_folder import RunFolder
-from racecraft.jobs.tuning.rehearsal import require_understood
+from racecraft.jobs.tuning.dry_run import require_understood
 from racecraft.jobs.tuning.space import read_parameter
 from racecraft.jobs.tuning.study import TuningError
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.unity import evaluation
 
@@ -44,7 +44,7 @@ def test_a_scene_is_judged_by_twenty_episodes_as_it_was_trained(tmp_path, monkey
     monkeypatch.setattr(evaluation, "UnityWorld", Scene)
     monkeypatch.setattr(evaluation, "load_policy", lambda run, which: POLICY)
     monkeypatch.setattr(evaluation, "judge_episodes", judged)
-    assert judge_run(run.path, **words) == {"run": str(run.path), "checkpoint": 12, "episodes": played[0]}
+    assert evaluate_run(run.path, **words) == {"run": str(run.path), "checkpoint": 12, "episodes": played[0]}
     assert seen == [(f"<{asked['build']}>", made), (POLICY, *played, 70), "closed"]
 
 

@@ -198,7 +198,7 @@ def serve(
 
 def _folders(folder: Path) -> dict[str, Path]:
     """Return the folders that are served, by the name of their bucket."""
-    from racecraft.formats.whole import make_folder
+    from racecraft.formats.atomic import make_folder
 
     installation = installation_at(folder)
     if installation is None:

@@ -38,9 +38,9 @@ def fetch_run(named: str, tell: Tell, folder: Path | None = None) -> str:
     Raises:
         UserInputError: The address is none, or nothing comes from there.
     """
+    from racecraft.formats.atomic import make_folder
     from racecraft.formats.checkpoint_ranking import split_source
     from racecraft.formats.run_folder import FOLDERS, JOB
-    from racecraft.formats.whole import make_folder
     from racecraft.storage.address import Address, is_address
     from racecraft.storage.transfer import pull
 

@@ -67,7 +67,7 @@ def submit_training(
     from racecraft.contract.errors import RunFolderError
     from racecraft.formats.job_spec import JobSpec
     from racecraft.formats.run_folder import JOB, RunFolder
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import environment_here, submit, submit_numbered
 
     name = more.pop("name", "")
@@ -92,7 +92,7 @@ def submit_training(
             **more,
         )
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     if name and (made := spec(name)) is not None:
         return submit(home, made)
     return submit_numbered(home, name or ("-".join(verb[:-1]) or "car"), spec)

@@ -74,10 +74,10 @@ def list_(json: Json = False) -> None:
     Example: racecraft jobs list
     """
     from racecraft.cli.output import print_json
-    from racecraft.jobs.home import JobHome
-    from racecraft.jobs.waking import ensure_supervisor
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.jobs.supervisor_start import ensure_supervisor
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     found = home.store().jobs()
     if any(not job.ended for job in found):
         ensure_supervisor(home)
@@ -102,10 +102,10 @@ def show(name: Name, json: Json = False) -> None:
     Example: racecraft jobs show gym-1
     """
     from racecraft.cli.output import print_json
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.store import get
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     job = get(home.store(), name)
     if json:
         print_json({**_told(job), "spec": job.spec.as_dictionary(), "log": str(home.log(name))})
@@ -131,10 +131,10 @@ def logs(
     Example: racecraft jobs logs -f gym-1
     """
     from racecraft.jobs.follow import follow
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.store import get
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     store = home.store()
     get(store, name)
     for text in follow(home.log(name), lambda: not follow_ or get(store, name).ended):
@@ -148,11 +148,11 @@ def stop(name: Name) -> None:
 
     Example: racecraft jobs stop gym-1
     """
-    from racecraft.jobs.home import JobHome
-    from racecraft.jobs.submit import ask_to_stop
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.jobs.submit import request_stop
 
-    home = JobHome.of_user()
-    job = ask_to_stop(home, home.store(), name)
+    home = JobPaths.of_user()
+    job = request_stop(home, home.store(), name)
     print(f"{name}: {job.state}")
 
 
@@ -167,10 +167,10 @@ def wait(
     Example: racecraft jobs wait gym-1 && racecraft report runs/gym-1
     """
     from racecraft.cli.output import print_json
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import wait as wait_for
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     job = wait_for(home, home.store(), name, seconds)
     if json:
         print_json(_told(job))
@@ -187,10 +187,10 @@ def resume(
 
     Example: racecraft jobs resume gym-1 --stop minutes=10
     """
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import resume as resume_job
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     job = resume_job(home, home.store(), name, tuple(stop or ()))
     print(f"{name}: {job.state}")
 
@@ -201,10 +201,10 @@ def delete(name: Name) -> None:
 
     Example: racecraft jobs delete gym-1
     """
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import delete as delete_job
 
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     delete_job(home, home.store(), name)
     print(f"{name}: forgotten")
 
@@ -213,7 +213,7 @@ def delete(name: Name) -> None:
 def enter(folder: Annotated[Path, typer.Argument(help="A job's own folder.")]) -> None:
     """Run an estimator's script in the rooms of its job; started by a supervisor."""
     from racecraft.cli.script_errors import told_as_python_would
-    from racecraft.compat.foreign import run_script
+    from racecraft.compat.shims import run_script
     from racecraft.sagemaker.container import entered
 
     with told_as_python_would(), entered(folder) as (script, arguments):
@@ -224,13 +224,13 @@ def _submit_file(path: Path, name: str) -> Job:
     from dataclasses import replace
 
     from racecraft.formats.job_spec import read_job_spec
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import submit, submit_numbered
 
     spec = read_job_spec(path)
     folder = path.absolute().parent / spec.folder
     spec = replace(spec, name=name or spec.name, folder=str(folder))
-    home = JobHome.of_user()
+    home = JobPaths.of_user()
     if spec.name:
         return submit(home, spec)
     return submit_numbered(home, path.stem.replace("_", "-"), lambda name: replace(spec, name=name))
@@ -240,9 +240,9 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
     from racecraft.cli.jobs.detaching import submit_training
     from racecraft.contract.errors import SettingError, nearest
     from racecraft.formats.job_spec import COMMANDS, JobSpec, commands_of_worlds
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import environment_here, submit, submit_numbered
-    from racecraft.jobs.tuning.rehearsal import require_can_begin
+    from racecraft.jobs.tuning.dry_run import require_can_begin
 
     commands = sorted(commands_of_worlds() | set(COMMANDS) - {"jobs"})
     if words[0] not in commands:
@@ -258,7 +258,7 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
         return submit_training(words[:behind], rest, run, goes_on=again, name=name, **limits)
     if words[0] == "run":
         _require_script(words[1:])
-    home, here = JobHome.of_user(), str(Path.cwd())
+    home, here = JobPaths.of_user(), str(Path.cwd())
     if name:
         return submit(home, JobSpec(words, name, folder=here, environment=environment_here(), **limits))
     return submit_numbered(

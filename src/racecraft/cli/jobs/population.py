@@ -21,13 +21,13 @@ def train_population(
     """Train a population, or go on with the one in the folder; leave its page."""
     from racecraft.analysis.tuning_page import plain
     from racecraft.cli.output import print_json, say
+    from racecraft.formats.atomic import make_folder
     from racecraft.formats.population import FILE, read_population
-    from racecraft.formats.whole import make_folder
     from racecraft.jobs.capacity import Capacity
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.jobs.tuning.dry_run import require_understood
     from racecraft.jobs.tuning.population import check_population, train
     from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
-    from racecraft.jobs.tuning.rehearsal import require_understood
     from racecraft.jobs.tuning.training_trials import TRIALS, Objective
 
     check_population(record.size, record.rounds)
@@ -37,7 +37,7 @@ def train_population(
     cores = Capacity.of_machine().cores
     at_a_time = min(parallel or max(1, cores // 2), record.size)
     make_folder(folder)
-    launch = PopulationTrials(folder, record.command, aim, max(1, cores // at_a_time), JobHome.of_user())
+    launch = PopulationTrials(folder, record.command, aim, max(1, cores // at_a_time), JobPaths.of_user())
     say(f"{folder}: {record.size} members, {record.rounds} rounds, {at_a_time} at a time", quiet_stdout=json)
     try:
         train(folder, record, parameters, launch, at_a_time, lambda one: say(_line(one), quiet_stdout=json))

@@ -10,7 +10,7 @@ import typer
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:
-    from racecraft.sagemaker.sandbox.making import Sandbox
+    from racecraft.sagemaker.sandbox.create import Sandbox
 
 
 def sandbox(
@@ -35,8 +35,8 @@ def sandbox(
     """
     from racecraft.cli.output import print_json
     from racecraft.contract.errors import SettingError
-    from racecraft.jobs.home import JobHome
-    from racecraft.sagemaker.sandbox.making import make
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.sagemaker.sandbox.create import make
     from racecraft.sagemaker.sandbox.stack import plan
     from racecraft.sagemaker.session import REGION
 
@@ -49,7 +49,7 @@ def sandbox(
             raise SettingError(f"--parameter {key}: given twice; expected it once.")
         given[key] = value
     planned = plan(template, given, stack_name, region or REGION)
-    made = make(planned, folder or Path(planned.name), JobHome.of_user())
+    made = make(planned, folder or Path(planned.name), JobPaths.of_user())
     print_json(made.as_dictionary()) if json else _print(made)
 
 

@@ -175,10 +175,10 @@ def _search(
     """Try, and leave the page and the record of what was tried."""
     from racecraft.cli.jobs.population import PBT
     from racecraft.cli.output import say
-    from racecraft.formats.whole import make_folder
+    from racecraft.formats.atomic import make_folder
     from racecraft.jobs.capacity import Capacity
-    from racecraft.jobs.home import JobHome
-    from racecraft.jobs.tuning.rehearsal import require_understood
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.jobs.tuning.dry_run import require_understood
     from racecraft.jobs.tuning.search import search
     from racecraft.jobs.tuning.study import Study, check_choices, database_letters, require_search
     from racecraft.jobs.tuning.training_trials import TrainingTrials
@@ -197,7 +197,7 @@ def _search(
             say(f"begins with {taken} trials of {place.from_}", quiet_stdout=json)
         cores = Capacity.of_machine().cores
         at_a_time = extent.at_a_time(cores)
-        launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobHome.of_user())
+        launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobPaths.of_user())
         say(f"{folder}: {extent.trials} trials, {at_a_time} at a time", quiet_stdout=json)
         try:
             search(study, launch, extent.trials, at_a_time, lambda one: say(_line(one, study), quiet_stdout=json))

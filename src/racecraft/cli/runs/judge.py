@@ -33,10 +33,10 @@ def evaluate(
 def judge(run: Path, checkpoint: str | None, episodes: int | None, json: bool) -> None:
     """Judge a run by its episodes and say what came of it."""
     from racecraft.cli.output import print_json
-    from racecraft.evaluation.judge import judge_run
+    from racecraft.evaluation.evaluate_run import evaluate_run
 
     words = {} if episodes is None else {"episodes": episodes}
-    facts = judge_run(run, checkpoint or "", **words)
+    facts = evaluate_run(run, checkpoint or "", **words)
     if json:
         print_json(facts)
         return

@@ -57,13 +57,13 @@ def _answer_until_interrupted(server: EndpointServer, host: str, port: int, read
     from json import dumps
 
     from racecraft.cli.output import print_json, say
-    from racecraft.formats.whole import write_whole
+    from racecraft.formats.atomic import write_atomic
     from racecraft.serving.until_cancelled import serve_until_cancelled
 
     def tell(port: int) -> None:
         url = f"http://{host}:{port}"
         if ready is not None:
-            write_whole(ready, dumps({"url": url}) + "\n")
+            write_atomic(ready, dumps({"url": url}) + "\n")
         if json:
             print_json(
                 {"url": url, "run": str(server.policy.run.path), "iteration": server.policy.checkpoint.iteration}

@@ -16,7 +16,7 @@ def stop(run: Annotated[Path, typer.Argument(help="The run folder of a training 
     from racecraft.formats.run_folder import RunFolder
 
     folder = RunFolder.open(run)
-    folder.ask_to_stop()
+    folder.request_stop()
     if folder.is_training():
         print(f"{run}: asked to stop; whatever was kept stays, and --run {run} --resume goes on from there")
     else:

@@ -1,1 +1,1 @@
-"""Packages that are lent under their foreign names; see `racecraft.compat.foreign`."""
+"""Packages that are lent under their foreign names; see `racecraft.compat.shims`."""

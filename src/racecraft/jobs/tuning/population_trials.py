@@ -11,7 +11,7 @@ from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.population import MemberRound
 from racecraft.formats.run_folder import CHECKPOINTS
 from racecraft.formats.tensor_file import CheckpointError
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.submit import environment_here, submit_numbered
 from racecraft.jobs.tuning.space import Parameter, as_text
 from racecraft.jobs.tuning.training_trials import TRIALS, Objective, TrainingTrial, legal_name, split_verb
@@ -33,7 +33,7 @@ class PopulationTrials:
         home: Where the jobs lie.
     """
 
-    def __init__(self, folder: Path, words: Sequence[str], objective: Objective, cores: int, home: JobHome) -> None:
+    def __init__(self, folder: Path, words: Sequence[str], objective: Objective, cores: int, home: JobPaths) -> None:
         self._folder, self._words, self._objective = folder, tuple(words), objective
         self._cores, self._home = cores, home
 

@@ -13,12 +13,12 @@ from typing import Any
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_folder import METRICS
-from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import Job
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import check_definitions, read_metrics
 from racecraft.jobs.states import State
 from racecraft.jobs.store import get
-from racecraft.jobs.submit import ask_to_stop, environment_here, submit_numbered
+from racecraft.jobs.submit import environment_here, request_stop, submit_numbered
 from racecraft.jobs.tuning.search import Standing
 from racecraft.jobs.tuning.space import as_text
 
@@ -72,7 +72,7 @@ class TrainingTrials:
         home: Where the jobs lie.
     """
 
-    def __init__(self, folder: Path, words: Sequence[str], objective: Objective, cores: int, home: JobHome) -> None:
+    def __init__(self, folder: Path, words: Sequence[str], objective: Objective, cores: int, home: JobPaths) -> None:
         self._folder, self._words, self._objective = folder, tuple(words), objective
         self._cores, self._home = cores, home
 
@@ -101,7 +101,7 @@ class TrainingTrials:
 class TrainingTrial:
     """One training under way."""
 
-    def __init__(self, name: str, place: Path, objective: Objective, home: JobHome) -> None:
+    def __init__(self, name: str, place: Path, objective: Objective, home: JobPaths) -> None:
         self.name, self.place = name, place
         self._objective, self._home = objective, home
 
@@ -122,7 +122,7 @@ class TrainingTrial:
         """Ask it to end."""
         store = self._home.store()
         try:
-            ask_to_stop(self._home, store, self.name)
+            request_stop(self._home, store, self.name)
         finally:
             store.close()
 

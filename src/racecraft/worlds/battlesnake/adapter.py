@@ -19,7 +19,7 @@ from typing import Any
 from racecraft.adapters.pettingzoo_parallel import pettingzoo_parallel
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, Prizes, WorldSettings
+from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, RewardWeights, WorldSettings
 
 
 def parallel_env(
@@ -50,12 +50,12 @@ def parallel_env(
         MissingExtraError: PettingZoo is not installed.
         BoardError: A size, ruleset, map or number that cannot be played.
     """
-    known = asdict(Prizes())
+    known = asdict(RewardWeights())
     for name in prizes or {}:
         if name not in known:
             raise SettingError(f"There is no prize '{name}'. {nearest(name, known)}")
     game = GameSettings(width, height, snakes, ruleset, map)
-    settings = WorldSettings(game, 1, max_turns, view, outlook, Prizes(**{**known, **(prizes or {})}))
+    settings = WorldSettings(game, 1, max_turns, view, outlook, RewardWeights(**{**known, **(prizes or {})}))
     return pettingzoo_parallel(BattlesnakeWorld(settings))
 
 

@@ -19,7 +19,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, ActionTable, action_space
 from racecraft.worlds.deepracer.env.camera import Camera
-from racecraft.worlds.deepracer.env.paying import CarRewards
+from racecraft.worlds.deepracer.env.reward_caller import CarRewards
 from racecraft.worlds.deepracer.env.reward_process import open_reward
 from racecraft.worlds.deepracer.env.sensors import FRONT, car_sensors
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig

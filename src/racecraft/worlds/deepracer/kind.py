@@ -24,7 +24,7 @@ KIND = WorldKind(
             "racecraft.worlds.deepracer.adapter:deepracer_vector_env",
         )
     },
-    open_run="racecraft.worlds.deepracer.players.borrowed:borrowed_run",
+    open_run="racecraft.worlds.deepracer.players.borrowed:open_run_or_model",
     evaluate="racecraft.worlds.deepracer.evaluation.judged_run:judge_car",
     evaluate_words=("track", "tracks", "laps"),
     status_labels="racecraft.worlds.deepracer.files.training_metrics:STATUS_LABELS",

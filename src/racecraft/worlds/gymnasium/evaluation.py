@@ -17,13 +17,13 @@ import gymnasium
 from gymnasium.envs.registration import EnvSpec
 
 from racecraft.contract.errors import SettingError, UserInputError, nearest
-from racecraft.contract.loading import load_class, see_present_folder
+from racecraft.contract.loading import add_cwd_to_path, load_class
 from racecraft.contract.world import World
 from racecraft.formats.run_folder import CODE, RunFolder
-from racecraft.players.own_code import own_code_of
-from racecraft.worlds.gymnasium.env.asking import made, telling
+from racecraft.players.custom_code_loader import own_code_of
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld, fits, has_vector_version
+from racecraft.worlds.gymnasium.env.user_env import made, telling
 
 OF_SCRIPTS = ("from_script/", "racecraft.compat.script_worlds:")
 """How environments of launcher scripts are called (`compat/rllib_training.py`, `compat/script_worlds.py`)."""
@@ -134,7 +134,7 @@ def own_class(environment: str) -> Any:
     module, colon, name = environment.partition(":")
     if not colon:
         return None
-    see_present_folder()
+    add_cwd_to_path()
     if not name.isidentifier():
         return None  # "module:Name-v0" is an id; Gymnasium imports the module itself
     found = load_class(environment, "gym train")

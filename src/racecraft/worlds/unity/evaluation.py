@@ -6,7 +6,7 @@ import contextlib
 import json
 from typing import Any
 
-from racecraft.evaluation.judge import MOST_STEPS, judge_episodes, what_is_judged
+from racecraft.evaluation.evaluate_run import MOST_STEPS, judge_episodes, what_is_judged
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
 from racecraft.worlds.unity.env.builds import find_build

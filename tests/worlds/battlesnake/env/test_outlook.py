@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from racecraft.contract.exam import WorldExam
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.world import allocate
 from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.observation import observe_board
@@ -14,7 +14,7 @@ UP, DOWN, LEFT, RIGHT = range(4)
 OPEN, SPACE, ROOM, TERRITORY, OWN_SPACE, FOOD, OWN_FOOD, WAY_OUT, MEETING, HAZARD = range(10)
 
 
-class TestWorldWithOutlook(WorldExam):
+class TestWorldWithOutlook(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):

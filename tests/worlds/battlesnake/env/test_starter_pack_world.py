@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from racecraft.contract.exam import WorldExam
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.world import allocate
 from racecraft.worlds.battlesnake.env import starter_pack
 from racecraft.worlds.battlesnake.env.board import BoardError
 from racecraft.worlds.battlesnake.env.kernels import starter_pack as pack
 from racecraft.worlds.battlesnake.env.source_experiment import ExactGames, MaskedExactGames, MaskedStarterPackGames
 from racecraft.worlds.battlesnake.env.starter_pack import Rewards, Snake, StarterPackGym
-from racecraft.worlds.battlesnake.env.starter_pack_world import FATES, StarterPackWorld, prices_of
+from racecraft.worlds.battlesnake.env.starter_pack_world import FATES, StarterPackWorld, rewards_of
 
 KEYS = tuple(Rewards.__dataclass_fields__)
 DISTINCT = Rewards(**{key: 2.0**n for n, key in enumerate(KEYS)})
@@ -18,21 +18,21 @@ DISTINCT = Rewards(**{key: 2.0**n for n, key in enumerate(KEYS)})
 PAID_AT_DEATH = DISTINCT.died
 
 
-class TestStarterPackWorld(WorldExam):
+class TestStarterPackWorld(WorldConformance):
     ticks = 80
 
     def make_world(self, num_worlds):
         return StarterPackWorld(num_worlds, side=7, max_turns=12, is_masked=True)
 
 
-class TestMaskedGames(WorldExam):
+class TestMaskedGames(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
         return MaskedStarterPackGames(num_worlds)
 
 
-class TestExactGames(WorldExam):
+class TestExactGames(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
@@ -121,7 +121,7 @@ def test_a_game_that_is_never_cut_pays_in_sum_what_the_pack_pays():
             turns_lived += int(before - (buffers.ended & ~_won(world, buffers)).sum())
             if world._over[0]:
                 break
-        told = world.take_episodes()
+        told = world.pop_episodes()
         assert len(told) == 5
         won, forbidden = (sum(one.status == word for one in told) for word in ("won", "forbidden_move"))
         assert total == pytest.approx(0.05 * turns_lived + 5 * won - (5 - won) - forbidden, abs=1e-4)
@@ -223,7 +223,7 @@ def test_no_game_at_all_is_refused():
 
 
 def test_prices_are_told_to_the_kernel_in_the_order_of_its_fates():
-    prices = prices_of(DISTINCT)
+    prices = rewards_of(DISTINCT)
     assert prices.dtype == np.float32
     assert len(prices) == pack.PRICES
     named = {
@@ -243,19 +243,19 @@ def test_the_same_seed_begins_the_same_story_whatever_was_played_before():
     buffers, stories = allocate(world.spec), []
     for _ in range(2):
         world.reset(buffers, 6)
-        assert world.take_episodes() == [], "what was not asked for is forgotten"
+        assert world.pop_episodes() == [], "what was not asked for is forgotten"
         seen = []
         for _ in range(4):
             world.step(np.full((3, 3), 3), buffers)
             seen.append(buffers.observations["planes"].copy())
         stories.append(seen)
     np.testing.assert_array_equal(*stories)
-    told = world.take_episodes()
+    told = world.pop_episodes()
     assert len(told) >= 9
     assert all(0 < one.steps <= 2 for one in told)
     assert all(one.status in {*FATES, "truncated"} for one in told)
     assert all(one.reward == pytest.approx(0.1) for one in told if one.status == "truncated"), "two turns"
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
 
 
 def test_a_loaded_world_shows_what_the_saved_one_shows_and_tells_nothing_of_the_time_before():
@@ -268,7 +268,7 @@ def test_a_loaded_world_shows_what_the_saved_one_shows_and_tells_nothing_of_the_
         other.step(np.zeros((2, 5), np.int64), two)
     state = world.save_state()
     other.load_state(state, two)
-    assert other.take_episodes() == []
+    assert other.pop_episodes() == []
     np.testing.assert_array_equal(one.observations["planes"], two.observations["planes"])
     np.testing.assert_array_equal(one.active, two.active)
     world.step(np.ones((2, 5), np.int64), one)

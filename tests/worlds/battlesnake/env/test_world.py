@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from racecraft.contract.exam import WorldExam
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.world import allocate
 from racecraft.kernels import set_threads, threads
 from racecraft.worlds.battlesnake.env.board import MOVES, STEPS, Board, BoardError, Snake
@@ -15,17 +15,17 @@ from racecraft.worlds.battlesnake.env.reference import Referee, apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.solo_maze import level_of
-from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, Prizes, WorldSettings
+from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, RewardWeights, WorldSettings
 
 
-class TestStandardWorld(WorldExam):
+class TestStandardWorld(WorldConformance):
     ticks = 120
 
     def make_world(self, num_worlds):
         return BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 3), num_worlds, max_turns=40))
 
 
-class TestRoyaleOnAPlannedMap(WorldExam):
+class TestRoyaleOnAPlannedMap(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
@@ -33,7 +33,7 @@ class TestRoyaleOnAPlannedMap(WorldExam):
         return BattlesnakeWorld(WorldSettings(game, num_worlds, max_turns=25, view=9))
 
 
-class TestSoloMazeWorld(WorldExam):
+class TestSoloMazeWorld(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
@@ -207,10 +207,10 @@ def test_threads_do_not_change_the_story():
 
 
 def test_rewards_are_paid_once_for_the_win_and_once_for_the_loss():
-    settings = WorldSettings(GameSettings(7, 7, 2), 32, prizes=Prizes(food=0.5))
+    settings = WorldSettings(GameSettings(7, 7, 2), 32, prizes=RewardWeights(food=0.5))
     wins = losses = 0
     for world, buffers, _ in stepped(settings, 200):
-        for record in world.take_episodes():
+        for record in world.pop_episodes():
             assert record.reward == pytest.approx(
                 0.5 * record.facts["food_eaten"] + (1 if record.status == "won" else -1)
             )
@@ -222,7 +222,10 @@ def test_rewards_are_paid_once_for_the_win_and_once_for_the_loss():
 
 def test_episodes_tell_what_the_referee_counts():
     """Length, food, kills, turns, cause and pay of every episode, by the readable rules from the same positions."""
-    game, prizes = GameSettings(7, 7, 4, minimum_food=3), Prizes(turn=0.125, food=0.5, kill=0.25, win=8.0, loss=-4.0)
+    game, prizes = (
+        GameSettings(7, 7, 4, minimum_food=3),
+        RewardWeights(turn=0.125, food=0.5, kill=0.25, win=8.0, loss=-4.0),
+    )
     world = BattlesnakeWorld(WorldSettings(game, 8, max_turns=40, prizes=prizes))
     buffers, rng, referee = allocate(world.spec), np.random.default_rng(1), Referee(game, StreamDice(0))
     world.reset(buffers, 1)
@@ -231,7 +234,7 @@ def test_episodes_tell_what_the_referee_counts():
         actions = (rng.random(buffers.action_mask.shape) * buffers.action_mask).argmax(axis=-1)
         boards = [world.board(number) for number in range(8)]
         world.step(actions, buffers)
-        told = {(one.world, one.agent): one for one in world.take_episodes()}
+        told = {(one.world, one.agent): one for one in world.pop_episodes()}
         for number, before in enumerate(boards):
             after, alive = before.copy(), [snake.alive for snake in before.snakes]
             moves = {snake.id: MOVES[actions[number, m]] for m, snake in enumerate(before.snakes) if snake.alive}
@@ -300,9 +303,9 @@ def test_the_lead_is_over_the_longest_other():
 
 def test_a_world_of_which_nothing_is_told_is_64_games_of_the_official_kind():
     world = BattlesnakeWorld()
-    assert world.settings == WorldSettings(GameSettings(), 64, 2000, None, False, Prizes())
-    np.testing.assert_array_equal(Prizes().as_array(), np.float32([0, 0, 0, 1, -1]))
-    assert Prizes(1, 2, 3, 4, 5).as_array().tolist() == [1, 2, 3, 4, 5]
+    assert world.settings == WorldSettings(GameSettings(), 64, 2000, None, False, RewardWeights())
+    np.testing.assert_array_equal(RewardWeights().as_array(), np.float32([0, 0, 0, 1, -1]))
+    assert RewardWeights(1, 2, 3, 4, 5).as_array().tolist() == [1, 2, 3, 4, 5]
     spec = world.spec
     assert (spec.name, spec.num_worlds, spec.num_agents) == ("battlesnake-standard-standard-11x11", 64, 4)
     assert (spec.actions.count, spec.actions.labels, spec.has_action_mask) == (4, MOVES, True)
@@ -359,23 +362,23 @@ def test_common_games_are_set_up_by_the_kernel_and_stand_as_the_referee_sets_the
 
 
 def test_a_game_that_is_broken_off_tells_nothing_and_the_others_go_on():
-    world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), 3, prizes=Prizes(turn=0.5)))
+    world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), 3, prizes=RewardWeights(turn=0.5)))
     buffers = allocate(world.spec)
     world.reset(buffers, 2)
     world.step(np.array([[0, 0]] * 3), buffers)
     before = [world.board(number) for number in range(3)]
     world.begin_games(np.array([False, True, False]), buffers)
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
     after = [world.board(number) for number in range(3)]
     assert [after[number] == before[number] for number in range(3)] == [True, False, True]
     assert [board.turn for board in after] == [1, 0, 1]
     assert buffers.active.all()
-    while not world.take_episodes():
+    while not world.pop_episodes():
         world.step(np.array([[0, 0]] * 3), buffers)
 
 
 def test_what_was_earned_is_saved_and_what_was_told_is_not():
-    settings = WorldSettings(GameSettings(7, 7, 2), 4, max_turns=3, prizes=Prizes(turn=1.0, win=1.0, loss=1.0))
+    settings = WorldSettings(GameSettings(7, 7, 2), 4, max_turns=3, prizes=RewardWeights(turn=1.0, win=1.0, loss=1.0))
     world, other = BattlesnakeWorld(settings), BattlesnakeWorld(settings)
     one, two = allocate(world.spec), allocate(world.spec)
     world.reset(one, 5)
@@ -385,15 +388,15 @@ def test_what_was_earned_is_saved_and_what_was_told_is_not():
     world.step(one.action_mask.argmax(axis=-1), one)
     state = world.save_state()
     other.load_state(state, two)
-    assert other.take_episodes() == []
+    assert other.pop_episodes() == []
     np.testing.assert_array_equal(two.observations["planes"], one.observations["planes"])
     for _ in range(2):
         other.step(two.action_mask.argmax(axis=-1), two)
-    told = other.take_episodes()
+    told = other.pop_episodes()
     assert len(told) >= 4
     assert all(one.reward == one.steps for one in told), "one a turn, the first turn too"
     assert {one.status for one in told if one.steps == 3} == {"truncated"}
-    assert other.take_episodes() == []
+    assert other.pop_episodes() == []
 
 
 def test_threads_are_let_go_of_and_taken_up_again():

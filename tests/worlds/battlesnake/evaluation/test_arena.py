@@ -27,7 +27,7 @@ from racecraft.worlds.battlesnake.evaluation.tournament_file import TournamentFi
 from racecraft.worlds.battlesnake.players.find import PLAYERS
 from racecraft.worlds.battlesnake.players.from_file import load_file_player
 from racecraft.worlds.battlesnake.players.protocol import LatePlayerError, PlayerError
-from racecraft.worlds.battlesnake.players.sight import best_safe_move
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move
 from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
 SMALL = GameSettings(7, 7, 2)
@@ -485,7 +485,7 @@ def test_a_server_that_does_not_answer_a_start_is_hung_up_on():
         def start(self, message, seconds):
             self.woken.wait(60)
 
-        def hang_up(self):
+        def disconnect(self):
             self.hung_up += 1
 
     deaf = Deaf()

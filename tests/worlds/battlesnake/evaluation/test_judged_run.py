@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.evaluation.rating import Result, wilson
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.battlesnake.evaluation import judged_run
@@ -28,7 +28,7 @@ def test_a_snake_is_judged_against_every_anchor_and_shared_first_places_are_no_w
     monkeypatch.setattr(judged_run, "load_policy", lambda run, which: POLICY)
     monkeypatch.setattr(judged_run, "snake_config_in", lambda settings: SimpleNamespace(view=7, outlook=True))
     monkeypatch.setattr(judged_run, "play_batch", play)
-    told = judge_run(run.path, **words)
+    told = evaluate_run(run.path, **words)
     assert asked == [([POLICY, name, name], 3, 7, True, games, seed) for name in ANCHORS]
     low, high = wilson(2, 4)
     figures = {"games": 4, "won": 2, "won_share": 0.5, "won_share_low": low, "won_share_high": high}

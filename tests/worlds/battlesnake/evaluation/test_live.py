@@ -9,7 +9,7 @@ from racecraft.contract.random_streams import stream_keys
 from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.evaluation import live
-from racecraft.worlds.battlesnake.evaluation.live import Pace, TurnLog, hold_game
+from racecraft.worlds.battlesnake.evaluation.live import Pace, TurnLog, play_live
 from racecraft.worlds.battlesnake.evaluation.match import play
 from racecraft.worlds.battlesnake.players.messages import GameCard
 
@@ -77,7 +77,7 @@ class Watches:
 
 def test_a_held_game_is_the_game_of_its_seed_and_lets_everybody_go(clock):
     heard, watches = [], [Watches(), Watches()]
-    held = hold_game(SMALL, [Chair("a", heard), Chair("b", heard)], 5, 240, most_turns=3, observers=watches)
+    held = play_live(SMALL, [Chair("a", heard), Chair("b", heard)], 5, 240, most_turns=3, observers=watches)
     dice = StreamDice(int(stream_keys(5, "snake game", 1)[0]))
     assert held.boards == play(SMALL, [Chair("a", []), Chair("b", [])], dice, most_turns=3).boards
     assert (held.card.id, held.card.timeout_ms, held.turns) == ("racecraft-5", 240, 3)
@@ -90,7 +90,7 @@ def test_a_held_game_is_the_game_of_its_seed_and_lets_everybody_go(clock):
 def test_a_held_game_keeps_its_pace_and_asks_one_by_one_where_it_should(clock):
     heard = []
     chairs = [Chair("a", heard), Chair("b", heard)]
-    hold_game(SMALL, chairs, 5, 240, True, 2, delay_seconds=0.25, least_seconds=0.5)
+    play_live(SMALL, chairs, 5, 240, True, 2, delay_seconds=0.25, least_seconds=0.5)
     assert clock.slept == [0.5, 0.5]
     assert [one[:2] for one in heard[4:8]] == [("a", "asked"), ("a", "answers"), ("b", "asked"), ("b", "answers")]
 
@@ -100,7 +100,7 @@ def test_a_game_that_breaks_off_is_told_to_whoever_watches(clock):
     breaks = Chair("breaks", heard)
     breaks.answer = lambda *asked: 1 / 0
     with pytest.raises(ZeroDivisionError):
-        hold_game(SMALL, [Chair("a", heard), breaks], 5, 240, observers=[watch])
+        play_live(SMALL, [Chair("a", heard), breaks], 5, 240, observers=[watch])
     assert (watch.turns, watch.left) == ([0], [False])
     assert heard[-2:] == [("a", "leaves"), ("breaks", "leaves")]
     assert SimpleNamespace(leave=Pace(0, 0).leave).leave(True) is None

@@ -9,7 +9,7 @@ from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.match import Played, play
 from racecraft.worlds.battlesnake.players.messages import LOOKS, GameCard
-from racecraft.worlds.battlesnake.players.sight import best_safe_move
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move
 
 SMALL = GameSettings(7, 7, 2)
 
@@ -25,7 +25,7 @@ class Chair:
     def sit_down(self):
         self.heard.append((self.name, "sits"))
 
-    def ask_ahead(self, message, seconds):
+    def prefetch(self, message, seconds):
         self.heard.append((self.name, "asked", message["turn"], message["you"]["id"], seconds))
 
     def answer(self, board, settings, snake_id, seconds):

@@ -151,10 +151,10 @@ def test_an_answer_may_have_64_kib_and_not_a_byte_more(wire):
 
 def test_to_hang_up_ends_what_is_under_way_and_nothing_where_nothing_is(wire):
     asked, line = wire(ok({"move": "up"}))
-    asked.hang_up()
+    asked.disconnect()
     asked.move({}, 0.5)
     sock = line.sock
-    asked.hang_up()
+    asked.disconnect()
     assert sock.ended == [socket.SHUT_RDWR]
     asked.close()
     assert line.closed == 1

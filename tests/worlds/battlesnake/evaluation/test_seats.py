@@ -94,7 +94,7 @@ class Reads:
         self.told.append(("end", message, seconds))
         raise PlayerError("gone already")
 
-    def hang_up(self):
+    def disconnect(self):
         self.hung_up += 1
 
     def close(self):
@@ -142,7 +142,7 @@ def test_a_reader_has_the_time_less_the_way_and_a_server_all_of_it(clock, kind, 
     seat = Seat("reads", player, _pool=AtOnce())
     moves = []
     for turn in range(4):
-        seat.ask_ahead({"turn": turn}, 0.25)
+        seat.prefetch({"turn": turn}, 0.25)
         moves.append((answered(seat, 0.25), seat.latency_ms))
     assert moves == [("left", 250), ("left", 250), ("left", 0), ("left", 250)]
     assert player.told == [({"turn": turn}, pytest.approx(limit)) for turn in range(4)]
@@ -157,7 +157,7 @@ def test_who_is_still_busy_is_not_asked_again_and_is_late(clock, monkeypatch):
     waited = []
     monkeypatch.setattr(Future, "result", lambda self, seconds: waited.append(seconds) or Future.exception(self, 0))
     for _ in range(2):
-        seat.ask_ahead({}, 0.25)
+        seat.prefetch({}, 0.25)
         clock.now += 0.2
         assert answered(seat, 0.25) == "up"
     seat.tell("end", {}, 0.25)
@@ -180,7 +180,7 @@ def test_who_comes_to_no_end_of_a_start_is_hung_up_on_and_a_failure_there_is_onl
 def test_who_looks_at_the_board_is_told_nothing_ahead(clock):
     player, pool = Thinks(clock, 0.0), Never()
     seat = Seat("looks", player, _pool=pool)
-    seat.ask_ahead({}, 0.5)
+    seat.prefetch({}, 0.5)
     seat.tell("start", {}, 0.5)
     seat.leave()
     assert (pool.asked, pool.closed, player.told) == (0, 1, [])

@@ -10,7 +10,7 @@ from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, WorldSettings
 from racecraft.worlds.battlesnake.players.anchors import ANCHORS, AnchorSeats
 from racecraft.worlds.battlesnake.players.find import find_player
-from racecraft.worlds.battlesnake.players.sight import safe_moves
+from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 
 GAMES = 6
 

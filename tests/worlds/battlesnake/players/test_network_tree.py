@@ -7,14 +7,14 @@ from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.observation import observe_board
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.players import network_tree
+from racecraft.worlds.battlesnake.players.batched_mcts import BatchedMcts
 from racecraft.worlds.battlesnake.players.find import find_player
-from racecraft.worlds.battlesnake.players.foresight import board_at
-from racecraft.worlds.battlesnake.players.forest import Forest
 from racecraft.worlds.battlesnake.players.kernels.leaves import descend
 from racecraft.worlds.battlesnake.players.kernels.position import advance
 from racecraft.worlds.battlesnake.players.network_tree import Leaves, Network, NetworkTree
 from racecraft.worlds.battlesnake.players.protocol import PlayerError
 from racecraft.worlds.battlesnake.players.search import Search
+from racecraft.worlds.battlesnake.players.search_position import board_at
 
 UP, DOWN, LEFT, RIGHT = range(4)
 DUEL = GameSettings(7, 7, 2)
@@ -119,8 +119,8 @@ def test_the_critic_counts_as_its_share_says(monkeypatch):
 
 
 def test_a_full_tree_ends_the_walk(monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.battlesnake.players.tree.MOST_NODES", 64)
-    monkeypatch.setattr("racecraft.worlds.battlesnake.players.tree.FIRST_NODES", 32)
+    monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.MOST_NODES", 64)
+    monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.FIRST_NODES", 32)
     tree = NetworkTree(open_board(), DUEL, "a", Network(Sure(), SnakeConfig(view=5)))
     tree.walk(5000)
     assert tree.size == 64
@@ -156,16 +156,16 @@ def test_the_same_walks_find_the_same_move():
 
 def test_a_forest_searches_each_game_as_if_alone():
     boards, settings = [open_board(), crowd(), cornered(), open_board()], GameSettings(7, 7, 4)
-    forest = Forest(Network(Sure(RIGHT), SnakeConfig(view=5)), settings, 40, 0.25)
+    forest = BatchedMcts(Network(Sure(RIGHT), SnakeConfig(view=5)), settings, 40, 0.25)
     dice = lambda: [np.random.default_rng(number) for number in range(4)]  # noqa: E731
     together = forest.search(boards, dice())
     assert [visits.shape for visits in together] == [(2, 4), (4, 4), (2, 4), (2, 4)]
     assert all((visits.sum(axis=1) == 40).all() for visits in together), "every walk counts once for each"
     for number, board in enumerate(boards):
-        alone = Forest(Network(Sure(RIGHT), SnakeConfig(view=5)), settings, 40, 0.25)
+        alone = BatchedMcts(Network(Sure(RIGHT), SnakeConfig(view=5)), settings, 40, 0.25)
         assert np.array_equal(alone.search([board], [dice()[number]])[0], together[number])
     assert (together[0][0] != together[3][0]).any(), "other dice, other walks"
-    still = Forest(Network(Sure(RIGHT), SnakeConfig(view=5)), settings, 40, 0.0)
+    still = BatchedMcts(Network(Sure(RIGHT), SnakeConfig(view=5)), settings, 40, 0.0)
     assert np.array_equal(*(still.search([open_board()], [np.random.default_rng(seed)])[0] for seed in (1, 2)))
 
 

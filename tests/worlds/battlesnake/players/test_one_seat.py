@@ -8,13 +8,13 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import racecraft.adapters  # noqa: F401  (registers the ids)
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.worlds.battlesnake import adapter as battlesnake_v0
 from racecraft.worlds.battlesnake.env.board import BoardError
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.world import Prizes, WorldSettings
+from racecraft.worlds.battlesnake.env.world import RewardWeights, WorldSettings
 from racecraft.worlds.battlesnake.players.gymnasium_env import one_seat_world
 from racecraft.worlds.battlesnake.players.one_seat import OneSeatWorld, seats_for
 from racecraft.worlds.battlesnake.players.protocol import PlayerError
@@ -22,7 +22,7 @@ from racecraft.worlds.battlesnake.players.protocol import PlayerError
 ID = "racecraft/Battlesnake-v0"
 
 
-class TestAgainstAnchors(WorldExam):
+class TestAgainstAnchors(WorldConformance):
     ticks = 120
 
     def make_world(self, num_worlds):
@@ -30,14 +30,14 @@ class TestAgainstAnchors(WorldExam):
         return OneSeatWorld(game, ("flood_fill", "random_safe"))
 
 
-class TestAlone(WorldExam):
+class TestAlone(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
         return OneSeatWorld(WorldSettings(GameSettings(7, 7), num_worlds, max_turns=30), ())
 
 
-class TestAgainstAReadablePlayer(WorldExam):
+class TestAgainstAReadablePlayer(WorldConformance):
     num_worlds = 2
     ticks = 40
 
@@ -65,7 +65,7 @@ def test_a_death_begins_the_next_game_at_once_and_the_other_games_go_on():
     assert len(world.board(0).alive()) == 3
     assert buffers.active.all()
     assert world.board(1).turn == turn + 1
-    (told,) = world.take_episodes()
+    (told,) = world.pop_episodes()
     assert (told.world, told.agent) == (0, 0)
     assert told.status.endswith("collision")
 
@@ -189,4 +189,4 @@ def test_prizes_reach_the_pettingzoo_game():
     env.reset(seed=1)
     _, rewards, *_ = env.step({"agent_0": 0, "agent_1": 0})
     assert rewards == {"agent_0": 0.125, "agent_1": 0.125}
-    assert Prizes().turn == 0
+    assert RewardWeights().turn == 0

@@ -5,10 +5,10 @@ import pytest
 
 from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
-from racecraft.worlds.battlesnake.players.protocol import Weigher
+from racecraft.worlds.battlesnake.players.mcts import WEIGHER_SHARE, Tree
+from racecraft.worlds.battlesnake.players.protocol import MovePrior
 from racecraft.worlds.battlesnake.players.search import Search
 from racecraft.worlds.battlesnake.players.trained import TrainedSnake
-from racecraft.worlds.battlesnake.players.tree import WEIGHER_SHARE, Tree
 
 SETTINGS = GameSettings(7, 7, 2)
 UP, DOWN, LEFT, RIGHT = range(4)
@@ -51,7 +51,7 @@ def test_a_guide_who_believes_in_the_fatal_is_not_heard():
 @pytest.mark.parametrize("way", [UP, LEFT, RIGHT])
 def test_the_first_walks_follow_the_guide(way):
     guide = Sure(way)
-    assert isinstance(guide, Weigher)
+    assert isinstance(guide, MovePrior)
     search = Search(most_walks=3, guide=guide, sure_among=0)
     assert search.choose(open_board(), SETTINGS, "a", 5.0) == MOVES[way]
 

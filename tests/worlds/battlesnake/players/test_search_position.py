@@ -14,12 +14,12 @@ from racecraft.worlds.battlesnake.env.rulesets import RULESETS
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.stages import default_move
 from racecraft.worlds.battlesnake.players.area_control import position_arrays
-from racecraft.worlds.battlesnake.players.foresight import board_at, position_of, pouring_room
 from racecraft.worlds.battlesnake.players.kernels.fill import MEAL_STEPS, SQUARES, claim
 from racecraft.worlds.battlesnake.players.kernels.position import advance, is_over, safe_ways
 from racecraft.worlds.battlesnake.players.kernels.territory import claim as claim_by_queue
 from racecraft.worlds.battlesnake.players.kernels.territory import scratch_arrays
-from racecraft.worlds.battlesnake.players.sight import is_wrapped, safe_moves, square_after
+from racecraft.worlds.battlesnake.players.safe_moves import is_wrapped, safe_moves, square_after
+from racecraft.worlds.battlesnake.players.search_position import board_at, fill_buffers, position_of
 
 SIZES = [(11, 11, 2), (7, 7, 3), (13, 9, 4), (19, 19, 8), (16, 8, 2)]
 
@@ -176,7 +176,7 @@ def test_water_is_poured_as_by_hand(ruleset):
         settings = GameSettings(width, height, players, ruleset, minimum_food=3)
         for board, _ in list(play(settings, seed, 80))[::4]:
             position = position_of(board, settings)
-            pools, found = pouring_room(position)
+            pools, found = fill_buffers(position)
             claim(0, *position[:3], position.edges, position.rules, pools, found)
             own, meals = poured(board, settings)
             assert found[:, SQUARES].tolist() == own
@@ -190,7 +190,7 @@ def test_water_in_duels_is_that_of_the_queue():
     for seed in range(6):
         for board, _ in list(play(settings, seed, 100))[::5]:
             position = position_of(board, settings)
-            pools, found = pouring_room(position)
+            pools, found = fill_buffers(position)
             claim(0, *position[:3], position.edges, position.rules, pools, found)
             games, params = position_arrays(board, settings, copies=1)
             scratch, squares, steps, _ = scratch_arrays(len(board.alive()), settings.area)

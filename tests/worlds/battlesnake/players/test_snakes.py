@@ -13,15 +13,15 @@ from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
 from racecraft.worlds.battlesnake.env.settings import GameSettings
+from racecraft.worlds.battlesnake.players.appearance import colour
 from racecraft.worlds.battlesnake.players.area_control import Lookout
 from racecraft.worlds.battlesnake.players.find import PLAYERS, find_player
 from racecraft.worlds.battlesnake.players.from_file import FilePlayer, load_file_player
-from racecraft.worlds.battlesnake.players.looks import colour
+from racecraft.worlds.battlesnake.players.mcts import Tree
 from racecraft.worlds.battlesnake.players.messages import GameCard, MessageError, message, read_message
 from racecraft.worlds.battlesnake.players.protocol import PlayerError, SnakePlayer
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, safe_moves
 from racecraft.worlds.battlesnake.players.search import Search
-from racecraft.worlds.battlesnake.players.sight import best_safe_move, safe_moves
-from racecraft.worlds.battlesnake.players.tree import Tree
 
 SMALL = GameSettings(7, 7, 2)
 

@@ -8,9 +8,9 @@ from racecraft.worlds.battlesnake.env.board import Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.players import search
 from racecraft.worlds.battlesnake.players.kernels.position import LENGTH_WEIGHT, MEAL_WEIGHT, SQUARES_WEIGHT
+from racecraft.worlds.battlesnake.players.mcts import EAGERNESS, Tree
 from racecraft.worlds.battlesnake.players.network_tree import Network, NetworkTree
 from racecraft.worlds.battlesnake.players.search import Search
-from racecraft.worlds.battlesnake.players.tree import EAGERNESS, Tree
 from racecraft.worlds.battlesnake.players.weights import AMONG_SEVERAL, USUAL, Weights, usual_among
 
 OWN = Weights(squares=0.1, length=0.2, meal=0.7)

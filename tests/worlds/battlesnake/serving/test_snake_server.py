@@ -22,8 +22,8 @@ from racecraft.worlds.battlesnake.evaluation.seats import take_seat
 from racecraft.worlds.battlesnake.players.find import find_player, warm_up
 from racecraft.worlds.battlesnake.players.from_file import load_file_player
 from racecraft.worlds.battlesnake.players.messages import GameCard, message
-from racecraft.worlds.battlesnake.players.protocol import QuickPlayer
-from racecraft.worlds.battlesnake.players.sight import best_safe_move, safe_moves
+from racecraft.worlds.battlesnake.players.protocol import InlinePlayer
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, safe_moves
 from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
 
@@ -318,8 +318,8 @@ def test_where_requests_lastingly_wait_to_be_read_no_game_more_is_taken():
 
 @pytest.mark.parametrize("name", ["random_safe", "hungry", "flood_fill"])
 def test_the_simple_built_ins_are_quick(name):
-    assert isinstance(find_player(name), QuickPlayer)
-    assert not isinstance(find_player("search"), QuickPlayer)
+    assert isinstance(find_player(name), InlinePlayer)
+    assert not isinstance(find_player("search"), InlinePlayer)
 
 
 def test_boards_that_kernels_cannot_tell_are_answered_all_the_same():

@@ -9,8 +9,8 @@ import torch
 from racecraft.algorithms.alphazero import SEARCHED, AlphaZeroConfig, AlphaZeroLearner, alphazero_loss
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec, allocate
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.overrides import with_values
@@ -59,7 +59,7 @@ def searched_world(num_games=6, seats=3, **config):
     return world
 
 
-class TestSearchedPlaySitsTheExam(WorldExam):
+class TestSearchedPlaySitsTheExam(WorldConformance):
     ticks = 40
 
     def make_world(self, num_worlds):

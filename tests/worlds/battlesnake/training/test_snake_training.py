@@ -9,8 +9,8 @@ import pytest
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.weights import to_arrays
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import RunFolderError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
@@ -28,9 +28,9 @@ from racecraft.worlds.battlesnake.env.world import WorldSettings
 from racecraft.worlds.battlesnake.evaluation.batch import play_batch
 from racecraft.worlds.battlesnake.players.find import find_player
 from racecraft.worlds.battlesnake.players.messages import GameCard, message, read_message
-from racecraft.worlds.battlesnake.players.protocol import ManyPlayer, Question, Weigher
+from racecraft.worlds.battlesnake.players.protocol import BatchPlayer, MovePrior, Question
+from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 from racecraft.worlds.battlesnake.players.search import Search
-from racecraft.worlds.battlesnake.players.sight import safe_moves
 from racecraft.worlds.battlesnake.players.trained import load_trained_snake
 from racecraft.worlds.battlesnake.training.evaluator import count, rating_among
 from racecraft.worlds.battlesnake.training.self_play import ANCHOR, PAST, SELF, SelfPlayWorld, deal, world_settings
@@ -84,7 +84,7 @@ def eaten_and_paid(**config):
         liking = rng.random(buffers.action_mask[:, 0].shape) * buffers.action_mask[:, 0]
         world.step(liking.argmax(axis=-1)[:, None], buffers)
         paid |= {float(reward) for reward in buffers.reward[~buffers.ended]}
-    foods = sum(one.facts["food_eaten"] for one in world.take_episodes())
+    foods = sum(one.facts["food_eaten"] for one in world.pop_episodes())
     world.close()
     return foods, paid
 
@@ -117,7 +117,7 @@ def pool_of(world, settings, seed=1):
     return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, seed)
 
 
-class TestSelfPlaySitsTheExam(WorldExam):
+class TestSelfPlaySitsTheExam(WorldConformance):
     ticks = 60
 
     def make_world(self, num_worlds):
@@ -298,8 +298,8 @@ def test_a_stop_at_a_rating_holds(tmp_path):
 def test_a_trained_snake_plays_from_files_alone(run):
     path, _ = run
     player = find_player(str(path))
-    assert isinstance(player, ManyPlayer)
-    assert isinstance(player, Weigher)
+    assert isinstance(player, BatchPlayer)
+    assert isinstance(player, MovePrior)
     for settings in (DUEL, GameSettings(11, 9, 4, "wrapped"), GameSettings(7, 7, 1, "solo")):
         referee = Referee(settings, StreamDice(1))
         for _ in range(8):
@@ -357,7 +357,7 @@ def test_search_on_top_of_a_policy_moves_legally_and_believes_it(run):
     path, _ = run
     player = find_player(f"search+{path}:last")
     assert isinstance(player, Search)
-    assert isinstance(player.guide, Weigher)
+    assert isinstance(player.guide, MovePrior)
     player.most_walks = 64
     referee = Referee(GameSettings(7, 7, 3), StreamDice(2))
     while not referee.over and referee.board.turn < 10:

@@ -11,11 +11,16 @@ from racecraft.contract.world import ArraySpec
 from racecraft.worlds.deepracer.analysis import comparing
 from racecraft.worlds.deepracer.analysis.explaining import explain_failures
 from racecraft.worlds.deepracer.analysis.failure_places import facts, sentences
-from racecraft.worlds.deepracer.analysis.forgetting import Passages, StartsCompared, passages_words, starts_words
+from racecraft.worlds.deepracer.analysis.forgetting import (
+    SegmentPassRates,
+    StartComparison,
+    passages_words,
+    starts_words,
+)
 from racecraft.worlds.deepracer.analysis.why_page import write_why_page
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
 from racecraft.worlds.deepracer.env.camera import MOUNT_V3
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
@@ -162,7 +167,7 @@ def test_the_page_stands_alone(why, tmp_path):
 def test_what_was_known_and_is_lost_is_called_forgotten():
     reached = np.array([[8, 8, 8], [8, 8, 8], [8, 3, 3]])
     passed = np.array([[2, 8, 3], [8, 8, 8], [8, 0, 0]])
-    told = Passages("runs/a", [0, 10, 20], ["1 straight", "2 left", "3 right"], reached, passed)
+    told = SegmentPassRates("runs/a", [0, 10, 20], ["1 straight", "2 left", "3 right"], reached, passed)
     assert told.forgotten == [(0, 1, 2)]
     assert np.isnan(told.share[2, 1])
     lost, what_to_do = passages_words(told)
@@ -175,7 +180,9 @@ def test_what_was_known_and_is_lost_is_called_forgotten():
 @pytest.mark.parametrize(("paid", "is_blamed"), [((5.0, 100.0, 231.0), True), ((5.0, 231.0, 100.0), False)])
 def test_a_reward_that_rises_while_a_place_is_forgotten_is_blamed(paid, is_blamed):
     reached = np.full((1, 3), 8)
-    told = Passages("a", [0, 1, 2], ["1"], reached, np.array([[0, 8, 1]]), paid, "racecraft train fast --track Oval")
+    told = SegmentPassRates(
+        "a", [0, 1, 2], ["1"], reached, np.array([[0, 8, 1]]), paid, "racecraft train fast --track Oval"
+    )
     what_to_do = passages_words(told)[-1]
     assert ("rose from 100 to 231" in what_to_do) is is_blamed
     assert "racecraft train fast --track Oval --from a:1 " in what_to_do
@@ -183,13 +190,13 @@ def test_a_reward_that_rises_while_a_place_is_forgotten_is_blamed(paid, is_blame
 
 @pytest.mark.parametrize(("between_full", "over"), [(2, True), (6, False), (8, False)])
 def test_over_fitting_is_told_from_chance(between_full, over):
-    told = StartsCompared(8, 0.5, 8, 8, 8, between_full, 100.0, 50.0)
+    told = StartComparison(8, 0.5, 8, 8, 8, between_full, 100.0, 50.0)
     assert told.is_over_fitted is over
     assert ("knows its starts" in starts_words(told)) is over
 
 
 def test_a_car_that_makes_no_lap_anywhere_is_not_said_to_know_the_track():
-    told = starts_words(StartsCompared(8, 0.5, 8, 0, 8, 0, 30.0, 20.0))
+    told = starts_words(StartComparison(8, 0.5, 8, 0, 8, 0, 30.0, 20.0))
     assert "either" in told
     assert "does not hang" not in told
 

@@ -8,7 +8,7 @@ import pytest
 
 from racecraft.analysis.video import VideoError
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.whole import OutputFileError
+from racecraft.formats.atomic import OutputFileError
 from racecraft.worlds.deepracer.analysis import lap_film
 from racecraft.worlds.deepracer.analysis.dashboard import BAD, BANNER_FOOT, GOOD
 from racecraft.worlds.deepracer.analysis.drive import Drive

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from racecraft.analysis.attention import Confidence
+from racecraft.analysis.attribution import Confidence
 from racecraft.contract.world import ContinuousActions, DiscreteActions
 from racecraft.worlds.deepracer.analysis.look import Look
 from racecraft.worlds.deepracer.analysis.look_film import look_pictures

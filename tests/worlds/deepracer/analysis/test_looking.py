@@ -10,14 +10,14 @@ import torch
 from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
-from racecraft.analysis.attention import AttentionError
+from racecraft.analysis.attribution import AttentionError
 from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
 from racecraft.worlds.deepracer.analysis.look import Look
 from racecraft.worlds.deepracer.analysis.look_page import findings, write_look_page
 from racecraft.worlds.deepracer.analysis.looking import as_seen, look_at_lap, look_at_pictures
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SURFACES, SurfaceAttention, eye_poses, surface_shares
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.env.sensors import FRONT_CAMERA, STEREO, STEREO_GREY_WEIGHTS, car_sensors
 from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld

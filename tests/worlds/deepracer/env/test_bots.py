@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
@@ -38,7 +38,7 @@ def begin(world, seed=0):
     return buffers
 
 
-class TestHeadToBot(WorldExam):
+class TestHeadToBot(WorldConformance):
     """Bots that change lanes sit the exam."""
 
     ticks = 60

@@ -30,10 +30,10 @@ from racecraft.worlds.deepracer.env.scene import (
     set_in,
     start_rings,
 )
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 from racecraft.worlds.deepracer.tracks.track import Track
 
-LOOK = TrackLook(wall_height=1.0)
+LOOK = TrackStyle(wall_height=1.0)
 
 
 def oval(turn=1.0, look=LOOK, rows=120, stretch=1.0):
@@ -93,7 +93,7 @@ def material_at(track, points):
 
 def test_a_pixel_is_what_its_rays_hit():
     """Twin: 64 rays a pixel through a pinhole, each asked on which side of which line it lands."""
-    track = oval(look=TrackLook(dash_length=0.0, field_bounds=(-30, -30, 30, 30)))
+    track = oval(look=TrackStyle(dash_length=0.0, field_bounds=(-30, -30, 30, 30)))
     camera = Camera(build_scene(track), 40, 30)
     pose = np.array([0.3, -1.5, 0.35])
     optics = camera.optics
@@ -147,7 +147,7 @@ def test_a_mirrored_track_gives_mirrored_frames(track, scene):
 def test_one_dash_period_ahead_looks_the_same_on_a_straight():
     x = np.linspace(0, 40, 401)
     rows = np.column_stack([x, 0 * x, x, 0 * x + 0.4, x, 0 * x - 0.4])
-    look = TrackLook(field_bounds=(-500, -500, 500, 500))
+    look = TrackStyle(field_bounds=(-500, -500, 500, 500))
     camera = Camera(build_scene(Track.from_rows("straight", rows, look=look)), 160, 120)
     period = look.dash_length + look.dash_gap
     poses = np.array([[5.0, 0.1, 0.05], [5.0 + period, 0.1, 0.05], [5.0 + period / 2, 0.1, 0.05]])
@@ -214,7 +214,7 @@ def test_a_car_outside_the_field_sees_it_through_the_wall(scene):
 
 
 def test_the_start_strip_lies_where_it_is_told():
-    track = oval(look=TrackLook(start_strip=0.2, start_strip_at=0.1))
+    track = oval(look=TrackStyle(start_strip=0.2, start_strip_at=0.1))
     only_start = np.zeros(len(MATERIALS))
     only_start[START] = 255
     camera = Camera(build_scene(track), 160, 120)
@@ -227,7 +227,7 @@ def test_the_start_strip_lies_where_it_is_told():
 
 
 def test_dashes_are_rectangles_that_lie_along_the_road_in_its_curves_too():
-    rings = dash_rings(oval(look=TrackLook(dash_length=0.2, dash_gap=0.2, dash_width=0.05)))
+    rings = dash_rings(oval(look=TrackStyle(dash_length=0.2, dash_gap=0.2, dash_width=0.05)))
     assert len(rings) > 20
     for corners, _, _ in rings:
         sides = np.roll(corners, -1, axis=0) - corners
@@ -240,7 +240,7 @@ def test_dashes_are_rectangles_that_lie_along_the_road_in_its_curves_too():
 @pytest.mark.parametrize(("side", "wide"), [("inside", 0.7), ("outside", 0.8), ("none", 0.8)])
 def test_the_start_strip_lies_between_the_lines(side, wide):
     """0.1 m long on a road of 0.8 m with lines of 0.05: they lie on the strip's ends or beside the road."""
-    ((corners, _, under),) = start_rings(oval(look=TrackLook(start_strip=0.1, line_width=0.05, line_side=side)))
+    ((corners, _, under),) = start_rings(oval(look=TrackStyle(start_strip=0.1, line_width=0.05, line_side=side)))
     assert np.ptp(corners, axis=0) == pytest.approx([0.1, wide], abs=5e-3)
     assert under == ROAD
 

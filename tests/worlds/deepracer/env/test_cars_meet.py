@@ -10,9 +10,9 @@ from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable, OwnActions
 from racecraft.worlds.deepracer.env.camera import MOUNT_V3, Camera
-from racecraft.worlds.deepracer.env.kernels.whereabouts import locate
+from racecraft.worlds.deepracer.env.kernels.localise import locate
 from racecraft.worlds.deepracer.env.objects import BOT_CAR
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME, CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.scene import build_scene
 from racecraft.worlds.deepracer.env.sensors import FRONT_CAMERA, car_sensors
 from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig

@@ -17,7 +17,7 @@ from racecraft.worlds.deepracer.env.fidelity import (
     DEPARTURES,
     FIDELITIES,
     WHEEL_KICK,
-    Habits,
+    AwsQuirks,
     as_table,
     habits,
 )
@@ -40,7 +40,7 @@ def make_world(fidelity, num_cars=2, **options):
 
 
 def test_each_habit_is_one_row_and_one_switch():
-    names = [field.name for field in dataclasses.fields(Habits)]
+    names = [field.name for field in dataclasses.fields(AwsQuirks)]
     assert [row.habit for row in DEPARTURES] == names
     for row in DEPARTURES:
         asked = [
@@ -81,7 +81,7 @@ def test_a_cut_is_an_end_at_aws_and_a_cut_where_sane():
             world.step(np.ones((2, 1), np.int64), buffers)
         assert (buffers.terminated == (fidelity == "aws")).all()
         assert (buffers.truncated == (fidelity == "sane")).all()
-        assert {one.status for one in world.take_episodes()} == {"time_up" if fidelity == "aws" else "truncated"}
+        assert {one.status for one in world.pop_episodes()} == {"time_up" if fidelity == "aws" else "truncated"}
 
 
 def test_episodes_are_endless_at_aws():

@@ -13,7 +13,7 @@ from racecraft.worlds.deepracer.env.scene import DASH, FIELD, LINE, MATERIALS, R
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 
 WALLS = slice(5, 9)
 ACTIONS = ActionTable.of([(0.1, 1.0), (-0.1, 1.0)])
@@ -141,7 +141,7 @@ def test_lines_dashes_and_road_grow_darker_from_year_to_year():
 
 def test_every_material_has_its_texture_under_its_own_light():
     """By hand: white textures show the shares alone. Grey levels of the sky as in the frames: 174 and 178."""
-    white = TrackLook(**{name: (100, 100, 100) for name in ("road", "line", "dash", "field", "wall", "start")})
+    white = TrackStyle(**{name: (100, 100, 100) for name in ("road", "line", "dash", "field", "wall", "start")})
     for year, sun, walls, sky in (("2019", 1.31, 1.31, None), ("2021", 1.175, 1.21, 174), ("2026", 1.06, 1.06, 178)):
         found = palette_under(year, white)
         lit = [100 * sun, 100 * sun, 98 * sun]
@@ -154,12 +154,12 @@ def test_every_material_has_its_texture_under_its_own_light():
 
 
 def test_nothing_is_brighter_than_white():
-    assert palette_under("2019", TrackLook()).max() == 255.0
+    assert palette_under("2019", TrackStyle()).max() == 255.0
 
 
 def test_the_hall_of_re_invent_shows_its_carpet_as_the_frames_of_each_year_have_it():
     """2026: nobody recorded the hall. Its ground and paint are those of 2021, darker as other circuits' are."""
-    white = TrackLook(**{name: (100, 100, 100) for name in ("road", "line", "dash", "field", "wall", "start")})
+    white = TrackStyle(**{name: (100, 100, 100) for name in ("road", "line", "dash", "field", "wall", "start")})
     hall = {year: palette_under(year, white, "reinvent_base") for year in LIGHTS}
     elsewhere = {year: palette_under(year, white) for year in LIGHTS}
     darker = elsewhere["2026"][ROAD, 0] / elsewhere["2021"][ROAD, 0]
@@ -176,6 +176,6 @@ def test_the_hall_of_re_invent_shows_its_carpet_as_the_frames_of_each_year_have_
 
 
 def test_to_people_a_hall_has_the_walls_of_every_other_circuit():
-    hall, plain = (palette_under("2021", TrackLook(), name, for_people=True) for name in ("reinvent_base", ""))
+    hall, plain = (palette_under("2021", TrackStyle(), name, for_people=True) for name in ("reinvent_base", ""))
     assert (hall[WALLS] == plain[WALLS]).all()
     assert (hall[FIELD] != plain[FIELD]).any()

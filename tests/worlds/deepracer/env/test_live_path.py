@@ -11,7 +11,7 @@ import pytest
 
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -204,7 +204,7 @@ def test_a_car_is_called_reversed_when_its_progress_fell_fifteen_times_in_a_row(
     # is not, for a car that is prepared does not drive.
     assert falls.all()
     assert len(falls) == 15
-    assert world.take_episodes()[0].status == "reversed"
+    assert world.pop_episodes()[0].status == "reversed"
 
 
 def test_the_files_tell_the_speed_that_a_car_had_and_the_one_it_was_told():

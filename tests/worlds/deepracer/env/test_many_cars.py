@@ -6,12 +6,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import ContractError, SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -52,7 +52,7 @@ def overlap(one, other):
     return True
 
 
-class TestSeveralCars(WorldExam):
+class TestSeveralCars(WorldConformance):
     """Three cars in each world, tables and chance as at AWS, sit the exam."""
 
     ticks = 60
@@ -62,7 +62,7 @@ class TestSeveralCars(WorldExam):
         return make_world(num_worlds, 3, reward=lambda params: params["progress"], race_config=config)
 
 
-class TestContinuousCars(WorldExam):
+class TestContinuousCars(WorldConformance):
     """Two cars in each world, commanded by numbers, sit the exam."""
 
     ticks = 60
@@ -175,7 +175,7 @@ def test_episodes_are_told_with_world_and_car():
     buffers = begin(world)
     for _ in range(15):
         world.step(np.full((2, 3), 2), buffers)
-    told = [(episode.world, episode.agent) for episode in world.take_episodes()]
+    told = [(episode.world, episode.agent) for episode in world.pop_episodes()]
     assert told == [(n, m) for n in range(2) for m in range(3)]
 
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import shapely
 
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.kernels import sight
+from racecraft.worlds.deepracer.env.kernels import observations
 from racecraft.worlds.deepracer.env.kernels.objects import (
     corner_inside,
     hits,
@@ -34,7 +34,7 @@ from racecraft.worlds.deepracer.env.objects import (
     no_objects,
     read_positions,
 )
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME
 from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -68,7 +68,7 @@ def polygons(poses, halves):
     return shapely.polygons(np.stack([x, y], axis=-1))
 
 
-class TestObjectAvoidance(WorldExam):
+class TestObjectAvoidance(WorldConformance):
     """Boxes at random sit the exam."""
 
     ticks = 60
@@ -258,7 +258,7 @@ def test_driving_into_a_box_is_a_crash_that_ends_the_episode():
     assert race.STATUSES[report["status"]] == "crashed"
     assert buffers.terminated[0, 0]
     assert buffers.reward[0, 0] == 1.0
-    assert world.take_episodes()[0].status == "crashed"
+    assert world.pop_episodes()[0].status == "crashed"
 
 
 def reference_params(track, boxes, front):
@@ -346,10 +346,10 @@ def test_a_box_is_told_of_until_the_nose_is_40_cm_past_its_middle():
     numbers, states = np.empty(race.CRITIC_OBJECT_NUMBERS), np.zeros(1, OBJECT_STATE).view(np.recarray)
     track, car = types.SimpleNamespace(length=20.0), types.SimpleNamespace(arc=5.39, track_width=1.0)
     states.arc = 5.0
-    sight.tell_objects.py_func(track, states, car, numbers)
+    observations.tell_objects.py_func(track, states, car, numbers)
     assert numbers[0] == pytest.approx(1 - 0.01 / 3.0)
     car.arc = 5.41
-    sight.tell_objects.py_func(track, states, car, numbers)
+    observations.tell_objects.py_func(track, states, car, numbers)
     assert numbers.tolist() == [0.0, 0.0, 0.0, 0.0]
 
 

@@ -10,8 +10,8 @@ from racecraft.contract.world import allocate
 from racecraft.kernels import set_threads, threads
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.kernels.whereabouts import progress_percent
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME, CRITIC_NAME
+from racecraft.worlds.deepracer.env.kernels.localise import progress_percent
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -76,10 +76,10 @@ def test_leaving_the_road_ends_the_episode_and_the_next_begins_further_round():
     assert after["start_share"] == pytest.approx(0.05)
     assert (after["steps"], after["episode"]) == (1.0, 1)
     assert world.next_start_share == pytest.approx(0.05 * len(ends))
-    records = world.take_episodes()
+    records = world.pop_episodes()
     assert records[0].status == "off_track"
     assert records[0].facts["progress_percent"] == pytest.approx(reports[ends[0], 0]["progress"])
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
 
 
 def test_the_clock_cuts_an_episode_and_leaves_its_last_view():
@@ -95,7 +95,7 @@ def test_the_clock_cuts_an_episode_and_leaves_its_last_view():
     final, fresh = buffers.final_observations[CRITIC_NAME][0, 0], buffers.observations[CRITIC_NAME][0, 0]
     assert final[3] == pytest.approx(0.515, abs=0.01), "the last view is of a car at 0.5 m/s (times 1.03)"
     assert fresh[3] == 0.0, "the next view is of a car at rest"
-    assert world.take_episodes()[0].status == "truncated"
+    assert world.pop_episodes()[0].status == "truncated"
 
 
 class Steersman:
@@ -126,7 +126,7 @@ def test_a_lap_is_complete_at_a_hundred_per_cent():
         assert race.STATUSES[reports[ends[0], car]["status"]] == statuses
         assert reports[ends[0], car]["progress"] == 100.0
         assert (np.diff(reports[: ends[0], car]["progress"]) > -0.2).all(), "no jump at the start line"
-    record = world.take_episodes()[0]
+    record = world.pop_episodes()[0]
     assert record.facts["lap_seconds"] == pytest.approx(record.steps / 15)
 
 
@@ -265,4 +265,4 @@ def test_a_car_in_training_drives_on_over_the_finish_and_starts_again_when_its_t
     assert cut.tolist() == [60 * 15 - 1]
     again = reports[cut[0] + 1]
     assert (race.STATUSES[again["status"]], again["start_share"]) == ("prepare", pytest.approx(0.35))
-    assert [episode.status for episode in world.take_episodes()] == ["lap_complete"] * len(done) + ["truncated"]
+    assert [episode.status for episode in world.pop_episodes()] == ["lap_complete"] * len(done) + ["truncated"]

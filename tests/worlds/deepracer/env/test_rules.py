@@ -6,7 +6,7 @@ import pytest
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME, told_of_objects, world_spec
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME, told_of_objects, world_spec
 from racecraft.worlds.deepracer.env.rules import first_starts, most_ticks, require_grid, rules_of
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import PROFILES

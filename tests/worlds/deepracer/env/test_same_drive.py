@@ -14,7 +14,7 @@ import pytest
 
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME, CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -83,7 +83,7 @@ def digests(case):
         write(buffers.final_observations[CRITIC_NAME][buffers.ended])
         seen.update(np.ascontiguousarray(buffers.observations[CAMERA_NAME]).tobytes())
         seen.update(np.ascontiguousarray(buffers.final_observations[CAMERA_NAME][buffers.ended]).tobytes())
-    for episode in world.take_episodes():
+    for episode in world.pop_episodes():
         write([episode.world, episode.agent, episode.steps, episode.reward, episode.facts["progress_percent"]])
         told.update(episode.status.encode())
     return told.hexdigest()[:16], seen.hexdigest()[:16]

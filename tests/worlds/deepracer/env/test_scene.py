@@ -19,12 +19,12 @@ from racecraft.worlds.deepracer.env.scene import (
     set_in,
     start_rings,
 )
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 from racecraft.worlds.deepracer.tracks.track import Track
 
 TURN = np.array([[math.cos(math.pi / 6), -math.sin(math.pi / 6)], [math.sin(math.pi / 6), math.cos(math.pi / 6)]])
 CORNERS = np.array([(0, -1), (1, -1), (1, 1), (-1, 1), (-1, -1), (0, -1)], float)
-PLAIN = TrackLook(dash_length=0.0, line_side="none")
+PLAIN = TrackStyle(dash_length=0.0, line_side="none")
 
 
 def square(look=PLAIN, name="square", corners=CORNERS, outer=0.9):
@@ -72,8 +72,8 @@ def around(half):
 )
 def test_a_loop_is_rings_from_the_field_inwards(side, told):
     for track in (
-        square(TrackLook(line_side=side, line_width=0.05)),
-        square(TrackLook(line_side=side, line_width=0.05)).reversed(),
+        square(TrackStyle(line_side=side, line_width=0.05)),
+        square(TrackStyle(line_side=side, line_width=0.05)).reversed(),
     ):
         rings = road_rings(track)
         assert [materials for _, *materials in rings] == [list(materials) for _, *materials in told]
@@ -84,7 +84,7 @@ def test_a_loop_is_rings_from_the_field_inwards(side, told):
 
 
 def test_a_row_that_a_route_file_repeats_changes_no_ring():
-    look = TrackLook(line_width=0.05)
+    look = TrackStyle(line_width=0.05)
     filed = square(look, corners=CORNERS[[0, 1, 1, 2, 3, 4, 5]]).as_filed()
     assert len(filed.centre) == 7
     for (ring, *told), (plain, *expected) in zip(road_rings(filed), road_rings(square(look)), strict=True):
@@ -101,7 +101,7 @@ def test_a_row_that_a_route_file_repeats_changes_no_ring():
     ],
 )
 def test_an_open_road_is_one_ring_with_lines_laid_over_it_or_beside_it(side, lines):
-    road, *others = road_rings(straight(TrackLook(line_side=side, line_width=0.05)))
+    road, *others = road_rings(straight(TrackStyle(line_side=side, line_width=0.05)))
     assert bounds(road[0]) == [0, -0.4, 2, 0.4]
     assert road[1:] == (ROAD, FIELD)
     assert [len(ring) for ring, _, _ in (road, *others)] == [6] * (1 + len(lines)), "three rows there and back"
@@ -160,23 +160,23 @@ def test_the_mitre_of_a_sharp_point_is_cut_short():
     ],
 )
 def test_the_start_strip_lies_across_the_road_between_its_lines_whichever_way_it_is_driven(at, side, box):
-    track = square(TrackLook(start_strip=0.2, start_strip_at=at, line_width=0.05, line_side=side))
+    track = square(TrackStyle(start_strip=0.2, start_strip_at=at, line_width=0.05, line_side=side))
     for driven in (track, track.reversed()):
         ((ring, inside, under),) = start_rings(driven)
         assert box == bounds(ring)
         assert (inside, under, len(ring)) == (START, ROAD, 4)
         assert is_clockwise(ring)
-    assert start_rings(square(TrackLook())) == []
+    assert start_rings(square(TrackStyle())) == []
 
 
 @pytest.mark.parametrize(("at", "begins"), [(0.0, 0.0), (0.05, 0.0), (0.5, 0.4), (1.95, 1.8), (2.0, 1.8)])
 def test_the_start_strip_of_an_open_road_ends_where_the_road_ends(at, begins):
-    ((ring, _, _),) = start_rings(straight(TrackLook(start_strip=0.2, start_strip_at=at, line_side="none")))
+    ((ring, _, _),) = start_rings(straight(TrackStyle(start_strip=0.2, start_strip_at=at, line_side="none")))
     assert [begins, -0.4, begins + 0.2, 0.4] == bounds(ring)
 
 
 def dashes(length=0.1, gap=0.15, track=square, **look):
-    return dash_rings(track(TrackLook(dash_length=length, dash_gap=gap, dash_width=0.02, **look)))
+    return dash_rings(track(TrackStyle(dash_length=length, dash_gap=gap, dash_width=0.02, **look)))
 
 
 def test_dashes_close_without_a_seam():
@@ -211,7 +211,7 @@ def test_the_last_dash_ends_with_the_lap():
 
 @pytest.mark.parametrize("look", [{"dash_length": 0.0}, {"dash_width": 0.0}])
 def test_dashes_without_length_or_width_are_none(look):
-    assert dash_rings(square(TrackLook(**look))) == []
+    assert dash_rings(square(TrackStyle(**look))) == []
 
 
 @pytest.mark.parametrize("middle", [0.0, -0.05, 0.15, 0.05])

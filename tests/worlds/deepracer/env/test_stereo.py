@@ -14,7 +14,7 @@ from racecraft.worlds.deepracer.env.kernels.boxes import draw_boxes
 from racecraft.worlds.deepracer.env.kernels.camera import render_frame
 from racecraft.worlds.deepracer.env.kernels.eyes import join_eyes, render_pair
 from racecraft.worlds.deepracer.env.scene import FIELD, ROAD, build_scene
-from racecraft.worlds.deepracer.env.seeing import EYE_PAIR
+from racecraft.worlds.deepracer.env.sensor_rendering import EYE_PAIR
 from racecraft.worlds.deepracer.env.sensors import car_sensors
 from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld

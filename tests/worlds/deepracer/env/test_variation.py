@@ -11,7 +11,8 @@ from racecraft.contract.world import allocate
 from racecraft.kernels import set_threads, threads
 from racecraft.settings.table import rows_of
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
+from racecraft.worlds.deepracer.env.randomisation import light_of_lamps
 from racecraft.worlds.deepracer.env.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, START
 from racecraft.worlds.deepracer.env.sensors import car_sensors
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
@@ -25,7 +26,6 @@ from racecraft.worlds.deepracer.env.variation import (
     disturbances_of,
     only,
 )
-from racecraft.worlds.deepracer.env.varied_cars import light_of_lamps
 from racecraft.worlds.deepracer.env.vehicle import PROFILES, TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track

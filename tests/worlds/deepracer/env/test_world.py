@@ -36,7 +36,7 @@ def test_one_car_drives_one_lap_of_an_empty_road_where_nothing_is_said():
     assert (world.is_paid, world.variation, world.episodes_begun, world.next_start_share) == (False, None, 0, 0.0)
     assert world.start_shares.tolist() == [0.0]
     assert world.track_lengths.tolist() == [world.track.length]
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
 
 
 def test_rows_that_a_route_file_repeats_count_as_waypoints_unless_they_are_distinct():
@@ -131,7 +131,7 @@ def test_rewards_are_summed_over_an_episode_and_begin_anew_with_the_next():
     world.reset(buffers, 0)
     for _ in range(30):
         world.step(np.zeros((2, 1), np.int64), buffers)
-    told = world.take_episodes()
+    told = world.pop_episodes()
     assert [(one.world, one.steps, one.reward, one.status) for one in told] == [
         (0, 15, 7.0, "truncated"), (1, 15, 7.0, "truncated")
     ] * 2, "fifteen ticks, of which the first is not paid"  # fmt: skip
@@ -140,7 +140,7 @@ def test_rewards_are_summed_over_an_episode_and_begin_anew_with_the_next():
     world.begin_episodes(buffers)
     for _ in range(15):
         world.step(np.zeros((2, 1), np.int64), buffers)
-    assert [one.reward for one in world.take_episodes()] == [7.0, 7.0], "what was under way was forgotten"
+    assert [one.reward for one in world.pop_episodes()] == [7.0, 7.0], "what was under way was forgotten"
 
 
 def test_chance_is_each_cars_own_by_the_seed():

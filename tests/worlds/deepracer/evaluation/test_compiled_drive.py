@@ -6,14 +6,14 @@ import torch
 from torch import nn
 
 from racecraft.algorithms.architecture import Architecture
+from racecraft.algorithms.compiled_policy import MOST_PRODUCTS, plain_look
 from racecraft.algorithms.kernels.plain_look import likeliest
-from racecraft.algorithms.plain_look import MOST_PRODUCTS, plain_look
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.ppo_config import PpoConfig
 from racecraft.contract.world import allocate
 from racecraft.players.trained import GreedyPolicy
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME
 from racecraft.worlds.deepracer.env.sensors import FRONT
 from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.variation import VariationConfig

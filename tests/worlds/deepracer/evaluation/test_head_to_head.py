@@ -15,7 +15,6 @@ from racecraft.evaluation.rating import Result, rate, wilson
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
 from racecraft.worlds.deepracer.env.camera import MOUNT_V2, MOUNT_V3
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.race import (
     CAR_STATE,
     CRASHED,
@@ -26,6 +25,7 @@ from racecraft.worlds.deepracer.env.race import (
     TICK_REPORT,
     TIME_UP,
 )
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.sensors import FRONT_CAMERA, car_sensors
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.evaluation.head_to_head import (

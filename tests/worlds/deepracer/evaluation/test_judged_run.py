@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from racecraft.contract.errors import SettingError
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.evaluation import judged_run
 
@@ -30,7 +30,7 @@ def test_a_car_is_judged_by_three_laps_from_the_start_line_of_its_track(tmp_path
     monkeypatch.setattr(judged_run, "load_trained_car", lambda path, which: asked.append(which) or car)
     report = SimpleNamespace(as_dictionary=lambda: {"full_laps": 1})
     monkeypatch.setattr(judged_run, "judge_laps", lambda *told: asked.append(told) or report)
-    told = judge_run(run.path, **words)
+    told = evaluate_run(run.path, **words)
     assert asked == [
         "best", (named, {"num_cars": 1, "start_shares": [0.0], "laps": laps}), (POLICY, "a world", laps)
     ]  # fmt: skip
@@ -43,6 +43,6 @@ def test_on_several_tracks_a_car_drives_from_five_starts_each(tmp_path, monkeypa
     monkeypatch.setattr(judged_run, "load_trained_car", lambda path, which: "car")
     monkeypatch.setattr(judged_run, "judge_named", lambda car, names, starts: (car, names, starts))
     monkeypatch.setattr(judged_run, "told_of", lambda car, results, starts: {"told": results, "starts": starts})
-    assert judge_run(run.path, **words) == {"told": ("car", ["a", "b"], starts), "starts": starts}
+    assert evaluate_run(run.path, **words) == {"told": ("car", ["a", "b"], starts), "starts": starts}
     with pytest.raises(SettingError, match="all names in one of them"):
-        judge_run(run.path, track="c", **words)
+        evaluate_run(run.path, track="c", **words)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.laps import judge_laps

@@ -100,7 +100,7 @@ def plain(monkeypatch):
     def retell(shares, begins, starts, progress):
         progress[...] = 100.0 * np.mod(shares - starts, 1.0)
 
-    monkeypatch.setattr(module, "retell_progress", retell)
+    monkeypatch.setattr(module, "recompute_progress", retell)
     monkeypatch.setattr(module, "count_wheels", lambda arrays, places, out: np.copyto(out, wheels or 4))
     return wheels
 

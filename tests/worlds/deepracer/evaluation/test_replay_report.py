@@ -10,7 +10,7 @@ import pytest
 from racecraft.contract.errors import InputFileError, UserInputError
 from racecraft.worlds.deepracer.evaluation import replay_report
 from racecraft.worlds.deepracer.evaluation.open_loop import Windows
-from racecraft.worlds.deepracer.evaluation.recompute import Retold
+from racecraft.worlds.deepracer.evaluation.recompute import RecomputedTrace
 from racecraft.worlds.deepracer.evaluation.replay_report import FileReplay, ReplayReport
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 from racecraft.worlds.deepracer.logs.errors import LogError
@@ -31,7 +31,7 @@ def retold(rows=10, waypoints=None, **marks):
     named = ("begins", "restarts", "held", "reversed", "progress_wrong", "waypoint_wrong", "wheels_wrong",
              "off_track_judged", "off_track_wrong", "progress_far")  # fmt: skip
     flags = {name: at(rows, *marks.get(name, [0] if name == "begins" else [])) for name in named}
-    return Retold(places=np.zeros((rows, 3)), progress=np.zeros(rows), waypoints=waypoints, **flags)
+    return RecomputedTrace(places=np.zeros((rows, 3)), progress=np.zeros(rows), waypoints=waypoints, **flags)
 
 
 def windows(first=(), half=(), one=(), turns=None):

@@ -16,7 +16,7 @@ from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import ArraySpec, DiscreteActions
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.players.trained import load_policy
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.export import car_model
 from racecraft.worlds.deepracer.export.agreement import ExportError, averages
 from racecraft.worlds.deepracer.export.aws_folder import export_to_aws
@@ -25,7 +25,7 @@ from racecraft.worlds.deepracer.files.policy_graph import graph_of, read_policy_
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, Node, write_graph
-from racecraft.worlds.deepracer.players.foreign_model import import_model
+from racecraft.worlds.deepracer.players.aws_model import import_model
 
 FRAMES = np.random.default_rng(2).integers(0, 256, (4, 120, 160)).astype(np.uint8)
 

@@ -16,7 +16,7 @@ from racecraft.worlds.deepracer.export.agreement import ExportError, as_fed, ave
 from racecraft.worlds.deepracer.export.policy_file import FORMATS, export_policy
 from racecraft.worlds.deepracer.files.policy_graph import graph_of, input_name, output_name
 from racecraft.worlds.deepracer.files.tensorflow.graph import write_graph
-from racecraft.worlds.deepracer.players.foreign_model import import_model
+from racecraft.worlds.deepracer.players.aws_model import import_model
 
 FRONT, STEREO, LIDAR, SECTORS, OLD = "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "LIDAR", "SECTOR_LIDAR", "observation"
 PACKAGES = {"onnx": "onnxruntime", "openvino": "openvino", "tflite": "tensorflow"}

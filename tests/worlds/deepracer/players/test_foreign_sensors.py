@@ -18,7 +18,7 @@ from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, graph_in, write_graph, write_meta_graph
 from racecraft.worlds.deepracer.files.trained_model import ForeignModelError
-from racecraft.worlds.deepracer.players.foreign_model import import_model
+from racecraft.worlds.deepracer.players.aws_model import import_model
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 
 FRONT, LEFT, STEREO, OLD = "FRONT_FACING_CAMERA", "LEFT_CAMERA", "STEREO_CAMERAS", "observation"

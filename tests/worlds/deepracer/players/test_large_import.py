@@ -8,7 +8,7 @@ import pytest
 from tests.worlds.deepracer.files.tensorflow.policies import layers_for, two_eyed_layers, write_listed
 
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.env.sensors import STEREO
 from racecraft.worlds.deepracer.files.policy_graph import graph_of
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of
@@ -84,7 +84,7 @@ def test_an_import_needs_no_torch(kind, tmp_path):
         (tmp_path / "model.pb").write_bytes(write_graph(graph_of(layers)))
     write_listed(tmp_path / "model_metadata.json")
     asked = (
-        "import sys; from racecraft.worlds.deepracer.players.foreign_model import import_model; "
+        "import sys; from racecraft.worlds.deepracer.players.aws_model import import_model; "
         f"import_model({str(tmp_path)!r}, {str(tmp_path / 'run')!r}); sys.exit('torch' in sys.modules)"
     )
     spent("-c", asked)

@@ -10,7 +10,7 @@ from racecraft.contract.errors import TrackError
 from racecraft.worlds.deepracer.tracks import catalogue
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names, resolve, summary
 from racecraft.worlds.deepracer.tracks.importer import check_shape, import_track
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 
 SURVEY = DATA / "tracks"
 FARTHEST_M, MEAN_M = 0.005, 0.001
@@ -123,11 +123,11 @@ def test_listing_reads_no_rows(monkeypatch):
 
 
 def test_a_look_comes_back_from_its_record():
-    look = TrackLook(road=(1, 2, 3), field_bounds=(0.0, 0.0, 1.0, 2.0), line_side="outside", dash_length=0.0)
+    look = TrackStyle(road=(1, 2, 3), field_bounds=(0.0, 0.0, 1.0, 2.0), line_side="outside", dash_length=0.0)
     record = json.loads(json.dumps(look.to_record()))
     assert set(record) == {"road", "field_bounds", "line_side", "dash_length"}
-    assert TrackLook.from_record(record) == look
-    assert TrackLook().to_record() == {}
+    assert TrackStyle.from_record(record) == look
+    assert TrackStyle().to_record() == {}
 
 
 def test_a_damaged_file_of_rows_is_refused(tmp_path, monkeypatch):

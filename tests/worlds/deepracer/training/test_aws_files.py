@@ -17,9 +17,9 @@ import torch
 from numpy.testing import assert_array_equal
 
 from racecraft.algorithms.ppo import PpoLearner
+from racecraft.formats.atomic import OutputFileError
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import OutputFileError
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
 from racecraft.training import run_writer
@@ -504,7 +504,7 @@ def test_laps_judged_before_the_first_episode_ends_wait_for_it(tmp_path):
 
 
 def test_a_full_disk_is_told_at_the_next_iteration_and_costs_nothing_that_stood(tmp_path, monkeypatch):
-    from racecraft.formats import whole
+    from racecraft.formats import atomic
 
     files = small_files(tmp_path)
     files.keep(with_length(table([(1, False), (2, True)])), report(1))
@@ -514,7 +514,7 @@ def test_a_full_disk_is_told_at_the_next_iteration_and_costs_nothing_that_stood(
     def full(path):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(whole, "_to_disk", full)
+    monkeypatch.setattr(atomic, "_to_disk", full)
     files.keep(with_length(table([(1, False), (2, True)])), report(2))
     with pytest.raises(OutputFileError, match="the disk is full"):
         files._background.settle(wait=True)

@@ -31,7 +31,7 @@ def test_courses_with_fewer_boxes_have_gaps(monkeypatch):
     import racecraft.worlds.deepracer.training.recorder as recorder
 
     several = SimpleNamespace(courses=(course(1, 2), course(2, 0), course(1, 1)))
-    monkeypatch.setattr(recorder, "SideBySide", SimpleNamespace)
+    monkeypatch.setattr(recorder, "MultiCourseWorld", SimpleNamespace)
     places = places_of_objects(several)
     assert places.shape == (4, 2, 3)
     assert np.isnan(places[..., 0]).tolist() == [[False, False], [True, True], [True, True], [False, True]]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from racecraft.formats.episodes import STATUSES
-from racecraft.formats.live_ticks import LIVE_SECONDS, WISH_SECONDS, read_live_ticks, wish_for_ticks
+from racecraft.formats.live_ticks import LIVE_SECONDS, WISH_SECONDS, read_live_ticks, request_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.watching.reels import live_reel
 from racecraft.worlds.deepracer.training import live
@@ -47,7 +47,7 @@ def clock(monkeypatch):
 
 def wish(run, before=0.0):
     """Wish for ticks so many seconds ago; no two wishes fall on one moment."""
-    wish_for_ticks(run)
+    request_ticks(run)
     moment = time.time_ns() - int(before * 1e9)
     os.utime(run.watched, ns=(moment, moment))
 
@@ -101,7 +101,7 @@ def test_a_wish_is_answered_once_and_keeps_nothing_meanwhile(run, at_once, monke
 
 def test_it_is_looked_for_a_wish_every_quarter_of_a_second_only(run, clock, monkeypatch):
     looks = []
-    monkeypatch.setattr(live, "latest_wish", lambda run: looks.append(clock[0]))
+    monkeypatch.setattr(live, "latest_request", lambda run: looks.append(clock[0]))
     clock[1] = 0.01
     drive(make_world(), 100, [LivePublisher(run)])
     assert len(looks) == 4

@@ -62,11 +62,11 @@ def test_an_episodes_figures_are_its_own():
     assert buffers.final_observations["sight"].ravel().tolist() == [3]
     seats.choices(0, np.zeros((1, 1)))
     seats.settle(0, heard([], [4], interrupted=True), {}, buffers)
-    assert seats.take_episodes() == [
+    assert seats.pop_episodes() == [
         EpisodeRecord(0, 0, 3, 10.5, "terminated"),
         EpisodeRecord(0, 0, 1, 4.0, "truncated"),
     ]
-    assert seats.take_episodes() == []
+    assert seats.pop_episodes() == []
 
 
 def test_rows_that_are_free_again_are_given_in_their_order():
@@ -95,9 +95,9 @@ def test_who_does_not_ask_is_not_active_and_shows_what_it_saw_last():
     seats.show(buffers)
     assert buffers.active.ravel().tolist() == [False, True]
     assert buffers.observations["sight"].ravel().tolist() == [4, 7]
-    assert seats.anyone_asks(0)
+    assert seats.has_decisions(0)
     seats.settle(0, heard(), {}, buffers)
-    assert not seats.anyone_asks(0)
+    assert not seats.has_decisions(0)
     assert seats.choices(0, np.zeros((2, 1))) == {}
 
 
@@ -105,10 +105,10 @@ def test_a_process_that_is_lost_cuts_its_own_episodes():
     seats, buffers = seats_for(2, processes=2)
     for process, agent in enumerate((4, 7)):
         seats.settle(process, heard([agent]), {}, None)
-    seats.cut_all(1, buffers)
+    seats.truncate_all(1, buffers)
     assert (buffers.truncated.ravel().tolist(), buffers.terminated.any()) == ([False, True], False)
     assert buffers.final_observations["sight"].ravel().tolist() == [0, 7]
-    assert [(episode.world, episode.status) for episode in seats.take_episodes()] == [(1, "truncated")]
+    assert [(episode.world, episode.status) for episode in seats.pop_episodes()] == [(1, "truncated")]
     seats.settle(1, heard([5]), {}, buffers)
     seats.show(buffers)
     assert buffers.observations["sight"].ravel().tolist() == [4, 5]
@@ -117,10 +117,10 @@ def test_a_process_that_is_lost_cuts_its_own_episodes():
 def test_what_was_before_a_new_beginning_is_forgotten():
     seats, buffers = seats_for(1)
     seats.settle(0, heard([4], forbidden=0), {}, None)
-    seats.cut_all(0, buffers)
+    seats.truncate_all(0, buffers)
     seats.clear()
     seats.show(buffers)
-    assert seats.take_episodes() == []
+    assert seats.pop_episodes() == []
     assert (buffers.active.any(), buffers.action_mask.all(), buffers.observations["sight"].any()) == (
         False,
         True,

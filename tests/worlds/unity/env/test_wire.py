@@ -36,13 +36,13 @@ def in_background(work):
 
 
 def test_a_call_is_heard_and_its_answer_arrives(wire):
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"question"))
     assert wire.hear(5) == b"question"
     wire.answer(b"reply")
     thread.join(60)
     assert got == [b"reply"]
-    hang_up()
+    disconnect()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux answers on all of 127.0.0.0/8")
@@ -83,24 +83,24 @@ def test_a_port_can_be_used_again_at_once():
 
 def test_eight_megabytes_pass(wire):
     """gRPC alone would refuse more than four."""
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     data = bytes(8 * 2**20)
     thread, _ = in_background(lambda: exchange(data))
     assert wire.hear(10) == data
     wire.answer(b"")
     thread.join(60)
-    hang_up()
+    disconnect()
 
 
 def test_a_message_larger_than_the_limit_is_a_named_error():
     wire = Wire(max_message_bytes=1000)
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(bytes(5000)))
     with pytest.raises(WireError, match="1,000 bytes"):
         wire.hear(5)
     thread.join(60)
     assert isinstance(got[0], ConnectionError)
-    hang_up()
+    disconnect()
     wire.close(patience_seconds=0)
 
 
@@ -108,17 +108,17 @@ def test_bytes_that_are_no_grpc_do_not_disturb(wire):
     with socket.socket() as stranger:
         stranger.connect(("127.0.0.1", wire.port))
         stranger.sendall(b"GET / HTTP/1.1\r\n\r\n" + bytes(range(256)) * 10)
-        exchange, hang_up = call_as_player(wire.port)
+        exchange, disconnect = call_as_player(wire.port)
         thread, got = in_background(lambda: exchange(b"hello"))
         assert wire.hear(5) == b"hello"
         wire.answer(b"well")
         thread.join(60)
         assert got == [b"well"]
-        hang_up()
+        disconnect()
 
 
 def test_two_calls_at_once_are_refused(wire):
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     in_background(lambda: exchange(b"one"))
     assert wire.hear(5) == b"one"
     thread, got = in_background(lambda: exchange(b"two"))
@@ -126,12 +126,12 @@ def test_two_calls_at_once_are_refused(wire):
         wire.hear(5)
     thread.join(60)
     assert isinstance(got[0], ConnectionError)
-    hang_up()
+    disconnect()
 
 
 def test_a_stranger_who_calls_the_port_is_turned_away_and_the_player_goes_on(wire, caplog):
     """Once while the player's call is pending, once while the player works on our answer."""
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     stranger, leave = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"one"))
     assert wire.hear(5) == b"one"
@@ -147,7 +147,7 @@ def test_a_stranger_who_calls_the_port_is_turned_away_and_the_player_goes_on(wir
     thread.join(60)
     assert (got, got_again) == ([b"first"], [b"second"])
     assert "turned away" in caplog.text
-    hang_up()
+    disconnect()
     leave()
 
 
@@ -176,11 +176,11 @@ def test_of_two_first_callers_the_one_whose_message_arrives_first_is_the_player(
 
 
 def test_hanging_up_is_noticed_long_before_patience_ends(wire):
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     thread, _ = in_background(lambda: exchange(b"one"))
     assert wire.hear(5) == b"one"
     begun = time.monotonic()
-    hang_up()
+    disconnect()
     with pytest.raises(PlayerDiedError, match="hung up"):
         wire.hear(60)
     assert time.monotonic() - begun < 30
@@ -209,7 +209,7 @@ def test_an_answer_without_a_question_is_refused(wire):
 
 
 def test_closing_answers_the_pending_call_and_twice_is_once(wire):
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"one"))
     assert wire.hear(5) == b"one"
     wire.close(b"goodbye")
@@ -220,19 +220,19 @@ def test_closing_answers_the_pending_call_and_twice_is_once(wire):
         wire.hear(1)
     with pytest.raises(SessionClosedError):
         wire.answer(b"")
-    hang_up()
+    disconnect()
 
 
 def test_no_thread_is_left_behind():
     before = set(threading.enumerate())
     for _ in range(20):
         wire = Wire()
-        exchange, hang_up = call_as_player(wire.port)
+        exchange, disconnect = call_as_player(wire.port)
         thread, _ = in_background(lambda exchange=exchange: exchange(b"one"))
         wire.hear(5)
         wire.close(b"bye")
         thread.join(60)
-        hang_up()
+        disconnect()
     time.sleep(0.2)
     assert set(threading.enumerate()) - before == set()
 
@@ -292,7 +292,7 @@ def test_the_editor_calls_where_ml_agents_listens_and_half_a_gibibyte_passes():
 
 
 def test_a_question_is_answered_once(wire):
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"question"))
     assert wire.hear(60) == b"question"
     wire.answer(b"reply")
@@ -300,7 +300,7 @@ def test_a_question_is_answered_once(wire):
         wire.answer(b"again")
     thread.join(60)
     assert got == [b"reply"]
-    hang_up()
+    disconnect()
 
 
 def test_without_time_to_wait_what_is_there_already_is_heard_or_nothing(wire):
@@ -318,10 +318,10 @@ def test_without_time_to_wait_what_is_there_already_is_heard_or_nothing(wire):
 
 def test_closing_without_a_goodbye_cuts_the_call():
     wire = Wire()
-    exchange, hang_up = call_as_player(wire.port)
+    exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"question"))
     assert wire.hear(60) == b"question"
     wire.close()
     thread.join(60)
     assert isinstance(got[0], ConnectionError)
-    hang_up()
+    disconnect()

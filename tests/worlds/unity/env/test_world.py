@@ -12,8 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import UserInputError
-from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import (
     ArraySpec,
     ContinuousActions,
@@ -116,10 +116,10 @@ def test_an_end_shows_its_last_observation_and_the_next_start_in_one_step(opened
     assert not buffers.truncated.any()
     assert buffers.final_observations["Basic"].argmax() == 17
     assert buffers.observations["Basic"].argmax() == 10
-    (episode,) = world.take_episodes()
+    (episode,) = world.pop_episodes()
     assert (episode.steps, episode.status) == (7, "terminated")
     assert episode.reward == pytest.approx(0.93)
-    assert world.take_episodes() == []
+    assert world.pop_episodes() == []
 
 
 @pytest.mark.parametrize("args", [(), ("--late-start",), ("--agents", "2", "--late-start")])
@@ -273,7 +273,7 @@ def test_an_agent_that_ends_before_it_ever_asked_is_passed_over():
     seats, buffers = seats_for_two()
     seats.settle(0, {"A": Moment(told(4), told(3))}, {}, buffers)
     assert not buffers.ended.any()
-    assert seats.take_episodes() == []
+    assert seats.pop_episodes() == []
 
 
 def test_an_agent_that_stands_twice_in_a_message_is_a_lie():
@@ -303,7 +303,7 @@ def test_a_lost_player_costs_its_episodes_and_a_new_start_not_the_world(opened, 
     assert buffers.truncated.ravel().tolist() == [True, True, False, False]
     assert buffers.final_observations["Basic"].argmax(-1).ravel().tolist()[:2] == [11, 11]
     assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [10, 10, 12, 12]
-    assert [episode.status for episode in world.take_episodes()] == ["truncated"] * 2
+    assert [episode.status for episode in world.pop_episodes()] == ["truncated"] * 2
     assert (world.restarts, world.sessions[1].pid) == (1, other)
     assert "started anew; its episodes under way are cut" in caplog.text
     world.step(right, buffers)
@@ -542,7 +542,7 @@ def test_a_new_start_that_is_lost_as_well_is_followed_by_another(opened, monkeyp
     assert (buffers.truncated.all(), buffers.observations["Basic"].argmax()) == (True, 10)
 
 
-class TestBasicSitsTheExam(WorldExam):
+class TestBasicSitsTheExam(WorldConformance):
     """Worlds are agents of one process; N worlds are a process with N agents."""
 
     ticks = 60

@@ -397,14 +397,14 @@ def test_ml_agents_own_demonstrations_are_read():
 
 def test_a_learner_is_shown_what_was_recorded(write, tmp_path):
     """Steps, not records: the action of the record after; the last record of an episode begins none."""
-    from racecraft.algorithms.demonstrations import read_shown, shown_tensors
+    from racecraft.algorithms.demonstrations import read_demonstration_batch, shown_tensors
     from racecraft.algorithms.policy_spec import PolicySpec
     from racecraft.contract.errors import SettingError
     from racecraft.contract.world import ArraySpec, ContinuousActions, HybridActions, MultiDiscreteActions, WorldSpec
 
     write(TWO_EPISODES)
     write(TWO_EPISODES, name="second.demo")
-    shown = read_shown(tmp_path)
+    shown = read_demonstration_batch(tmp_path)
     assert shown.observations["place"][:, 0].tolist() == [0, 1, 3] * 2
     assert shown.actions.tolist() == [
         pytest.approx(row) for row in [[0.1, -0.1, 1], [0.2, -0.2, 2], [0.4, -0.4, 1]] * 2

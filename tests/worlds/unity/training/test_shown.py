@@ -43,7 +43,7 @@ def played(ticks, numbers=0, branches=(), done=(), cut=(), allowed=None, first=0
 def read(monkeypatch, folder, *files):
     asked = []
     monkeypatch.setattr(shown, "read_demonstrations", lambda where: asked.append(where) or list(files))
-    found = shown.read_shown(folder)
+    found = shown.read_demonstration_batch(folder)
     assert asked == [folder]
     return found
 

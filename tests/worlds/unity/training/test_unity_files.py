@@ -7,7 +7,7 @@ from racecraft.algorithms.registry import find_algorithm
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.named_files import found_in_run
 from racecraft.worlds.unity.training.plan import defaults_for
-from racecraft.worlds.unity.training.settling import Settled, own_groups, whose
+from racecraft.worlds.unity.training.resolve_settings import Settled, own_groups, whose
 from racecraft.worlds.unity.training.trainer import _lay_files
 
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import RunFolderError, SettingError, UserInputError
-from racecraft.evaluation.judge import judge_run
+from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
@@ -133,7 +133,7 @@ def test_who_never_comes_to_an_end_is_cut_where_its_training_cut_it(run):
     (path,) = (run / "evaluations").glob("*.json")
     told = json.loads(path.read_text())
     assert told["most_steps"] == 200, "and no training episode was near a third of it"
-    found = judge_run(run)
+    found = evaluate_run(run)
     for name in ("episodes", "mean_return", "mean_steps", "cut"):
         assert found[name] == pytest.approx(told[name]), name
     assert found["cut"] > 0

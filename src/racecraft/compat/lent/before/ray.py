@@ -1,6 +1,6 @@
-"""The door to `ray` for a process that a script started; see `racecraft.compat.foreign`."""
+"""The door to `ray` for a process that a script started; see `racecraft.compat.shims`."""
 
-from racecraft.compat.foreign import take_over
+from racecraft.compat.shims import take_over
 
 if "." not in __name__:  # a tool that walks through our folders finds it under a longer name
     take_over(__name__)

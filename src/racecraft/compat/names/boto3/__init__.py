@@ -7,9 +7,9 @@ from typing import Any
 from racecraft.compat.local_buckets import Buckets, Resource
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import SettingError, nearest
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.estimator import TrainingJob
-from racecraft.sagemaker.sandbox.making import recorded_stacks
+from racecraft.sagemaker.sandbox.create import recorded_stacks
 from racecraft.sagemaker.session import ACCOUNT, REGION, ROLE, buckets_of
 
 ACCOUNT_ARGUMENTS = ("aws_access_key_id", "aws_secret_access_key", "aws_session_token", "region_name")
@@ -63,7 +63,7 @@ def client(service_name: str, **recorded: Any) -> Any:
             f"{nearest(service_name, SERVICES)} Where AWS itself is meant, install boto3 and give it credentials."
         )
     if service_name == "s3":
-        home = JobHome.of_user()
+        home = JobPaths.of_user()
         return Buckets(buckets_of(home), home.path)
     return {"sagemaker": _SageMaker, "sts": _Sts, "cloudformation": _CloudFormation}[service_name]()
 
@@ -71,11 +71,11 @@ def client(service_name: str, **recorded: Any) -> Any:
 class _SageMaker:
     def describe_training_job(self, *, TrainingJobName: str) -> dict[str, Any]:  # noqa: N803 - AWS's own name
         """Return what is known of a job."""
-        return TrainingJob(TrainingJobName, JobHome.of_user()).describe()
+        return TrainingJob(TrainingJobName, JobPaths.of_user()).describe()
 
     def stop_training_job(self, *, TrainingJobName: str) -> None:  # noqa: N803 - AWS's own name
         """Ask a job to end."""
-        TrainingJob(TrainingJobName, JobHome.of_user()).stop()
+        TrainingJob(TrainingJobName, JobPaths.of_user()).stop()
 
 
 class _CloudFormation:
@@ -85,7 +85,7 @@ class _CloudFormation:
         Raises:
             SettingError: There is no such stack.
         """
-        stacks = {told["stack"]: told for told in recorded_stacks(JobHome.of_user())}
+        stacks = {told["stack"]: told for told in recorded_stacks(JobPaths.of_user())}
         if StackName is not None and StackName not in stacks:
             raise SettingError(
                 f"describe_stacks: there is no stack '{StackName}'. `racecraft sandbox TEMPLATE.yaml` makes one. "

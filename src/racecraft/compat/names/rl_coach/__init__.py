@@ -1,1 +1,1 @@
-"""`rl_coach` as far as presets lay values into it; nothing of Coach runs. See `racecraft.compat.coach_words`."""
+"""`rl_coach` as far as presets lay values into it; nothing of Coach runs. See `racecraft.compat.coach_config`."""

@@ -1,6 +1,6 @@
 """Parameters of everything, and the words among them."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 class EmbedderScheme:

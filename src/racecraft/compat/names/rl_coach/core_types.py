@@ -1,6 +1,6 @@
 """Amounts of training."""
 
-from racecraft.compat.coach_words import EPISODES, STEPS, TRAININGS, Amount, Part
+from racecraft.compat.coach_config import EPISODES, STEPS, TRAININGS, Amount, Part
 
 
 def EnvironmentSteps(count: float) -> Amount:  # noqa: N802 - Coach's name

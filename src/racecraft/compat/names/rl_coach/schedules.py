@@ -1,6 +1,6 @@
 """Values that change as training goes on."""
 
-from racecraft.compat.coach_words import Line
+from racecraft.compat.coach_config import Line
 
 
 def LinearSchedule(initial_value: float, final_value: float, decay_steps: int) -> Line:  # noqa: N802 - Coach's name

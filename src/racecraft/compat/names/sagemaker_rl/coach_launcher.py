@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from racecraft.compat.coach_config import EPISODES, STEPS, TRAININGS, Amount, Part
 from racecraft.compat.coach_training import train_preset
-from racecraft.compat.coach_words import EPISODES, STEPS, TRAININGS, Amount, Part
 from racecraft.contract.errors import InputFileError, SettingError
 
 OWN_WORDS = ("RLCOACH_PRESET", "num_workers", "save_model")

@@ -10,7 +10,7 @@ from typing import Any
 
 from racecraft.compat.rllib_training import train_experiment
 from racecraft.compat.secondary_jobs import PRIMARY, SECONDARY, primary_lock, role_of, wait_for_primary
-from racecraft.compat.travelling_models import refuse_to_train
+from racecraft.compat.stored_models import refuse_to_train
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import PREFIX, check_overrides

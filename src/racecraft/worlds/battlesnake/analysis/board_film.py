@@ -10,7 +10,7 @@ from PIL import Image
 
 from racecraft.analysis.video import VideoError, encode_film
 from racecraft.contract.world import Array
-from racecraft.formats.whole import whole_file
+from racecraft.formats.atomic import atomic_file
 from racecraft.worlds.battlesnake.analysis.board_frames import colours_of
 from racecraft.worlds.battlesnake.analysis.board_picture import draw_position
 from racecraft.worlds.battlesnake.env.board import Board
@@ -77,7 +77,7 @@ def _write_gif(boards: Sequence[Board], card: GameCard, path: Path, turns_a_seco
     palette = _palette([pictures[0], pictures[len(pictures) // 2], pictures[-1]])
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     durations = [round(1000 / turns_a_second)] * (len(frames) - 1) + [round(1000 * HELD_SECONDS)]
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         frames[0].save(part, format="GIF", save_all=True, append_images=frames[1:], duration=durations, loop=0)
 
 

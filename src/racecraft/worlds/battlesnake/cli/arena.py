@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.worlds.battlesnake.cli.arena_told import (
+from racecraft.worlds.battlesnake.cli.arena_text import (
     against,
     facts_of,
     game_told,
@@ -281,18 +281,18 @@ def export(
     import json as as_json
 
     from racecraft.cli.output import print_json
-    from racecraft.formats.whole import write_whole
+    from racecraft.formats.atomic import write_atomic
     from racecraft.worlds.battlesnake.league.board import game_facts
     from racecraft.worlds.battlesnake.league.store import ArenaStore
 
     store = ArenaStore(arena)
     check_folder(out)
     if game is not None:
-        write_whole(out, store.record(game))
+        write_atomic(out, store.record(game))
         told: dict[str, object] = {"game": game}
     else:
         names, games = [one.name for one in store.entrants()], store.games()
-        write_whole(out, "".join(as_json.dumps(game_facts(one, names)) + "\n" for one in games))
+        write_atomic(out, "".join(as_json.dumps(game_facts(one, names)) + "\n" for one in games))
         told = {"games": len(games)}
     if json:
         print_json({"file": str(out), **told})

@@ -73,7 +73,7 @@ def page_told(json: bool, stays: bool = False) -> Callable[[str], None]:
 
 def check_folder(path: Path | None) -> None:
     """Refuse a file to write whose folder is not there, before anything is played."""
-    from racecraft.formats.whole import OutputFileError
+    from racecraft.formats.atomic import OutputFileError
 
     if path is not None and not path.parent.is_dir():
         raise OutputFileError(f"{path}: its folder does not exist. Create {path.parent} first.")

@@ -96,7 +96,7 @@ def play(
     Example: racecraft snakes play --url http://localhost:8000 --name mine --url runs/snakes-1
     """
     from racecraft.worlds.battlesnake.env.settings import GameSettings
-    from racecraft.worlds.battlesnake.evaluation.live import hold_game
+    from racecraft.worlds.battlesnake.evaluation.live import play_live
 
     who = [*(who or []), *(url or [])] or ["search", "area_control"]
     settings = GameSettings(
@@ -109,7 +109,7 @@ def play(
     view = view and not json
     observers = _observers(settings, view, color, browser, board_url, verbose, json)
     least = max(duration, SHOWN_MS if view else 0)
-    played = hold_game(settings, seats, seed, timeout, sequential, most_turns, observers, delay / 1000, least / 1000)
+    played = play_live(settings, seats, seed, timeout, sequential, most_turns, observers, delay / 1000, least / 1000)
     _write(played, output, film)
     _tell(played, seats, seed, json)
 

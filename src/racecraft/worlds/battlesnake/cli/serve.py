@@ -38,9 +38,9 @@ def serve(
     """
     from racecraft.cli.output import say
     from racecraft.serving.until_cancelled import answer_before_thinking, settle
+    from racecraft.worlds.battlesnake.players.appearance import colour
     from racecraft.worlds.battlesnake.players.find import find_player, warm_up
     from racecraft.worlds.battlesnake.players.from_file import FilePlayer
-    from racecraft.worlds.battlesnake.players.looks import colour
     from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
     answer_before_thinking()

@@ -10,7 +10,7 @@ import typer
 from racecraft.worlds.battlesnake.cli.options import JSON
 
 if TYPE_CHECKING:
-    from racecraft.worlds.battlesnake.evaluation.study import Loss
+    from racecraft.worlds.battlesnake.evaluation.game_analysis import Loss
 
 
 def study(
@@ -35,8 +35,8 @@ def study(
     Example: racecraft snakes study game.jsonl --snake my_snake --effort 200000
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.worlds.battlesnake.evaluation.game_analysis import study_games
     from racecraft.worlds.battlesnake.evaluation.game_files import games_of, snake_names
-    from racecraft.worlds.battlesnake.evaluation.study import study_games
 
     games, names = list(games_of(game)), snake_names(game)
     ids = [next((one for one, name in names.items() if name == asked), asked) for asked in snake or []]
@@ -54,7 +54,7 @@ def study(
 def _print(loss: Loss, names: dict[str, str]) -> None:
     """Print one loss: who, when, why; the board; the move that was made and the one that search prefers."""
     from racecraft.worlds.battlesnake.env.board import draw
-    from racecraft.worlds.battlesnake.evaluation.study import words
+    from racecraft.worlds.battlesnake.evaluation.game_analysis import words
 
     letter = chr(ord("A") + [snake.id for snake in loss.board.snakes].index(loss.snake_id) % 26)
     by = f" by {names.get(loss.by, loss.by)}" if loss.by not in ("", loss.snake_id) else ""

@@ -10,7 +10,7 @@ import typer
 from racecraft.worlds.battlesnake.cli.options import JSON, GameType, Height, MapName, Seed, Width, aside, check_folder
 
 if TYPE_CHECKING:
-    from racecraft.worlds.battlesnake.league.gauntlet import Gauntlet
+    from racecraft.worlds.battlesnake.league.spsa import WeightTuner
 
 INTERRUPTED = 130
 
@@ -43,7 +43,7 @@ def tune(
     from racecraft.cli.output import print_json
     from racecraft.worlds.battlesnake.env.dice import StreamDice
     from racecraft.worlds.battlesnake.env.reference import Referee
-    from racecraft.worlds.battlesnake.league.gauntlet import Gauntlet, GauntletSettings
+    from racecraft.worlds.battlesnake.league.spsa import GauntletSettings, WeightTuner
     from racecraft.worlds.battlesnake.players.weights import read_weights, usual_among
 
     check_folder(file)
@@ -51,7 +51,7 @@ def tune(
         rounds, proof, effort, snakes, width, height, gametype, map_name, most_turns, seed or 0
     )  # fmt: skip
     Referee(settings.game, StreamDice(0))
-    gauntlet = Gauntlet(file, settings, usual_among(snakes) if begin is None else read_weights(begin))
+    gauntlet = WeightTuner(file, settings, usual_among(snakes) if begin is None else read_weights(begin))
     if gauntlet.scores and not gauntlet.is_over:
         kept = f"{len(gauntlet.scores)} of {rounds} rounds and {len(gauntlet.proof)} of {proof} games"
         aside(f"{kept} are in the file already.")
@@ -69,7 +69,7 @@ def tune(
         raise typer.Exit(INTERRUPTED)
 
 
-def _facts(gauntlet: Gauntlet) -> dict[str, object]:
+def _facts(gauntlet: WeightTuner) -> dict[str, object]:
     from dataclasses import asdict
 
     share, low, high = gauntlet.proven()
@@ -80,7 +80,7 @@ def _facts(gauntlet: Gauntlet) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print(gauntlet: Gauntlet) -> None:
+def _print(gauntlet: WeightTuner) -> None:
     from dataclasses import asdict
 
     print(f"{'weight':10} {'before':>8} {'tuned':>8}")

@@ -66,7 +66,7 @@ def watch(
     from racecraft.worlds.battlesnake.cli.options import aside
     from racecraft.worlds.battlesnake.cli.play import new_seed
     from racecraft.worlds.battlesnake.env.settings import GameSettings
-    from racecraft.worlds.battlesnake.evaluation.live import hold_game
+    from racecraft.worlds.battlesnake.evaluation.live import play_live
     from racecraft.worlds.battlesnake.players.protocol import PlayerError
     from racecraft.worlds.battlesnake.serving.game_audience import Browser, Showing
 
@@ -81,7 +81,7 @@ def watch(
     who, seed = url or ["search", "area_control"], new_seed() if seed is None else seed
     settings = GameSettings(width, height, len(who), gametype, map_name, solo=True if len(who) < 2 else None)
     seats = take_seats(who, name or [], seed, quiet=json)
-    hold_game(settings, seats, seed, timeout, observers=[Browser(settings, showing)], least_seconds=1 / speed)
+    play_live(settings, seats, seed, timeout, observers=[Browser(settings, showing)], least_seconds=1 / speed)
 
 
 def film(
@@ -116,7 +116,7 @@ def gif(
 
 def _show_recorded(game: Path, html: Path | None, showing: Showing, json: bool) -> None:
     from racecraft.cli.output import print_json
-    from racecraft.formats.whole import write_whole
+    from racecraft.formats.atomic import write_atomic
     from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of
     from racecraft.worlds.battlesnake.analysis.board_page import board_page
     from racecraft.worlds.battlesnake.evaluation.record import read_record
@@ -130,7 +130,7 @@ def _show_recorded(game: Path, html: Path | None, showing: Showing, json: bool) 
     if html is None:
         showing.hold(BoardServer(title, facts, events, showing.speed), card.id)
         return
-    write_whole(html, board_page(title, facts, events, speed=showing.speed))
+    write_atomic(html, board_page(title, facts, events, speed=showing.speed))
     if json:
         print_json({"html": str(html)})
     else:

@@ -12,9 +12,9 @@ from dataclasses import replace
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.starter_pack import REWARDS_APRIL_2020 as PAID
 from racecraft.worlds.battlesnake.env.starter_pack_world import MOST_TURNS, SOURCE_SIDE, SOURCE_SNAKES, StarterPackWorld
-from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, Prizes, WorldSettings
+from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, RewardWeights, WorldSettings
 
-PRIZES = Prizes(turn=PAID.another_turn, win=PAID.won, loss=PAID.died)
+PRIZES = RewardWeights(turn=PAID.another_turn, win=PAID.won, loss=PAID.died)
 GAME = GameSettings(SOURCE_SIDE, SOURCE_SIDE, SOURCE_SNAKES)
 
 

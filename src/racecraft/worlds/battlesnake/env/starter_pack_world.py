@@ -67,7 +67,7 @@ class StarterPackWorld:
                 f"game, 2 to 16 snakes, 3 to {LARGEST_BOARD} squares and 0 or more turns."
             )
         self._max_turns, self._is_centred = max_turns, is_centred
-        self._prices = prices_of(rewards)
+        self._prices = rewards_of(rewards)
         rows = (num_worlds, snakes)
         self.bodies = np.zeros((*rows, side * side + 2, 2), np.int16)
         self.snakes = np.zeros((*rows, pack.COLUMNS), np.int64)
@@ -117,7 +117,7 @@ class StarterPackWorld:
             self._begin(self._over)
         self._observe(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call; `status` is one of FATES, or "truncated"."""
         told, self._finished = self._finished, []
         return told
@@ -163,7 +163,7 @@ class StarterPackWorld:
             self._finished.append(EpisodeRecord(game, agent, steps, reward, status))
 
 
-def prices_of(rewards: Rewards) -> Array:
+def rewards_of(rewards: Rewards) -> Array:
     """Return the prices as the kernel reads them, float32 (PRICES,)."""
     named = (*FATES[1:], "ate_food", "another_turn", "won", "died")
     return np.array([0.0, *(getattr(rewards, name) for name in named)], np.float32)

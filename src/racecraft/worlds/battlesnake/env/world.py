@@ -45,7 +45,7 @@ _NO_SCRATCH, _NO_OUTLOOK = np.zeros((0, 5, 0), np.int32), np.zeros((0, 0, 4, 0),
 
 
 @dataclass(frozen=True)
-class Prizes:
+class RewardWeights:
     """What a snake is paid."""
 
     turn: float = 0.0
@@ -78,7 +78,7 @@ class WorldSettings:
     """Side of the window in squares, odd; None: see `observation.default_view`."""
     outlook: bool = False
     """Whether a snake is told what lies behind each of its moves, too; see `observation.py`."""
-    prizes: Prizes = field(default_factory=Prizes)
+    prizes: RewardWeights = field(default_factory=RewardWeights)
 
 
 class BattlesnakeWorld:
@@ -171,7 +171,7 @@ class BattlesnakeWorld:
         self._begin(which)
         self._observe(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call; status is "won", "truncated" or the cause of death."""
         told = [self._tell(*row) for columns in self._finished for row in zip(*columns, strict=True)]
         self._finished.clear()

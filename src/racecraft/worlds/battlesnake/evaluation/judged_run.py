@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from racecraft.evaluation.judge import SEED_OF_JUDGING, what_is_judged
+from racecraft.evaluation.evaluate_run import SEED_OF_JUDGING, what_is_judged
 from racecraft.evaluation.rating import wilson
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy

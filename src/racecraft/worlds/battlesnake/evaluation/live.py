@@ -75,7 +75,7 @@ class TurnLog:
         """Nothing to do."""
 
 
-def hold_game(
+def play_live(
     settings: GameSettings,
     seats: list[Seat],
     seed: int,

@@ -111,10 +111,10 @@ def _ask(by_id: dict[str, Seat], board: Board, played: Played, seconds: float, s
     moves = {}
     if not sequential:
         for one in living:
-            by_id[one].ask_ahead(message(board, played.settings, one, played.card), seconds)
+            by_id[one].prefetch(message(board, played.settings, one, played.card), seconds)
     for one in living:
         if sequential:
-            by_id[one].ask_ahead(message(board, played.settings, one, played.card), seconds)
+            by_id[one].prefetch(message(board, played.settings, one, played.card), seconds)
         moves[one] = by_id[one].answer(board, played.settings, one, seconds)
     for one in living:
         played.card.latencies_ms[one] = by_id[one].latency_ms

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.battlesnake.env.board import CAUSES, MAX_HEALTH, Board, BoardError, Snake
 from racecraft.worlds.battlesnake.evaluation.match import Played
 from racecraft.worlds.battlesnake.players.messages import (
@@ -34,7 +34,7 @@ _EXPECTED = "the output file of `snakes play --output`"
 
 def write_record(played: Played, path: str | Path) -> None:
     """Write a game that was played, whole or not at all."""
-    write_whole(path, record_text(played))
+    write_atomic(path, record_text(played))
 
 
 def record_text(played: Played) -> str:

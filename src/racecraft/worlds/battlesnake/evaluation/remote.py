@@ -61,7 +61,7 @@ class Remote:
         """Tell it that a game is over."""
         self._ask("POST", "/end", message, seconds, needs_json=False)
 
-    def hang_up(self) -> None:
+    def disconnect(self) -> None:
         """Break off what is under way, from any thread."""
         sock = self._connection.sock
         if sock is not None:

@@ -70,7 +70,7 @@ class Seat:
         """Forget the game before."""
         self.last_move, self.latency_ms = "up", 0
 
-    def ask_ahead(self, message: Message, seconds: float) -> None:
+    def prefetch(self, message: Message, seconds: float) -> None:
         """Send a JSON player its question; `answer` waits for it. Players that look at boards are asked there."""
         player = self.player
         if isinstance(player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
@@ -124,7 +124,7 @@ class Seat:
             self.player.close()
 
     def _wait(self, seconds: float) -> str:
-        assert self._under_way is not None, "ask_ahead comes first"
+        assert self._under_way is not None, "prefetch comes first"
         try:
             word = self._under_way.result(max(0.0, self._asked_at + seconds - time.monotonic()))
         except TimeoutError:
@@ -147,7 +147,7 @@ class Seat:
 
     def _hang_up(self) -> None:
         if isinstance(self.player, Remote):
-            self.player.hang_up()
+            self.player.disconnect()
 
 
 def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_MB) -> Seat:

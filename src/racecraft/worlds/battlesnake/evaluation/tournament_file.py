@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
-from racecraft.formats.whole import write_on, write_whole
+from racecraft.formats.atomic import append_atomic, write_atomic
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult
 
@@ -52,14 +52,14 @@ class TournamentFile:
         """The games that stand in the file, in order."""
         if not self.path.exists():
             head = _line(asked)
-            write_whole(self.path, head)
+            write_atomic(self.path, head)
             self._sound = len(head)
             return
         self._sound = self._read(asked)
 
     def add(self, game: GameResult) -> None:
         """Write a game down."""
-        self._sound = write_on(self.path, self._sound, _line({name: getattr(game, name) for name in _FIELDS}))
+        self._sound = append_atomic(self.path, self._sound, _line({name: getattr(game, name) for name in _FIELDS}))
 
     def _read(self, asked: dict[str, Any]) -> int:
         """Take over what stands there; return how many bytes of it are whole lines."""

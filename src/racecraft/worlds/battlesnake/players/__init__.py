@@ -2,7 +2,7 @@
 
 protocol.py      what a player is
 find.py          finding one by name
-sight.py         what every snake should look at: walls, bodies, dangerous heads
+safe_moves.py         what every snake should look at: walls, bodies, dangerous heads
 random_safe.py   1 any move that is not surely fatal
 hungry.py        2 straight to the nearest food
 flood_fill.py    3 counts the room behind each move
@@ -16,7 +16,7 @@ kernels/         squares counted and trees grown, compiled
 from_file.py     a user's own `move(data)`, in a process of its own
 file_worker.py   that process
 messages.py      the official JSON, both ways
-looks.py         a snake's colour
+appearance.py         a snake's colour
 time_budget.py   how much of the timeout a player has
 json_adapter.py  asks such a file as if it saw boards
 worker_pool.py   threads that are waited for only so long

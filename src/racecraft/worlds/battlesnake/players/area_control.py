@@ -18,7 +18,7 @@ from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.state import Games, allocate_games, params_of, put_board
 from racecraft.worlds.battlesnake.players.hungry import steps_between
 from racecraft.worlds.battlesnake.players.kernels.territory import appraise, copy_game, scratch_arrays
-from racecraft.worlds.battlesnake.players.sight import best_safe_move, find_snake, safe_moves
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, safe_moves
 
 NEARBY = 6
 """Moves between two heads up to which replies are looked at."""

@@ -12,7 +12,7 @@ from typing import Literal
 
 from racecraft.worlds.battlesnake.env.board import Board, Point
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.players.sight import (
+from racecraft.worlds.battlesnake.players.safe_moves import (
     find_snake,
     is_wrapped,
     safe_moves,

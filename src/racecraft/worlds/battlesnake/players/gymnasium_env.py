@@ -15,7 +15,7 @@ from racecraft.adapters.gymnasium_vector import WorldVectorEnv
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.worlds.battlesnake.env.board import draw
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.world import Prizes, WorldSettings
+from racecraft.worlds.battlesnake.env.world import RewardWeights, WorldSettings
 from racecraft.worlds.battlesnake.players.one_seat import OneSeatWorld, seats_for
 
 
@@ -73,18 +73,18 @@ def one_seat_world(
     max_turns: int = 500,
     view: int | None = None,
     outlook: bool = False,
-    prizes: Prizes | Mapping[str, float] | None = None,
+    prizes: RewardWeights | Mapping[str, float] | None = None,
 ) -> OneSeatWorld:
     """Return N games of one learner as a world; arguments as for `SnakeEnv`."""
     game = GameSettings(width, height, 1, ruleset, map)
-    paid = prizes if isinstance(prizes, Prizes) else _prizes(prizes or {})
+    paid = prizes if isinstance(prizes, RewardWeights) else _prizes(prizes or {})
     settings = WorldSettings(game, num_games, max_turns, view, outlook, paid)
     return OneSeatWorld(settings, seats_for(opponents, snakes))
 
 
-def _prizes(values: Mapping[str, float]) -> Prizes:
-    known = asdict(Prizes())
+def _prizes(values: Mapping[str, float]) -> RewardWeights:
+    known = asdict(RewardWeights())
     for name in values:
         if name not in known:
             raise SettingError(f"There is no prize '{name}'. {nearest(name, known)}")
-    return Prizes(**{**known, **values})
+    return RewardWeights(**{**known, **values})

@@ -9,7 +9,7 @@ from typing import Literal
 
 from racecraft.worlds.battlesnake.env.board import Board, Point
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.players.sight import find_snake, is_wrapped, safe_moves, square_after
+from racecraft.worlds.battlesnake.players.safe_moves import find_snake, is_wrapped, safe_moves, square_after
 
 
 class Hungry:

@@ -26,10 +26,10 @@ from racecraft.worlds.battlesnake.env.observation import (
 )
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.env.state import allocate_games, params_of
-from racecraft.worlds.battlesnake.players.foresight import DEEPEST
 from racecraft.worlds.battlesnake.players.kernels.leaves import descend, hear
 from racecraft.worlds.battlesnake.players.kernels.puct import IS_OVER
-from racecraft.worlds.battlesnake.players.tree import EAGERNESS, Tree
+from racecraft.worlds.battlesnake.players.mcts import EAGERNESS, Tree
+from racecraft.worlds.battlesnake.players.search_position import DEEPEST
 from racecraft.worlds.battlesnake.players.weights import USUAL
 
 LEAVES_AT_A_TIME = 16
@@ -41,7 +41,7 @@ PRIOR_SHARE = 0.9
 
 
 @runtime_checkable
-class Appraiser(Protocol):
+class PolicyValueNetwork(Protocol):
     """A policy over single choices with a critic."""
 
     def appraise(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> tuple[Array, Array]:
@@ -52,7 +52,7 @@ class Appraiser(Protocol):
 class Network(NamedTuple):
     """A policy with its critic, and what it sees."""
 
-    policy: Appraiser
+    policy: PolicyValueNetwork
     seen: SnakeConfig
 
 
@@ -125,7 +125,7 @@ class NetworkTree(Tree):
     def __init__(self, board: Board, settings: GameSettings, snake_id: str, network: Network) -> None:
         self._leaves = Leaves(network, settings, len(board.alive()), LEAVES_AT_A_TIME)
         super().__init__(board, settings, snake_id, USUAL)
-        self.eagerness = EAGERNESS  # among several, too: as its networks were trained (`forest.py`)
+        self.eagerness = EAGERNESS  # among several, too: as its networks were trained (`batched_mcts.py`)
 
     @property
     def walks_at_a_time(self) -> int:

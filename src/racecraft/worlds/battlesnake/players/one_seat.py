@@ -21,7 +21,7 @@ from racecraft.worlds.battlesnake.players.anchors import ANCHORS, AnchorSeats
 from racecraft.worlds.battlesnake.players.find import find_player
 from racecraft.worlds.battlesnake.players.json_adapter import JsonAdapter
 from racecraft.worlds.battlesnake.players.protocol import JsonPlayer, PlayerError, SnakePlayer
-from racecraft.worlds.battlesnake.players.sight import best_safe_move
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move
 
 THINKING_SECONDS = 0.05
 """What a player that is no anchor may think for a move."""
@@ -87,9 +87,9 @@ class OneSeatWorld:
             self.inner.begin_games(left_behind, inner)
         self._show(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the learner's finished episodes."""
-        return [one for one in self.inner.take_episodes() if one.agent == 0]
+        return [one for one in self.inner.pop_episodes() if one.agent == 0]
 
     def board(self, game: int) -> Board:
         """Return a game's position; the learner is s0."""

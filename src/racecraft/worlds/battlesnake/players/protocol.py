@@ -55,7 +55,7 @@ class Question(NamedTuple):
 
 
 @runtime_checkable
-class ManyPlayer(SnakePlayer, Protocol):
+class BatchPlayer(SnakePlayer, Protocol):
     """Whoever looks at many boards as cheaply as at one: a network with one forward pass for all of them.
 
     The server gathers the questions that wait at a moment and asks them together.
@@ -74,7 +74,7 @@ class ManyPlayer(SnakePlayer, Protocol):
 
 
 @runtime_checkable
-class QuickPlayer(SnakePlayer, Protocol):
+class InlinePlayer(SnakePlayer, Protocol):
     """Whoever has its answer in less time than it takes to hand a question to a thread and back.
 
     The server asks it on the spot. It never waits for anything and does not look at the time.
@@ -84,7 +84,7 @@ class QuickPlayer(SnakePlayer, Protocol):
 
 
 @runtime_checkable
-class Weigher(Protocol):
+class MovePrior(Protocol):
     """Whoever can say of every snake on a board how likely it would choose each move: a guide for search."""
 
     def weigh(self, board: Board, settings: GameSettings) -> Array | None:

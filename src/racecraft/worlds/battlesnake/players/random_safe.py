@@ -10,7 +10,7 @@ from typing import Literal
 from racecraft.worlds.battlesnake.env.board import Board
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.players.sight import safe_moves
+from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 
 
 class RandomSafe:

@@ -1,9 +1,9 @@
 """Player 5: looks many moves ahead, as long as it is given time.
 
-Against one other it looks for what it can be sure of (`certainty.py`): deeper and deeper, with the other's best reply
-to every move. Among several it grows a tree of what may happen (`tree.py`), for nobody there plays against it alone;
-moves of which alpha-beta can tell within a blink that somebody may end it there are not walked. Both may be stopped at
-any time, and both keep from turn to turn what still holds (`minds.py`).
+Against one other it looks for what it can be sure of (`alpha_beta_search.py`): deeper and deeper, with the other's best
+reply to every move. Among several it grows a tree of what may happen (`mcts.py`), for nobody there plays against it
+alone; moves of which alpha-beta can tell within a blink that somebody may end it there are not walked. Both may be
+stopped at any time, and both keep from turn to turn what still holds (`sessions.py`).
 
 A guide, another player, may say where to look first. In a duel its move is the one that alpha-beta looks at first, and
 keeps where no other is better. In a tree it has more than its share of the first walks; a guide that weighs moves, such
@@ -25,14 +25,14 @@ from racecraft.contract.world import Array
 from racecraft.players.worker_pool import WorkerPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.players.certainty import Finding
-from racecraft.worlds.battlesnake.players.foresight import DEEPEST
+from racecraft.worlds.battlesnake.players.alpha_beta_search import SearchResult
 from racecraft.worlds.battlesnake.players.kernels.alpha_beta import DRAWN
-from racecraft.worlds.battlesnake.players.minds import Mind, Minds, Plant
+from racecraft.worlds.battlesnake.players.mcts import Tree
 from racecraft.worlds.battlesnake.players.network_tree import Network, NetworkTree
-from racecraft.worlds.battlesnake.players.protocol import SnakePlayer, Weigher
-from racecraft.worlds.battlesnake.players.sight import best_safe_move, find_snake, safe_moves
-from racecraft.worlds.battlesnake.players.tree import Tree
+from racecraft.worlds.battlesnake.players.protocol import MovePrior, SnakePlayer
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, safe_moves
+from racecraft.worlds.battlesnake.players.search_position import DEEPEST
+from racecraft.worlds.battlesnake.players.sessions import Plant, SearchSession, SessionCache
 from racecraft.worlds.battlesnake.players.weights import USUAL, Weights
 
 SURE_AMONG = 2
@@ -81,7 +81,7 @@ class Search:
         self._plant: Plant = (
             partial(Tree, weights=weights) if network is None else partial(NetworkTree, network=network)
         )
-        self.minds = Minds(ponders=ponders, plant=self._plant, weights=self.weights)
+        self.minds = SessionCache(ponders=ponders, plant=self._plant, weights=self.weights)
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move that is surest, or was walked most, when the time is up."""
@@ -91,7 +91,9 @@ class Search:
         if len(mine) < 2:
             return mine[0] if mine else best_safe_move(board, settings, snake_id)
         if self.most_walks is not None:
-            return self._think(Mind(board, settings, snake_id, self._plant, self.weights), mine, seconds, until)
+            return self._think(
+                SearchSession(board, settings, snake_id, self._plant, self.weights), mine, seconds, until
+            )
         mind, move = self.minds.recall(board, settings, snake_id), None
         try:
             move = self._think(mind, mine, seconds, until)
@@ -101,12 +103,12 @@ class Search:
 
     def warm_up(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Have everything compiled that a game may come to need."""
-        mind = Mind(board, settings, snake_id, self._plant, self.weights)
+        mind = SearchSession(board, settings, snake_id, self._plant, self.weights)
         mind.certainty.deepen(0.0)
         mind.grown_tree().keep_below(0)
         mind.go_on(board, settings)
 
-    def _think(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
+    def _think(self, mind: SearchSession, mine: list[str], seconds: float, until: float) -> str:
         if len(mind.board.alive()) <= self.sure_among:
             mind.tree = None
             if (first := self._guides_move(mind, mine, seconds)) is not None:
@@ -116,7 +118,7 @@ class Search:
                 return found.move
         return self._walk(mind, mine, seconds, until)
 
-    def _walk(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
+    def _walk(self, mind: SearchSession, mine: list[str], seconds: float, until: float) -> str:
         surest, dangers = self._prove(mind, mine, until - (1 - NEAR_SHARE) * seconds)
         if surest is not None:
             return surest
@@ -138,10 +140,10 @@ class Search:
             if time.monotonic() >= until:
                 break
 
-    def _deepen(self, mind: Mind, until: float) -> Finding:
+    def _deepen(self, mind: SearchSession, until: float) -> SearchResult:
         """Look for what is sure, on as many cores as there may be; of two findings the deeper one counts."""
 
-        def begin() -> Mind:
+        def begin() -> SearchSession:
             mind.helper.tree = None
             return mind.helper
 
@@ -152,7 +154,7 @@ class Search:
         its = other.certainty.found
         return its if its.wins or (its.depth > own.depth and not own.wins) else own
 
-    def _begin_beside(self, mind: Mind, seconds: float, dangers: list[str]) -> Mind:
+    def _begin_beside(self, mind: SearchSession, seconds: float, dangers: list[str]) -> SearchSession:
         """Return a second mind whose tree is ready to be walked."""
         other = mind.helper
         tree = other.grown_tree()
@@ -161,7 +163,7 @@ class Search:
         return other
 
     @contextmanager
-    def _second_core(self, begin: Callable[[], Mind]) -> Iterator[Mind | None]:
+    def _second_core(self, begin: Callable[[], SearchSession]) -> Iterator[SearchSession | None]:
         """Let a second core think on until this block is left, a few milliseconds at a time.
 
         Yields:
@@ -188,7 +190,7 @@ class Search:
         finally:
             self._is_free.release()
 
-    def _guides_move(self, mind: Mind, mine: list[str], seconds: float) -> str | None:
+    def _guides_move(self, mind: SearchSession, mine: list[str], seconds: float) -> str | None:
         """Return which of the moves that are not surely fatal the guide would make; None: it does not say."""
         said = self._guides_word(mind, seconds)
         if said is None or isinstance(said, str):
@@ -196,24 +198,24 @@ class Search:
         chances = said[[snake.id for snake in mind.board.alive()].index(mind.snake_id)]
         return max(mine, key=lambda move: chances[MOVES.index(move)])
 
-    def _ask_guide(self, tree: Tree, mind: Mind, seconds: float) -> None:
+    def _ask_guide(self, tree: Tree, mind: SearchSession, seconds: float) -> None:
         said = self._guides_word(mind, seconds)
         if isinstance(said, str):
             tree.trust(said)
         elif said is not None:
             tree.believe(said)
 
-    def _guides_word(self, mind: Mind, seconds: float) -> Array | str | None:
-        """Return every living snake's chances of its moves, as a `Weigher` tells them, or one move of ours; or None."""
+    def _guides_word(self, mind: SearchSession, seconds: float) -> Array | str | None:
+        """Return the priors of every living snake's moves, of a `MovePrior`, or one move of ours; or None."""
         guide = self.guide
-        if isinstance(guide, Weigher):
+        if isinstance(guide, MovePrior):
             return guide.weigh(mind.board, mind.settings)
         if guide is not None:
             with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
                 return guide.choose(mind.board, mind.settings, mind.snake_id, seconds / 4)
         return None
 
-    def _prove(self, mind: Mind, mine: list[str], until: float) -> tuple[str | None, list[str]]:
+    def _prove(self, mind: SearchSession, mine: list[str], until: float) -> tuple[str | None, list[str]]:
         """Return a move that wins against any play, if one is found, and those not to be walked.
 
         Not to be walked are moves after which the others may end the snake, or the game in a draw, within a few turns,

@@ -16,7 +16,7 @@ from racecraft.players.trained import load_policy
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.observation import observe_board
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
-from racecraft.worlds.battlesnake.players.network_tree import Appraiser, Network
+from racecraft.worlds.battlesnake.players.network_tree import Network, PolicyValueNetwork
 from racecraft.worlds.battlesnake.players.protocol import PlayerError, Question
 
 KIND = "battlesnake"
@@ -116,7 +116,7 @@ def load_network(name: str) -> Network:
         )
     snake = load_trained_snake(name)
     policy = getattr(snake.policy, "policy", snake.policy)
-    if not isinstance(policy, Appraiser):
+    if not isinstance(policy, PolicyValueNetwork):
         algorithm = getattr(getattr(snake.policy, "spec", None), "algorithm", "its algorithm")
         raise PlayerError(
             f"search:{name}: {algorithm} has no critic that could say what a position is worth; expected the run of "

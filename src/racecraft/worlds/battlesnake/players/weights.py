@@ -2,7 +2,7 @@
 
     {"format": "racecraft snake weights", "version": 1, "weights": {"squares": 0.6, …}, …}
 
-What else stands in the file is for whoever made it (`league/gauntlet.py`), and passed over here.
+What else stands in the file is for whoever made it (`league/spsa.py`), and passed over here.
 """
 
 from __future__ import annotations

@@ -26,15 +26,15 @@ from racecraft.serving.loop_lag import LoopLag
 from racecraft.worlds.battlesnake.env.board import MOVES, BoardError
 from racecraft.worlds.battlesnake.players.messages import LOOKS, Letter, read_message
 from racecraft.worlds.battlesnake.players.protocol import (
+    BatchPlayer,
+    InlinePlayer,
     JsonPlayer,
-    ManyPlayer,
     Message,
     PlayerError,
     Question,
-    QuickPlayer,
     SnakePlayer,
 )
-from racecraft.worlds.battlesnake.players.sight import best_safe_move, find_snake
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake
 from racecraft.worlds.battlesnake.players.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
 
 SILENCE_SECONDS = 600.0
@@ -111,7 +111,7 @@ class SnakeServer:
         self._most_games = most_games
         self._complain = complain or (lambda sentence: None)
         self._pool = WorkerPool(threads or os.cpu_count() or 1)
-        self._queue = BatchingQueue(player.choose_many) if isinstance(player, ManyPlayer) else None
+        self._queue = BatchingQueue(player.choose_many) if isinstance(player, BatchPlayer) else None
         self._lag = LoopLag()
         self._thinking = 0
         self._overrun = 0.0
@@ -186,7 +186,7 @@ class SnakeServer:
             if self._queue is not None:
                 question = Question(letter.board, letter.you, letter.settings)
                 word = await self._queue.ask(question, deadline)
-            elif isinstance(self._player, QuickPlayer):
+            elif isinstance(self._player, InlinePlayer):
                 if time.monotonic() >= deadline:
                     raise TimeoutError
                 word = self._ask(letter, message, deadline)

@@ -57,7 +57,7 @@ class ForeignSeats:
             card = self._card_of(game, board)
             for (here, number), seat in self._seats.items():
                 if here == game and board.snakes[number].alive:
-                    seat.ask_ahead(message(board, settings, f"s{number}", card), seconds)
+                    seat.prefetch(message(board, settings, f"s{number}", card), seconds)
                     asked.append((game, number, board))
         for game, number, board in asked:
             seat = self._seats[game, number]

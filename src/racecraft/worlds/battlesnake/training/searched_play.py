@@ -14,7 +14,7 @@ import numpy as np
 from racecraft.algorithms.alphazero import SEARCHED
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
-from racecraft.worlds.battlesnake.players.forest import Forest
+from racecraft.worlds.battlesnake.players.batched_mcts import BatchedMcts
 from racecraft.worlds.battlesnake.players.network_tree import Network
 from racecraft.worlds.battlesnake.training.self_play import Opponent, SelfPlayWorld
 from racecraft.worlds.battlesnake.training.settings import SearchConfig
@@ -30,7 +30,7 @@ class SearchedWorld:
 
     def __init__(self, games: SelfPlayWorld, config: SearchConfig) -> None:
         self.games, self._config = games, config
-        self._forest: Forest | None = None
+        self._forest: BatchedMcts | None = None
         self._roll(0, 0)
         self._shown = np.zeros((games.spec.num_worlds, 4), np.float32)
         """Shares of the walks, as they are shown now."""
@@ -40,7 +40,7 @@ class SearchedWorld:
     def ask(self, network: Network) -> None:
         """Let the search ask a policy and its critic, which may learn on; to be called before the games begin."""
         config = self._config
-        self._forest = Forest(network, self.games.inner.game_settings, config.walks, config.noise_share)
+        self._forest = BatchedMcts(network, self.games.inner.game_settings, config.walks, config.noise_share)
 
     def meet(self, opponent: Opponent) -> None:
         """Let somebody play the seats of past selves from now on."""
@@ -64,9 +64,9 @@ class SearchedWorld:
         buffers.final_observations[SEARCHED][buffers.ended] = 0.0
         self._search(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the finished episodes of the learner's seats."""
-        return self.games.take_episodes()
+        return self.games.pop_episodes()
 
     def save_state(self) -> dict[str, Array]:
         """Return copies of everything, the dice of the roots included."""

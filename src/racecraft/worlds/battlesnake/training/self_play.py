@@ -16,9 +16,9 @@ import numpy as np
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, WorldSpec, allocate
-from racecraft.training.own_rows import OwnRows
+from racecraft.training.learner_rows import LearnerRows
 from racecraft.worlds.battlesnake.env.settings import SnakeConfig
-from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, Prizes, WorldSettings
+from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, RewardWeights, WorldSettings
 from racecraft.worlds.battlesnake.players.anchors import AnchorSeats
 from racecraft.worlds.battlesnake.training.foreign_seats import ForeignSeats
 from racecraft.worlds.battlesnake.training.settings import SelfPlayConfig
@@ -52,7 +52,7 @@ class SelfPlayWorld:
         mine = np.zeros((num_games, seats), bool)
         mine[:, 0] = True
         mine[[kind == SELF for kind in self.dealt]] = True
-        self._own = OwnRows(mine)
+        self._own = LearnerRows(mine)
         self._past = np.zeros_like(mine)
         self._past[[kind == PAST for kind in self.dealt], 1:] = True
         self.inner.looks[...] = mine | self._past
@@ -94,9 +94,9 @@ class SelfPlayWorld:
         self._own.hand_on(self._buffers, buffers)
         self._show(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the finished episodes of the learner's seats; the agent is always 0, the world the row."""
-        return self._own.episodes(self.inner.take_episodes())
+        return self._own.episodes(self.inner.pop_episodes())
 
     def save_state(self) -> dict[str, Array]:
         """Return copies of everything: games and the anchors' dice. The opponent keeps its own state."""
@@ -160,7 +160,7 @@ def deal(num_games: int, config: SelfPlayConfig) -> list[str]:
 
 def world_settings(game: WorldSettings, config: SnakeConfig, num_games: int) -> WorldSettings:
     """Return how a world of training (or judging) is set up: what is seen and paid comes from the settings."""
-    prizes = Prizes(food=config.food_prize)
+    prizes = RewardWeights(food=config.food_prize)
     return replace(
         game, num_games=num_games, max_turns=config.max_turns, view=config.view, outlook=config.outlook, prizes=prizes
     )

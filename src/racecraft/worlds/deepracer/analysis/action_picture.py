@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.formats.whole import whole_file
+from racecraft.formats.atomic import atomic_file
 from racecraft.pages.colours import BLUE, INK
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace
 
@@ -52,5 +52,5 @@ def draw_actions(actions: ActionSpace, demand: Array, path: Path, title: str) ->
     axes.set_title(title, loc="left")
     axes.grid(alpha=0.25)
     axes.legend(loc="lower center", ncols=2, frameon=False)
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         figure.savefig(part, format=path.suffix.lstrip(".") or "png", dpi=130)

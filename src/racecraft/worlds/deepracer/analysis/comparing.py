@@ -15,11 +15,11 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import ranked
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis import tables
-from racecraft.worlds.deepracer.analysis.forgetting import Passages, StartsCompared
+from racecraft.worlds.deepracer.analysis.forgetting import SegmentPassRates, StartComparison
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
-from racecraft.worlds.deepracer.evaluation.kept_drives import KeptDrives, keep_drives
+from racecraft.worlds.deepracer.evaluation.recorded_drives import RecordedDrives, record_drives
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar, load_trained_car
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -37,7 +37,7 @@ READ_TICKS = 2_000_000
 
 def compare_checkpoints(
     path: str | Path, name: str, track: Track | None = None, most: int = CHECKPOINTS, starts: int = STARTS
-) -> Passages | None:
+) -> SegmentPassRates | None:
     """Drive checkpoints of a run from the same starts and count who gets through which segment of the track.
 
     Args:
@@ -61,7 +61,7 @@ def compare_checkpoints(
     reached, passed = (np.column_stack([one[k] for one in counts]) for k in (1, 2))
     paid = {one.entry.iteration: one.reward for one in ranked(run)}
     typed = as_asked(TRAIN, run.read_job())
-    return Passages(name, wanted, names, reached, passed, [paid[one] for one in wanted], typed)
+    return SegmentPassRates(name, wanted, names, reached, passed, [paid[one] for one in wanted], typed)
 
 
 def spread(iterations: list[int], most: int, kept: set[int]) -> list[int]:
@@ -85,7 +85,7 @@ def spread(iterations: list[int], most: int, kept: set[int]) -> list[int]:
 def _passages(car: TrainedCar, track: Track | None, starts: int) -> tuple[list[str], Array, Array]:
     """Return the segments' names, how many cars came to each and how many got through."""
     world = car.world(track or car.trained_on, starts, (np.arange(starts) / starts).tolist())
-    drives, segments = keep_drives(car.policy, world), find_segments(world.track)
+    drives, segments = record_drives(car.policy, world), find_segments(world.track)
     reached = np.zeros(len(segments.all), int)
     lost = np.zeros(len(segments.all), int)
     failed = set(drives.failed.tolist())
@@ -96,7 +96,7 @@ def _passages(car: TrainedCar, track: Track | None, starts: int) -> tuple[list[s
     return [one.name for one in segments.all], reached, reached - lost
 
 
-def compare_starts(car: TrainedCar, most: int = STARTS) -> StartsCompared | None:
+def compare_starts(car: TrainedCar, most: int = STARTS) -> StartComparison | None:
     """Drive a car from starts of its training and from places between them, as often the one as the other.
 
     Args:
@@ -124,7 +124,7 @@ def compare_starts(car: TrainedCar, most: int = STARTS) -> StartsCompared | None
     between = np.concatenate([_inside(trained[k] * track.length, gaps[k], each) for k in chosen])
     own, other = (_laps(car, _shares(arcs, track)) for arcs in (starts, between))
     near_m = NEAR_M if each > 1 else 0.0
-    return StartsCompared(len(trained), float(gaps.max()), *own[:2], *other[:2], own[2], other[2], near_m)
+    return StartComparison(len(trained), float(gaps.max()), *own[:2], *other[:2], own[2], other[2], near_m)
 
 
 def _inside(start: float, gap: float, count: int) -> Array:
@@ -156,7 +156,7 @@ def trained_starts(run: RunFolder, track: Track) -> Array:
 def _laps(car: TrainedCar, shares: Array) -> tuple[int, int, float]:
     """Return how many laps were begun, how many ended whole, and their mean progress, per cent."""
     world = car.world(car.trained_on, len(shares), shares.tolist())
-    drives: KeptDrives = keep_drives(car.policy, world)
+    drives: RecordedDrives = record_drives(car.policy, world)
     ends = drives.endings
     progress = np.clip(ends["progress"], 0.0, 100.0)
     return len(shares), int((ends["status"] == race.LAP_COMPLETE).sum()), float(progress.mean())

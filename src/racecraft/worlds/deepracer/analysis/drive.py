@@ -186,10 +186,10 @@ class Drive:
         return f"{words} at {self.progress_percent[row]:.0f} %"
 
 
-def what_befell(statuses: Iterable[str]) -> str:
+def incidents(statuses: Iterable[str]) -> str:
     """Return how cars came to grief, of the words of `status` that there are.
 
-    >>> what_befell([CRASHED, OFF_TRACK, OFF_TRACK]), what_befell([CRASHED])
+    >>> incidents([CRASHED, OFF_TRACK, OFF_TRACK]), incidents([CRASHED])
     ('left the road or crashed', 'crashed')
     """
     return " or ".join(way for status, way in GRIEF.items() if status in set(statuses))

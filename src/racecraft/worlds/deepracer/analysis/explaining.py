@@ -27,10 +27,17 @@ from racecraft.worlds.deepracer.env.camera import Camera
 from racecraft.worlds.deepracer.env.reward_process import RewardCopies, open_reward
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.cures import HOLDS, MOMENTS, Options, Trials, command_words, try_cures
-from racecraft.worlds.deepracer.evaluation.kept_drives import KeptDrives, keep_drives
-from racecraft.worlds.deepracer.evaluation.places import same_places
-from racecraft.worlds.deepracer.evaluation.rehearsal import states_of
+from racecraft.worlds.deepracer.evaluation.counterfactuals import (
+    HOLDS,
+    MOMENTS,
+    Options,
+    Trials,
+    command_words,
+    try_alternatives,
+)
+from racecraft.worlds.deepracer.evaluation.failure_clusters import cluster_failures
+from racecraft.worlds.deepracer.evaluation.recorded_drives import RecordedDrives, record_drives
+from racecraft.worlds.deepracer.evaluation.rerun import states_of
 from racecraft.worlds.deepracer.files.reward_trace import Term, line_of
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -84,7 +91,7 @@ def explain_failures(
     explaining = _Explaining(car, track, starts)
     drives, failed = explaining.drives, explaining.drives.failed
     arcs = drives.endings["arc"][failed]
-    groups = [failed[group] for group in same_places(arcs, explaining.track.length, explaining.track.closed)]
+    groups = [failed[group] for group in cluster_failures(arcs, explaining.track.length, explaining.track.closed)]
     if groups:
         explaining.limit(failures, seconds / min(places, len(groups)))
     explained = [explaining.place(number, rows) for number, rows in enumerate(groups[:places], 1)]
@@ -118,7 +125,7 @@ class _Explaining:
         shares = (np.arange(starts) / starts).tolist()
         world = car.world(track, starts, shares)
         self.track, self.scene = world.track, world.camera.scene
-        self.drives = keep_drives(car.policy, world)
+        self.drives = record_drives(car.policy, world)
         self.segments: Segments = find_segments(self.track)
         self.changes, self.reward_note = 0, ""
 
@@ -169,7 +176,7 @@ class _Explaining:
 
     def _trials(self, rows: Array) -> Trials:
         car = self.car
-        trials = try_cures(car.policy, self.worlds, self.drives, rows, car.actions, remembers(car.policy.spec))
+        trials = try_alternatives(car.policy, self.worlds, self.drives, rows, car.actions, remembers(car.policy.spec))
         self.changes += trials.saved.size
         return trials
 
@@ -268,7 +275,7 @@ class _Explaining:
 
 
 def _drive_again(
-    world: RaceWorld, drives: KeptDrives, row: int, reward: RewardCopies, first: int
+    world: RaceWorld, drives: RecordedDrives, row: int, reward: RewardCopies, first: int
 ) -> Iterator[tuple[float, dict[Term, float]]]:
     """Drive a row's episode again, told what it did; yield each tick's pay and its terms from a tick on."""
     buffers, last = allocate(world.spec), int(drives.last[row])
@@ -288,6 +295,6 @@ def _commonest(reports: Array) -> tuple[tuple[float, float], int]:
     return commands.most_common(1)[0][0], int(waypoints[len(waypoints) // 2])
 
 
-def _path(drives: KeptDrives, row: int) -> Array:
+def _path(drives: RecordedDrives, row: int) -> Array:
     reports = drives.of(int(row))
     return np.column_stack([reports["front_x"], reports["front_y"]])

@@ -1,6 +1,6 @@
 """What a training learned and forgot, place by place, and whether it knows its starts only. Plain values and words.
 
-Begin with `Passages` and `StartsCompared`; `passages_part` and `starts_part` are their parts of a page.
+Begin with `SegmentPassRates` and `StartComparison`; `passages_part` and `starts_part` are their parts of a page.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CHANCE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Passages:
+class SegmentPassRates:
     """How many cars of C checkpoints, from the same starts, came to each of P places and got through."""
 
     run: str
@@ -64,7 +64,7 @@ class Passages:
         return found
 
 
-def passages_words(told: Passages) -> list[str]:
+def passages_words(told: SegmentPassRates) -> list[str]:
     """Return what a training forgot, in sentences, what it was paid meanwhile, and the command that helps."""
     share = told.share
     lines = [
@@ -80,7 +80,7 @@ def passages_words(told: Passages) -> list[str]:
     return [*lines, f"{_why_forgotten(told, then, now)}: {go_on}"]
 
 
-def _why_forgotten(told: Passages, then: int, now: int) -> str:
+def _why_forgotten(told: SegmentPassRates, then: int, now: int) -> str:
     """Return what to do about it, up to the command: a reward that rose meanwhile may pay for something else."""
     paid = [told.rewards[k] if told.rewards else None for k in (then, now)]
     if paid[0] is None or paid[1] is None or not rose(paid[0], paid[1]):
@@ -91,7 +91,7 @@ def _why_forgotten(told: Passages, then: int, now: int) -> str:
     )
 
 
-def passages_part(told: Passages) -> Iterator[str]:
+def passages_part(told: SegmentPassRates) -> Iterator[str]:
     """Yield the part of a page."""
     yield "<h2>What it learned and forgot</h2>"
     said = "".join(f"<p>{page.escaped(line)}</p>" for line in passages_words(told))
@@ -99,7 +99,7 @@ def passages_part(told: Passages) -> Iterator[str]:
     yield page.card(said + page.photograph(passages_figure(told), words))
 
 
-def passages_figure(told: Passages) -> Figure:
+def passages_figure(told: SegmentPassRates) -> Figure:
     """Return the table place by checkpoint, in colours and per cent."""
     from matplotlib import colormaps
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -129,7 +129,7 @@ def passages_figure(told: Passages) -> Figure:
 
 
 @dataclass(frozen=True)
-class StartsCompared:
+class StartComparison:
     """Laps from starts that were trained on against laps from places in between."""
 
     trained_starts: int
@@ -152,7 +152,7 @@ class StartsCompared:
     def by_chance(self) -> float:
         """How likely chance alone makes the starts in between so much worse or more (Fisher's exact test).
 
-        >>> round(StartsCompared(4, 1.0, 8, 8, 8, 2, 100.0, 40.0).by_chance, 4)
+        >>> round(StartComparison(4, 1.0, 8, 8, 8, 2, 100.0, 40.0).by_chance, 4)
         0.0035
         """
         full, laps = self.trained_full + self.between_full, self.trained + self.between
@@ -167,7 +167,7 @@ class StartsCompared:
         return self.by_chance < CHANCE
 
 
-def starts_words(told: StartsCompared) -> str:
+def starts_words(told: StartComparison) -> str:
     """Return what the starts tell, in words."""
     places = f"{told.trained} places it was trained to start from"
     if told.near_m:
@@ -188,7 +188,7 @@ def starts_words(told: StartsCompared) -> str:
     return f"{said} It does not hang on where it starts."
 
 
-def starts_part(told: StartsCompared) -> Iterator[str]:
+def starts_part(told: StartComparison) -> Iterator[str]:
     """Yield the part of a page."""
     yield "<h2>Does it know its starts only?</h2>"
     heads = ("starts", "laps", "driven to the end", "mean progress")
@@ -199,7 +199,7 @@ def starts_part(told: StartsCompared) -> Iterator[str]:
     yield page.card(f"<p>{page.escaped(starts_words(told))}</p>" + page.table(heads, rows, (1, 2, 3)))
 
 
-def passages_facts(told: Passages) -> dict[str, Any]:
+def passages_facts(told: SegmentPassRates) -> dict[str, Any]:
     """Return the table as plain values; a share of too few cars is None."""
     return {
         "checkpoints": list(told.iterations),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.formats.whole import make_folder
+from racecraft.formats.atomic import make_folder
 from racecraft.worlds.deepracer.analysis.drive import PAUSE, as_drive
 from racecraft.worlds.deepracer.analysis.drive import Drive as CarDrive
 from racecraft.worlds.deepracer.analysis.films.film import FilmStyle, PictureCount, write_film
@@ -17,8 +17,8 @@ from racecraft.worlds.deepracer.analysis.films.views import AWS_FOLDERS
 from racecraft.worlds.deepracer.analysis.lap_film import write_video
 from racecraft.worlds.deepracer.analysis.path_picture import draw_path
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
-from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace, RaceRecord, judge_race
 from racecraft.worlds.deepracer.evaluation.laps import LapReport, judge_laps
+from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, TrialRaceRules, judge_race
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -60,7 +60,7 @@ def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
     return Drive(car, world.track, report, keeper.drive, keeper.objects)
 
 
-def drive_race(car: TrainedCar, track: Track, rules: JudgedRace, reverse: bool | None) -> tuple[RaceRecord, Drive]:
+def drive_race(car: TrainedCar, track: Track, rules: TrialRaceRules, reverse: bool | None) -> tuple[RaceRecord, Drive]:
     """Let a trained car drive a judged race, greedily; return the race, and the drive to be shown.
 
     Args:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.attention import STEPS, TAKEN, AttentionError, Confidence, Question, Seen, attend
+from racecraft.analysis.attribution import STEPS, TAKEN, AttentionError, Confidence, Question, Seen, attend
 from racecraft.contract.world import Array, ContinuousActions, DiscreteActions
 
 SHARPEST = 99.5

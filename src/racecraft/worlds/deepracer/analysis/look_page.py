@@ -14,7 +14,7 @@ import numpy as np
 
 from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import BLUE, INK, QUIET
 from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
 from racecraft.worlds.deepracer.analysis.look_film import Place
@@ -126,7 +126,7 @@ def write_look_page(
         OutputFileError: The page cannot be written.
     """
     sentences = findings(lap.surfaces, lap.look, run, imported)
-    write_whole(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, sentences)))
+    write_atomic(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, sentences)))
     return Path(path)
 
 
@@ -196,13 +196,13 @@ def _sureness(lap: LapLook) -> Iterator[str]:
             "policy learns one spread for the whole lap, which says how far it has come, not where it doubts.</p>"
         )
         return
-    yield page.card(page.drawing(sureness_figure(lap), f"Along the lap: {words}"))
-    yield page.card(page.photograph(sureness_map(lap), f"On the track: {words}"))
+    yield page.card(page.drawing(confidence_figure(lap), f"Along the lap: {words}"))
+    yield page.card(page.photograph(confidence_map(lap), f"On the track: {words}"))
     yield "<h2>Where it doubts most</h2>"
     yield page.card(page.photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
 
 
-def sureness_figure(lap: LapLook) -> Figure:
+def confidence_figure(lap: LapLook) -> Figure:
     """Return how sure it was over the lap."""
     values, words = lap.look.sureness
     figure, axes = small_axes(words, 9.0, 2.8, 12)
@@ -218,7 +218,7 @@ def sureness_figure(lap: LapLook) -> Figure:
     return figure
 
 
-def sureness_map(lap: LapLook) -> Figure:
+def confidence_map(lap: LapLook) -> Figure:
     """Return how sure it was, on the track."""
     values, words = lap.look.sureness
     path = PaintedPath(lap.place.xy, values, words)

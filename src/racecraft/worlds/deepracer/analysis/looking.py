@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.attention import TAKEN, AttentionError, Question, SeeingPolicy, Seen, changed, confidence
+from racecraft.analysis.attribution import TAKEN, AttentionError, Question, SeeingPolicy, Seen, changed, confidence
 from racecraft.analysis.video import read_film
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.players.trained import TrainedPolicy

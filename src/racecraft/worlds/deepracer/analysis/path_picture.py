@@ -12,7 +12,7 @@ import numpy as np
 from racecraft.analysis.figures import save_figure
 from racecraft.contract.world import Array
 from racecraft.pages.colours import PAPER, RED
-from racecraft.worlds.deepracer.analysis.drive import CRASHED, GRIEF, LAP_COMPLETE, Drive, as_drive, what_befell
+from racecraft.worlds.deepracer.analysis.drive import CRASHED, GRIEF, LAP_COMPLETE, Drive, as_drive, incidents
 from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -68,7 +68,7 @@ def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
-    mark_exits(figure, drive.xy[np.isin(drive.status, tuple(GRIEF))], words=what_befell(drive.status))
+    mark_exits(figure, drive.xy[np.isin(drive.status, tuple(GRIEF))], words=incidents(drive.status))
     if drive.boxes is not None:
         draw_boxes(figure, drive.boxes)
     return figure

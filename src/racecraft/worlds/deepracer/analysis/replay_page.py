@@ -16,7 +16,7 @@ import numpy as np
 from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
 from racecraft.contract.world import Array
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def write_replay_page(path: str | Path, facts: Facts, picture: Figure, errors_m:
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_whole(path, page.page(f"Is it the same car? {facts['track']} – racecraft", _parts(facts, picture, errors_m)))
+    write_atomic(path, page.page(f"Is it the same car? {facts['track']} – racecraft", _parts(facts, picture, errors_m)))
     return Path(path)
 
 

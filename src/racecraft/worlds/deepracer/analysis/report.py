@@ -20,7 +20,7 @@ from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis import path_picture, tables
 from racecraft.worlds.deepracer.analysis.account import own_plots_of
-from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, what_befell
+from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, incidents
 from racecraft.worlds.deepracer.analysis.evaluations import track_table
 from racecraft.worlds.deepracer.analysis.explaining import explain_failures
 from racecraft.worlds.deepracer.analysis.failure_places import Why
@@ -233,11 +233,11 @@ def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:
 
 def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
     exits = laps.filter(laps["status"].cast(str).is_in(list(GRIEF)))
-    where = f"Where cars {what_befell(exits['status'].unique())}"
+    where = f"Where cars {incidents(exits['status'].unique())}"
     if exits.height:
         shown = exits.tail(MOST_EXITS)
         figure = draw_track(track, number_every=10, title="")
-        words = what_befell(exits["status"].unique())
+        words = incidents(exits["status"].unique())
         path_picture.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height, words)
         times = "once" if exits.height == 1 else f"{exits.height:,} times"
         words = f"<p><b>{where} in training</b>: {times}, a cross each"

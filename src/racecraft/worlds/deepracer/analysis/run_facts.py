@@ -101,4 +101,4 @@ def _laps(facts: RunFacts) -> Iterator[str]:
     judged = judged_in_run(facts.metrics)
     if judged.best_lap_seconds:
         yield f"Its fastest lap took {judged.best_lap_seconds:.2f} s."
-    yield "It gets round." if judged.gets_round else "It does not get round yet."
+    yield "It gets round." if judged.completes_laps else "It does not get round yet."

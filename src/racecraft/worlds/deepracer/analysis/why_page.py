@@ -14,7 +14,7 @@ import numpy as np
 from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
 from racecraft.contract.world import Array
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import CYCLE, INK, RED
 from racecraft.worlds.deepracer.analysis.failure_places import (
     Before,
@@ -24,7 +24,7 @@ from racecraft.worlds.deepracer.analysis.failure_places import (
     place_words,
     sentences,
 )
-from racecraft.worlds.deepracer.analysis.forgetting import Passages, StartsCompared, passages_part, starts_part
+from racecraft.worlds.deepracer.analysis.forgetting import SegmentPassRates, StartComparison, passages_part, starts_part
 from racecraft.worlds.deepracer.analysis.logs.plot import QUIET, map_sheet
 
 if TYPE_CHECKING:
@@ -39,7 +39,11 @@ MOST_LINES = 14
 
 
 def write_why_page(
-    path: str | Path, why: Why, title: str, learned: Passages | None = None, starts: StartsCompared | None = None
+    path: str | Path,
+    why: Why,
+    title: str,
+    learned: SegmentPassRates | None = None,
+    starts: StartComparison | None = None,
 ) -> Path:
     """Write the page.
 
@@ -53,11 +57,11 @@ def write_why_page(
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_whole(path, page.page(f"{title} – why it fails", _parts(why, title, learned, starts)))
+    write_atomic(path, page.page(f"{title} – why it fails", _parts(why, title, learned, starts)))
     return Path(path)
 
 
-def _parts(why: Why, title: str, learned: Passages | None, starts: StartsCompared | None) -> Iterator[str]:
+def _parts(why: Why, title: str, learned: SegmentPassRates | None, starts: StartComparison | None) -> Iterator[str]:
     yield "<h1>Why it fails</h1>"
     yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(why.track.title or why.track.name)}</p>'
     yield from failure_parts(why)

@@ -20,7 +20,7 @@ def check(
 
     Example: racecraft check my-car
     """
-    from racecraft.cli.output import print_json, say_next, word
+    from racecraft.cli.output import print_json, print_next_steps, word
     from racecraft.worlds.deepracer.training.checking import check_folder
 
     checked = check_folder(folder)
@@ -35,4 +35,4 @@ def check(
     for moment, reward in checked.rewards.items():
         print(f"  reward {moment:16} {reward:10.4g}")
     print(f"{folder} trains: {plan.algorithm.name} drives car {car} on {plan.track.name}.")
-    say_next(("train it", f"racecraft train {word(folder)}"))
+    print_next_steps(("train it", f"racecraft train {word(folder)}"))

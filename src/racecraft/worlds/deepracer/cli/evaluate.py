@@ -215,8 +215,8 @@ def _tell(run: Path, drive: Drive, stamp: str, files: Mapping[str, Path], json: 
 def _imported(run: Path, json: bool) -> Path:
     """Return a run folder as it is, and a new one for a model of AWS's."""
     from racecraft.cli.output import say
+    from racecraft.worlds.deepracer.players.aws_model import import_model
     from racecraft.worlds.deepracer.players.borrowed import is_foreign
-    from racecraft.worlds.deepracer.players.foreign_model import import_model
 
     if not is_foreign(run):
         return run

@@ -35,8 +35,8 @@ def import_(
 
         racecraft import agent/model.pb --metadata model_metadata.json --track Oval_track
     """
-    from racecraft.cli.output import print_json, say_next, word
-    from racecraft.worlds.deepracer.players.foreign_model import import_model
+    from racecraft.cli.output import print_json, print_next_steps, word
+    from racecraft.worlds.deepracer.players.aws_model import import_model
 
     done = import_model(model, run, metadata, track)
     if json:
@@ -48,7 +48,7 @@ def import_(
     which = ", ".join(map(str, done.checkpoints))
     print(f"{done.run.path}: checkpoints {which}; best {done.best}. What to try next:")
     run_word = word(done.run.path)
-    say_next(
+    print_next_steps(
         ("film a lap", f"racecraft evaluate {run_word} --video lap.mp4"),
         ("train it on, in a folder with its model_metadata.json", f"racecraft train --from {run_word} --preset aws"),
     )

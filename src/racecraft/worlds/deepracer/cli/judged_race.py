@@ -10,7 +10,7 @@ import typer
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.analysis.judged_drive import Drive
-    from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace, RaceRecord
+    from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, TrialRaceRules
     from racecraft.worlds.deepracer.players.trained_car import TrainedCar
     from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -64,7 +64,7 @@ class RaceOptions:
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
-def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[JudgedRace | None, bool | None]:
+def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[TrialRaceRules | None, bool | None]:
     """Return how a race is judged, and whether in the opposite direction (None: as the car was trained).
 
     What was typed outweighs what the run keeps of its run.env; what neither says is as at DeepRacer for Cloud.
@@ -79,19 +79,19 @@ def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[Judge
     Raises:
         SettingError: A number is out of its range.
     """
-    from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace
+    from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
 
-    names = {REVERSE, *(one.name for one in fields(JudgedRace))}
+    names = {REVERSE, *(one.name for one in fields(TrialRaceRules))}
     said = {name: value for name, value in kept.items() if name in names} | dict(typed)
     if not said:
         return None, None
     if "laps" in kept:
         said.setdefault("number_of_trials", kept["laps"])
     reverse = said.pop(REVERSE, None)
-    return JudgedRace(**said), reverse
+    return TrialRaceRules(**said), reverse
 
 
-def race_car(car: TrainedCar, circuit: Track, rules: JudgedRace, reverse: bool | None) -> tuple[Drive, str]:
+def race_car(car: TrainedCar, circuit: Track, rules: TrialRaceRules, reverse: bool | None) -> tuple[Drive, str]:
     """Let a car drive a judged race; return the drive, and the digits under which its AWS files stand."""
     from racecraft.worlds.deepracer.analysis.judged_drive import drive_race
     from racecraft.worlds.deepracer.training.aws.race_evaluation import write_aws_race

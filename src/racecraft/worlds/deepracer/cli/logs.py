@@ -177,7 +177,7 @@ def _page(
 
 def _written(found: Logs, csv: Path | None, parquet: Path | None) -> dict[str, Any]:
     """Write the tables that were asked for; return where they lie."""
-    from racecraft.worlds.deepracer.logs.take_away import write_csv, write_parquet
+    from racecraft.worlds.deepracer.logs.tick_export import write_csv, write_parquet
 
     written: dict[str, Any] = {}
     if csv is not None:

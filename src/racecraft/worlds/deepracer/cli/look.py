@@ -10,7 +10,7 @@ import typer
 from racecraft.cli.named_run import RUN_HELP
 
 if TYPE_CHECKING:
-    from racecraft.analysis.attention import Question
+    from racecraft.analysis.attribution import Question
     from racecraft.worlds.deepracer.analysis.look import Look
     from racecraft.worlds.deepracer.analysis.look_page import LapLook
 
@@ -47,7 +47,7 @@ def look(
 
         racecraft look runs/reinvent_base-1 --track Oval_track --page oval.html --json
     """
-    from racecraft.analysis.attention import Question
+    from racecraft.analysis.attribution import Question
     from racecraft.cli.output import print_json
     from racecraft.contract.errors import SettingError
 

@@ -71,8 +71,8 @@ class DisturbedDrive:
         from json import dumps
 
         from racecraft.cli.output import print_json, say
+        from racecraft.formats.atomic import make_folder, write_atomic
         from racecraft.formats.run_folder import RunFolder
-        from racecraft.formats.whole import make_folder, write_whole
         from racecraft.worlds.deepracer.analysis.robustness import draw_robustness
         from racecraft.worlds.deepracer.evaluation.robustness import RobustnessReport, judge_under, names_asked
         from racecraft.worlds.deepracer.players.trained_car import load_trained_car
@@ -95,7 +95,7 @@ class DisturbedDrive:
         note = f"{car.run.path.name}, {place}, {tries} starts a bar"
         draw_robustness(report["bars"], f"What survives of the lap: variation {self.under}", picture, note)
         facts = {"run": str(run), "checkpoint": car.checkpoint.iteration, "track": circuit.name, **report}
-        write_whole(figures, dumps(facts, indent=2) + "\n")
+        write_atomic(figures, dumps(facts, indent=2) + "\n")
         if json:
             print_json({**facts, "picture": str(picture), "figures": str(figures)})
             return

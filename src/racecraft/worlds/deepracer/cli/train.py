@@ -13,7 +13,7 @@ import typer
 
 from racecraft.cli.option_groups import option_names, takes_groups
 from racecraft.cli.options import Cluster
-from racecraft.cli.output import say_next, word
+from racecraft.cli.output import print_next_steps, word
 from racecraft.cli.training import Left, Road, TrainingOptions
 from racecraft.contract.errors import SettingError
 
@@ -132,7 +132,7 @@ class CarTraining(TrainingOptions):
 
     def page(self, shown: TrainingCallback) -> AbstractContextManager[TrainingCallback]:
         """Watch with a page beside, where that is asked for."""
-        from racecraft.cli.runs.watch_beside import watched
+        from racecraft.cli.runs.watch_process import watched
 
         return watched(shown, self.watch, self.tell, stays=not self.json)
 
@@ -237,7 +237,7 @@ def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> d
     rivals = trained.run.read_job()["asked"].get("against", [])
     if not rivals:
         return None
-    from racecraft.worlds.deepracer.training.rivals import models_among
+    from racecraft.worlds.deepracer.training.opponents import models_among
     from racecraft.worlds.deepracer.training.self_rating import rate_selves
 
     rated, files = rate_selves(trained.run, models_among(rivals), tell, film)
@@ -280,8 +280,8 @@ def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
         print(f"  {kind:8} {place}")
     print("\nWhat to try next:")
     if stable is None:
-        say_next(("go on", f"racecraft train --run {path} --resume --stop minutes=10"))
-    say_next(
+        print_next_steps(("go on", f"racecraft train --run {path} --resume --stop minutes=10"))
+    print_next_steps(
         ("see every drive again, and each car's camera", f"racecraft watch {path}"),
         ("film three laps", f"racecraft evaluate {path} --laps 3 --video three-laps.mp4"),
         *next_trainings(trained.run.read_job()["asked"]),

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 TABLE = Path(__file__).with_name("known_laps.csv")
 FORWARD, REVERSE = "forward", "reverse"
@@ -118,7 +118,7 @@ def write_laps(laps: Iterable[KnownLap], path: Path = TABLE) -> None:
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows({**asdict(lap), "lap_seconds": f"{lap.lap_seconds:.4f}"} for lap in sorted(laps, key=_key))
-    write_whole(path, text.getvalue())
+    write_atomic(path, text.getvalue())
 
 
 COLUMNS = tuple(field.name for field in fields(KnownLap))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.errors import SettingError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.deepracer.driving.racing_line import RacingLine
 
 COLUMNS = ("x_m", "y_m", "speed_mps", "seconds", "heading_rad")
@@ -37,13 +37,13 @@ def write_line(line: RacingLine, path: Path, title: str) -> None:
     if path.suffix == ".npy":
         data = io.BytesIO()
         np.save(data, rows, allow_pickle=False)
-        write_whole(path, data.getvalue())
+        write_atomic(path, data.getvalue())
     elif path.suffix == ".csv":
         lines = [",".join(COLUMNS), *(",".join(f"{value:.6g}" for value in row) for row in rows)]
-        write_whole(path, "\n".join(lines) + "\n")
+        write_atomic(path, "\n".join(lines) + "\n")
     elif path.suffix == ".py":
         points = "\n".join(f"    ({x:.4f}, {y:.4f}, {speed:.3f}, {at:.3f})," for x, y, speed, at, _ in rows)
-        write_whole(path, f"# {title}\n# (x in m, y in m, speed in m/s, seconds since the first point)\n"
+        write_atomic(path, f"# {title}\n# (x in m, y in m, speed in m/s, seconds since the first point)\n"
                           f"RACING_LINE = [\n{points}\n]\n")  # fmt: skip
     else:
         raise SettingError(f"{path}: the ending is {path.suffix or 'missing'!r}; expected {', '.join(ENDINGS)}.")

@@ -1,7 +1,7 @@
 """Where the original's habits are bugs: what it did, what we do instead, and the one switch for each.
 
-`RaceConfig.fidelity` is `sane` or `aws`. Every departure is one row of `DEPARTURES` and one field of `Habits`, which is
-asked in exactly one place of the code. Begin with `DEPARTURES`; `as_table` renders it for a page.
+`RaceConfig.fidelity` is `sane` or `aws`. Every departure is one row of `DEPARTURES` and one field of `AwsQuirks`, which
+is asked in exactly one place of the code. Begin with `DEPARTURES`; `as_table` renders it for a page.
 
 What a learner does with what it saw (minibatches left out, probabilities with a floor) is no habit of the world: the
 presets own that. Which car is driven is `RaceConfig.car`'s.
@@ -39,7 +39,7 @@ computes it. What a tick's turn has left over when regressed on all that was tol
 
 
 @dataclass(frozen=True)
-class Habits:
+class AwsQuirks:
     """The switches; every one is True at AWS and False where the world is sane."""
 
     prepare_is_learned: bool
@@ -59,11 +59,11 @@ class Habits:
     blame_is_by_lap: bool
 
 
-class Departure(NamedTuple):
+class Quirk(NamedTuple):
     """One row of the table."""
 
     habit: str
-    """The field of `Habits`."""
+    """The field of `AwsQuirks`."""
     original: str
     """What the original does."""
     sane: str
@@ -73,99 +73,99 @@ class Departure(NamedTuple):
 
 
 DEPARTURES = (
-    Departure(
+    Quirk(
         "prepare_is_learned",
         "The first tick of an episode, in which the car is held and its command ignored, is learned from like another.",
         "It is kept out of learning.",
         "worlds/deepracer/env/world.py",
     ),
-    Departure(
+    Quirk(
         "episodes_are_endless",
         f"An episode has no time limit but {AWS_MAX_TICKS} ticks: a slow policy that lives stretches an iteration.",
         f"It is cut after {SANE_MAX_SECONDS:g} s of simulated time a lap, or as long as one takes at "
         f"{SANE_LEAST_SPEED:g} m/s, or what race.max_episode_seconds says.",
         "worlds/deepracer/env/rules.py",
     ),
-    Departure(
+    Quirk(
         "cut_is_an_end",
         "An episode that is cut counts as ended: nothing is expected to follow.",
         "It counts as truncated: what the critic expects of its last observation follows.",
         "worlds/deepracer/env/rules.py",
     ),
-    Departure(
+    Quirk(
         "lap_is_an_end",
         "A complete lap ends a training episode: nothing is expected to follow, as if the car had left the road.",
         "The car drives on, and what the critic expects of it follows; race.max_training_seconds puts it back to a "
         "standing start.",
         "worlds/deepracer/training/trainer.py",
     ),
-    Departure(
+    Quirk(
         "memory_is_finite",
         "Once an iteration's episodes hold more than 10 000 ticks (3 000 with larger networks), the rest of them is "
         "dropped: exactly the long, successful ones cost the others their place.",
         "Everything that was driven is learned from.",
         "worlds/deepracer/training/presets.py",
     ),
-    Departure(
+    Quirk(
         "evaluation_follows_training",
         "Every episode of an evaluation starts where training's next episode would.",
         "Starts are spread evenly round the track and are the same in every evaluation.",
         "worlds/deepracer/training/evaluator.py",
     ),
-    Departure(
+    Quirk(
         "ticks_jitter",
         f"A step lasts 1/15 s on average and up to {100 * TICK_JITTER:g} % more or less, so greedy episodes from one "
         "start end in different places.",
         "Every tick lasts 1/15 s: the same policy drives the same lap.",
         "worlds/deepracer/env/rules.py",
     ),
-    Departure(
+    Quirk(
         "wheels_wander",
         "Weak hinges let the ground push the wheels about: their angle strays from what the car was told, by 2 degrees "
         "in the car of 2022, and comes back as slowly as it steers.",
         "The wheels have the angle that the commands gave them.",
         "worlds/deepracer/env/rules.py",
     ),
-    Departure(
+    Quirk(
         "wheels_keep_their_angle",
         "A car put back to its start keeps the angle of its wheels, which obey the last command for another tick and "
         "are steered straight in the first: an episode begins with a turn that nobody in it chose.",
         "Every episode begins with the wheels straight.",
         "worlds/deepracer/env/rules.py",
     ),
-    Departure(
+    Quirk(
         "lidar_faces_backward",
         "The LiDAR is mounted with its nose to the car's tail: its blind 60 degrees lie straight ahead.",
         "Its nose points ahead; the blind 60 degrees lie behind.",
-        "worlds/deepracer/env/seeing.py",
+        "worlds/deepracer/env/sensor_rendering.py",
     ),
-    Departure(
+    Quirk(
         "lidar_is_slow",
         "It reads 10 times a second: every third tick is told of what was read the tick before.",
         "It reads 15 times a second, once for every frame.",
-        "worlds/deepracer/env/seeing.py",
+        "worlds/deepracer/env/sensor_rendering.py",
     ),
-    Departure(
+    Quirk(
         "lidar_is_noisy",
         "Readings stray by 1 cm (standard deviation).",
         "Readings are exact.",
-        "worlds/deepracer/env/seeing.py",
+        "worlds/deepracer/env/sensor_rendering.py",
     ),
-    Departure(
+    Quirk(
         "box_distance_slips",
         "The least distance between boxes that are placed at random, in metres by its documents, is taken per cent of "
         "the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing.",
         "It is metres along the centre line, always; every arrangement that keeps it is as likely.",
         "worlds/deepracer/env/placing.py",
     ),
-    Departure(
+    Quirk(
         "corners_collide",
         "A car has hit a box where one of the car's corners lies in the box's rectangle, 0.1 m longer and wider than "
         "the box: a box between two corners is not felt, and air beside it is.",
         "They have hit each other where their rectangles touch.",
         "worlds/deepracer/env/placing.py",
     ),
-    Departure(
+    Quirk(
         "blame_is_by_lap",
         "Who ran into whom is told by the place on the lap: a bot that has crossed the start line is behind a car that "
         "has not.",
@@ -206,13 +206,13 @@ NOT_EMULATED = (
 """What would be dishonest, or of no use, to rebuild."""
 
 
-def habits(fidelity: str) -> Habits:
+def habits(fidelity: str) -> AwsQuirks:
     """Return the switches of a fidelity.
 
     >>> habits("aws").prepare_is_learned, habits("sane").prepare_is_learned
     (True, False)
     """
-    return Habits(**{field.name: fidelity == "aws" for field in fields(Habits)})
+    return AwsQuirks(**{field.name: fidelity == "aws" for field in fields(AwsQuirks)})
 
 
 def as_table() -> str:

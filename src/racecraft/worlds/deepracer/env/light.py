@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from racecraft.worlds.deepracer.env.objects import KINDS
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 
 CARPETED = ("reinvent_base",)
 """Circuits that have a light of their own."""
@@ -63,7 +63,7 @@ def light_for(light: str, car: str) -> str:
     return LIGHT_OF_CAR[car] if light == "car" else light
 
 
-def palette_under(light: str, look: TrackLook, name: str = "", for_people: bool = False) -> np.ndarray:
+def palette_under(light: str, look: TrackStyle, name: str = "", for_people: bool = False) -> np.ndarray:
     """Return the RGB levels of a circuit's materials, (M, 3), 0 to 255, in the order of `scene.MATERIALS`.
 
     Args:

@@ -126,7 +126,7 @@ class Objects(NamedTuple):
     """(N, 2) uint64, each world's streams of chance: of places, and of lane changes."""
 
 
-class Around(NamedTuple):
+class Nearby(NamedTuple):
     """What every car of N worlds finds in its way: J = K + M - 1 rows, its world's objects before the other cars."""
 
     boxes: Array
@@ -145,7 +145,7 @@ class Around(NamedTuple):
     """OBJECT_STATE (N, M), and where it lies."""
 
 
-def new_around(objects: Objects, cars_per_world: int) -> Around:
+def new_around(objects: Objects, cars_per_world: int) -> Nearby:
     """Return what cars find around them before anybody looks; a car alone finds the very arrays of its objects."""
     num_worlds, num_objects = objects.kinds.shape
     own = (num_worlds, cars_per_world)
@@ -155,11 +155,11 @@ def new_around(objects: Objects, cars_per_world: int) -> Around:
     counts, body_states = np.full(own, num_objects), np.zeros(own, OBJECT_STATE)
     if cars_per_world == 1:
         boxes, kinds, paints = objects.boxes[:, None], objects.kinds[:, None], objects.paints[:, None]
-        return Around(boxes, kinds, paints, objects.states[:, None], counts, bodies, body_states)
+        return Nearby(boxes, kinds, paints, objects.states[:, None], counts, bodies, body_states)
     rows = (*own, num_objects + cars_per_world - 1)
     kinds, paints = np.full(rows, BOT_CAR), np.full(rows, BOT_CAR)
     kinds[..., :num_objects], paints[..., :num_objects] = objects.kinds[:, None], objects.paints[:, None]
-    return Around(np.zeros((*rows, 6)), kinds, paints, np.zeros(rows, OBJECT_STATE), counts, bodies, body_states)
+    return Nearby(np.zeros((*rows, 6)), kinds, paints, np.zeros(rows, OBJECT_STATE), counts, bodies, body_states)
 
 
 def no_objects() -> ObjectPlan:

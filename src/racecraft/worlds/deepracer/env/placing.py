@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from racecraft.contract.errors import SettingError
-from racecraft.worlds.deepracer.env.fidelity import Habits
+from racecraft.worlds.deepracer.env.fidelity import AwsQuirks
 from racecraft.worlds.deepracer.env.kernels.objects import rectangles_touch
 from racecraft.worlds.deepracer.env.kernels.placing import put_in_place
 from racecraft.worlds.deepracer.env.lanes import lane_splines
@@ -31,7 +31,9 @@ from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig
 from racecraft.worlds.deepracer.tracks.track import Track
 
 
-def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: Habits, num_cars: int = 1) -> ObjectPlan:
+def plan_objects(
+    track: Track, asked: BoxesConfig | BotsConfig | None, habits: AwsQuirks, num_cars: int = 1
+) -> ObjectPlan:
     """Return what a race asks for on a track.
 
     Args:

@@ -15,7 +15,7 @@ in each. A world does one act after the other, each for all its cars in turn (`k
 
 Nobody moves before all are written down, and nobody looks before all have moved: what a world's cars see and feel of
 one another is of one moment. What is in their way are objects (`objects.py`) and the other cars of their world, which
-each finds around it as boxes of a car's size (`Around`, `kernels/around.py`): a car that touches an object has crashed,
+each finds around it as boxes of a car's size (`Nearby`, `kernels/nearby.py`): a car that touches an object has crashed,
 and of two cars that touch, the one behind. Who was hit drives on.
 
 A car may be *held*: it waits where it stands, its clock runs, and others drive through it, as after a penalty. A
@@ -77,7 +77,7 @@ START_MARGIN_M = 0.1
 CRITIC_LOOKS_AHEAD_M = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 """Distances along the centre line at which the critic is told the road's direction."""
 CRITIC_NUMBERS = 5 + 2 * len(CRITIC_LOOKS_AHEAD_M)
-"""Length of the privileged observation; see `look` in kernels/sight.py."""
+"""Length of the privileged observation; see `look` in kernels/observations.py."""
 
 CRITIC_OBJECTS = 2
 """So many objects next ahead the critic is told of, in a race that has any."""
@@ -86,7 +86,7 @@ CRITIC_OBJECT_REACH_M = 3.0
 CRITIC_OBJECT_BEHIND_M = 0.4
 """An object counts as ahead until the car's nose is so far past its middle."""
 CRITIC_OBJECT_NUMBERS = 2 * CRITIC_OBJECTS
-"""How much longer the privileged observation then is; see `tell_objects` in kernels/sight.py."""
+"""How much longer the privileged observation then is; see `tell_objects` in kernels/observations.py."""
 
 CAR_STATE = np.dtype(
     [

@@ -18,7 +18,7 @@ from racecraft.contract.world import Array
 from racecraft.isolation.channel import to_head
 from racecraft.isolation.process import CodeProcess, EndedError
 from racecraft.isolation.readable import files_beside, files_of_python
-from racecraft.worlds.deepracer.env.paying import CarRewards, PaidCourse
+from racecraft.worlds.deepracer.env.reward_caller import CarRewards, PaidCourse
 from racecraft.worlds.deepracer.env.reward_params import ObjectReports
 from racecraft.worlds.deepracer.files.reward_examples import Params
 from racecraft.worlds.deepracer.files.reward_file import MAX_REWARD

@@ -6,7 +6,7 @@ what is written down of them). A range of 0 changes nothing.
 
 The original varies two things, lamps and the colours of objects (facts: deepracer.md 7); that is the level `aws`. What
 breaks a policy on a real car, where the camera sits and how late and how crooked the car answers, it never touched;
-those are ours, in the levels `light` and `strong`. `varied_cars.py` draws, `kernels/variation.py` has the compiled
+those are ours, in the levels `light` and `strong`. `randomisation.py` draws, `kernels/variation.py` has the compiled
 passes.
 """
 

@@ -37,18 +37,18 @@ from racecraft.worlds.deepracer.env.camera import MOUNT_V3, Camera, CameraMount
 from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.kernels import race as kernels
 from racecraft.worlds.deepracer.env.light import light_for
+from racecraft.worlds.deepracer.env.numba_threads import PIXELS_A_THREAD, at_most
 from racecraft.worlds.deepracer.env.objects import OBJECT_STATE, new_around, new_objects
-from racecraft.worlds.deepracer.env.paying import CarRewards, Paying, RewardFunction, require_rewards
 from racecraft.worlds.deepracer.env.placing import plan_objects
-from racecraft.worlds.deepracer.env.promise import world_spec
+from racecraft.worlds.deepracer.env.race_spec import world_spec
+from racecraft.worlds.deepracer.env.randomisation import RandomisedCars
+from racecraft.worlds.deepracer.env.reward_caller import CarRewards, RewardCaller, RewardFunction, require_rewards
 from racecraft.worlds.deepracer.env.rules import first_starts, require_grid, rules_of
 from racecraft.worlds.deepracer.env.scene import build_scene
-from racecraft.worlds.deepracer.env.seeing import Seeing, grey_weights
+from racecraft.worlds.deepracer.env.sensor_rendering import SensorRenderer, grey_weights
 from racecraft.worlds.deepracer.env.sensors import FRONT_CAMERA, STEREO, MountedLidar, Sensors
 from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, objects_in
-from racecraft.worlds.deepracer.env.sharing import PIXELS_A_THREAD, at_most
 from racecraft.worlds.deepracer.env.variation import VariationConfig
-from racecraft.worlds.deepracer.env.varied_cars import VariedCars
 from racecraft.worlds.deepracer.env.vehicle import PROFILES, TICK_SECONDS, CarProfile
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -116,7 +116,7 @@ class RaceWorld:
         """Which of the original's bugs this world has."""
         self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
-        self._seeing = Seeing(self.camera, sensors, self.habits, self.reports.shape)
+        self._seeing = SensorRenderer(self.camera, sensors, self.habits, self.reports.shape)
         self._every_car = np.ones(self.reports.shape, bool)
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
@@ -132,7 +132,7 @@ class RaceWorld:
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
         self._threads = num_cars * cars_per_world * self.camera.width * self.camera.height // PIXELS_A_THREAD
-        self._paying = Paying(self.track, race_config.reverse, self._plan, self._objects, self._around)
+        self._paying = RewardCaller(self.track, race_config.reverse, self._plan, self._objects, self._around)
         self._start_shares = first_starts(start_shares, num_cars)
         require_grid(self.track, cars_per_world)
         self._cars = race.new_cars(self.track, cars_per_world, self._start_shares)
@@ -205,9 +205,9 @@ class RaceWorld:
         """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
         return float((self._start_shares[0] + self.episodes_begun * self._rules.start_advance) % 1.0)
 
-    def _varied_cars(self, variation: VariationConfig) -> VariedCars:
+    def _varied_cars(self, variation: VariationConfig) -> RandomisedCars:
         """Return what every car sees and drives with, and let kernels take it instead of what is common to all."""
-        varied = VariedCars(
+        varied = RandomisedCars(
             variation, self.camera, grey_weights(self.sensors), len(self.sensors.eyes_left_m), self.profiles,
             self._objects.kinds,
         )  # fmt: skip
@@ -327,7 +327,7 @@ class RaceWorld:
         """Whether a compiled tick is all of a step: one eye that sees what is there, and nobody who pays."""
         return self._varied is None and self.sensors.camera != STEREO and self.reward is None
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         finished, self._finished = self._finished, []
         return finished
@@ -380,7 +380,7 @@ class RaceWorld:
             *self._seeing.views(buffers.observations),
         )  # fmt: skip
 
-    def _go_on_varied(self, varied: VariedCars, buffers: StepBuffers) -> None:
+    def _go_on_varied(self, varied: RandomisedCars, buffers: StepBuffers) -> None:
         """Let cars whose episode ended go into the next with what that one draws."""
         assert self.variation is not None
         self.variation[:] = varied.drawn

@@ -11,7 +11,7 @@ import numpy as np
 from racecraft.contract.world import allocate
 from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.paying import CarRewards
+from racecraft.worlds.deepracer.env.reward_caller import CarRewards
 from racecraft.worlds.deepracer.env.settings import CameraConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track

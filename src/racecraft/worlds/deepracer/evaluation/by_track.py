@@ -10,7 +10,7 @@ import numpy as np
 
 from racecraft.contract.errors import SettingError
 from racecraft.settings.composition import Settings
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.evaluation.laps import LapReport, judge_starts
 from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, OTHER, TRAINED, TrackResult
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, courses_of_run, held_out_of_run, of_race
@@ -134,7 +134,7 @@ def judge_tracks(car: TrainedCar, named: Sequence[Track], words: Sequence[str], 
             known.add(course.label)
             courses.append((course, roles.get(track.name, OTHER)))
     worlds = [_with_race(car, course).world(course.track, starts) for course, _ in courses]
-    report = judge_starts(car.policy, SideBySide(worlds))
+    report = judge_starts(car.policy, MultiCourseWorld(worlds))
     return results_by_track(report, [judged_course(course, role, starts) for course, role in courses])
 
 

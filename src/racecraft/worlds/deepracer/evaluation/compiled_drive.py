@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.algorithms.learner import LooksPlainly
-from racecraft.algorithms.plain_look import PlainLook
+from racecraft.algorithms.compiled_policy import CompiledPolicy
+from racecraft.algorithms.learner import Compilable
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord, World, allocate
 from racecraft.kernels import threads
@@ -38,7 +38,7 @@ class CompiledDrive:
         actions: What that car chooses from.
     """
 
-    def __init__(self, look: PlainLook, world: RaceWorld, actions: ActionTable) -> None:
+    def __init__(self, look: CompiledPolicy, world: RaceWorld, actions: ActionTable) -> None:
         self._world, self._buffers = world, allocate(world.spec)
         count, menu = world.spec.num_worlds, actions.commands(np.arange(len(actions.steering))[:, None])
         rooms = np.zeros((count, 3, look.room), np.float32)
@@ -89,7 +89,7 @@ class CompiledDrive:
 
 def compiled_drive(policy: Policy, world: World) -> CompiledDrive | None:
     """Return a policy's drive in a world, with its weights as they are now; None: it has to be asked tick by tick."""
-    if not (isinstance(world, RaceWorld) and isinstance(policy, LooksPlainly) and world.is_told_by_ticks_alone):
+    if not (isinstance(world, RaceWorld) and isinstance(policy, Compilable) and world.is_told_by_ticks_alone):
         return None
     if world.spec.num_agents != 1 or not isinstance(world.actions, ActionTable):
         return None

@@ -25,7 +25,7 @@ from racecraft.worlds.deepracer.env.actions import OwnActions
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MOST_CARS, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import BODY_HALF_LENGTH_M, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.judged_race import MISHAPS, RANGES, set_down
+from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, RANGES, set_down
 from racecraft.worlds.deepracer.players.driver import Driver
 from racecraft.worlds.deepracer.players.seats import Seats
 from racecraft.worlds.deepracer.tracks.track import Track

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from racecraft.contract.errors import SettingError
-from racecraft.evaluation.judge import what_is_judged
+from racecraft.evaluation.evaluate_run import what_is_judged
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.evaluation.by_track import STARTS, judge_named, told_of
 from racecraft.worlds.deepracer.evaluation.laps import judge_laps

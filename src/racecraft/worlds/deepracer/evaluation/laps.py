@@ -14,7 +14,7 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.rollout.episodes import StepObserver, play_episodes
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
@@ -99,7 +99,7 @@ class LapReport:
 
 
 def judge_starts(
-    policy: Policy, world: RaceWorld | SideBySide, observers: Iterable[StepObserver] = (), seed: int = 0
+    policy: Policy, world: RaceWorld | MultiCourseWorld, observers: Iterable[StepObserver] = (), seed: int = 0
 ) -> LapReport:
     """Judge one episode from every start of a world, all side by side; in compiled code where nobody looks on."""
     observers = tuple(observers)

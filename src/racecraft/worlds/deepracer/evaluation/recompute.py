@@ -16,7 +16,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
-from racecraft.worlds.deepracer.evaluation.kernels.replay import count_wheels, retell_progress
+from racecraft.worlds.deepracer.evaluation.kernels.replay import count_wheels, recompute_progress
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -45,7 +45,7 @@ class Walk:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Retold(Walk):
+class RecomputedTrace(Walk):
     """A trace and what we make of it; arrays of shape (T,), a mismatch is True."""
 
     reversed: Array
@@ -76,7 +76,7 @@ def walk(trace: SimTrace) -> Walk:
     return Walk(places=places_of(trace), begins=begins, restarts=restarts, held=held)
 
 
-def recompute(trace: SimTrace, track: Track) -> Retold:
+def recompute(trace: SimTrace, track: Track) -> RecomputedTrace:
     """Return a trace's figures, worked out again from its poses.
 
     Args:
@@ -100,7 +100,7 @@ def recompute(trace: SimTrace, track: Track) -> Retold:
     wheels = np.empty(len(trace), np.int64)
     count_wheels(track.arrays(), places, wheels)
     judged = ~np.isin(status, NOT_JUDGED) & ("episode_status" in columns)
-    return Retold(
+    return RecomputedTrace(
         places=places,
         begins=begins,
         restarts=walked.restarts,
@@ -156,7 +156,7 @@ def _one_way(trace: SimTrace, track: Track, begins: Array) -> tuple[Array, Array
     shares = found.arc / track.length
     starts = _agreed_starts(shares - trace.columns["progress"] / 100.0, begins)
     progress = np.empty(len(trace))
-    retell_progress(shares, begins, starts, progress)
+    recompute_progress(shares, begins, starts, progress)
     return progress, found.nearer_waypoint
 
 

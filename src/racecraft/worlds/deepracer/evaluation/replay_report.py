@@ -18,7 +18,7 @@ from racecraft.contract.errors import InputFileError, UserInputError, nearest
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.evaluation.open_loop import HORIZONS, Windows, drive_open_loop, real_speeds
-from racecraft.worlds.deepracer.evaluation.recompute import Retold, recompute
+from racecraft.worlds.deepracer.evaluation.recompute import RecomputedTrace, recompute
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
@@ -47,7 +47,7 @@ class FileReplay:
 
     path: Path
     trace: SimTrace
-    retold: Retold
+    retold: RecomputedTrace
     windows: Windows
 
     def as_dictionary(self) -> dict[str, Any]:
@@ -272,7 +272,7 @@ def _is_route_file(track: str | Path) -> bool:
     return Path(track).suffix.lower() == ".npy"
 
 
-def _refuse_other_track(path: Path, trace: SimTrace, retold: Retold, circuit: Track) -> None:
+def _refuse_other_track(path: Path, trace: SimTrace, retold: RecomputedTrace, circuit: Track) -> None:
     """Refuse a trace that was driven elsewhere: its progress is far from ours, or its length and waypoints are."""
     length = float(np.median(trace.columns["track_len"]))
     other_length = not math.isclose(length, circuit.length, rel_tol=OTHER_LENGTH)
@@ -289,7 +289,7 @@ def _refuse_other_track(path: Path, trace: SimTrace, retold: Retold, circuit: Tr
     )
 
 
-def _refuse_parked(path: Path, trace: SimTrace, retold: Retold) -> None:
+def _refuse_parked(path: Path, trace: SimTrace, retold: RecomputedTrace) -> None:
     status = trace.columns.get("episode_status")
     driven = ~retold.held if status is None else status == "in_progress"
     if not driven.any():

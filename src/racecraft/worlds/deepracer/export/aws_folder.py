@@ -19,11 +19,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.checkpoint_ranking import find_checkpoint
 from racecraft.formats.policy_layers import PolicyLayersError
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
-from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.export.agreement import Agreement, compare
 from racecraft.worlds.deepracer.export.car_model import car_layers, graph_answer, metadata_text
 from racecraft.worlds.deepracer.files.car_archive import GRAPH, METADATA, archive_folder, write_archive
@@ -113,12 +113,12 @@ def _filled(run: RunFolder, which: str | None, place: Path, named: Path, check: 
     for number, (_, layers, graph) in told.items():
         prefix = place / "model" / _mark(run, entries[number]).name
         write_checkpoint(prefix, arrays_of(layers))
-        write_whole(f"{prefix}.meta", write_meta_graph(graph))
-        write_whole(place / "model" / f"model_{number}.pb", write_graph(graph))
+        write_atomic(f"{prefix}.meta", write_meta_graph(graph))
+        write_atomic(place / "model" / f"model_{number}.pb", write_graph(graph))
     write_checkpoint_marks(folder.checkpoint_marks, _mark(run, best), _mark(run, last))
-    write_whole(place / "model" / COACH_CHECKPOINT, _mark(run, best).name)
+    write_atomic(place / "model" / COACH_CHECKPOINT, _mark(run, best).name)
     metadata = metadata_text(car).encode()
-    write_whole(folder.model_metadata, metadata)
+    write_atomic(folder.model_metadata, metadata)
     write_archive(place / "output" / "model.tar.gz", {GRAPH: frozen, METADATA: metadata})
     for copy in COPIES:
         if (run.path / copy).is_file():

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from racecraft.contract.errors import SettingError
 from racecraft.export.policy_onnx import onnx_answer, onnx_files
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.policy_layers import PolicyLayers
-from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.export.agreement import Agreement, Answer, compare
 from racecraft.worlds.deepracer.export.car_model import car_layers, metadata_text
 from racecraft.worlds.deepracer.export.policy_openvino import openvino_answer, openvino_files
@@ -77,7 +77,7 @@ def export_policy(
     agreement = compare(car, policy, form.answer(policy, files)) if check else None
     make_folder(place.parent)
     for end in sorted(files, key=lambda end: end == form.end):  # the one that names the others comes last
-        write_whole(place.with_suffix(end), files[end])
+        write_atomic(place.with_suffix(end), files[end])
     beside = tuple(place.with_suffix(end) for end in files if end != form.end)
     return PolicyExport((place, *beside), car.checkpoint.iteration, policy.network.shrink, agreement)
 

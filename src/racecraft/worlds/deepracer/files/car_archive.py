@@ -11,7 +11,7 @@ import tarfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from racecraft.formats.whole import make_folder, whole_file
+from racecraft.formats.atomic import atomic_file, make_folder
 
 CAR_ARCHIVE = "carfile.tar.gz"
 GRAPH, METADATA = "agent/model.pb", "model_metadata.json"
@@ -44,7 +44,7 @@ def archive_folder(path: str | Path, folder: str | Path) -> None:
     folder = Path(folder)
     files = sorted(file for file in folder.rglob("*") if file.is_file())
     with (
-        whole_file(path) as part,
+        atomic_file(path) as part,
         open(part, "wb") as raw,
         _without_time(raw) as packed,
         tarfile.open(fileobj=packed, mode="w") as tar,
@@ -56,7 +56,7 @@ def archive_folder(path: str | Path, folder: str | Path) -> None:
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
     """Write files by name as a .tar.gz, without times and owners."""
     with (
-        whole_file(path) as part,
+        atomic_file(path) as part,
         open(part, "wb") as raw,
         _without_time(raw) as packed,
         tarfile.open(fileobj=packed, mode="w") as tar,

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import RunFolderError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 TRAINED, HELD_OUT, OTHER = ROLES = ("trained", "held_out", "other")
 """Whether a policy was trained on a track, was to be judged there while it trained, or neither."""
@@ -67,7 +67,7 @@ def write_generalisation(path: Path, iteration: int, results: Sequence[TrackResu
     rows.writeheader()
     for one in results:
         rows.writerow({"iteration": iteration, **one.as_dictionary(), "reverse": str(one.reverse).lower()})
-    write_whole(path, text.getvalue())
+    write_atomic(path, text.getvalue())
 
 
 def read_generalisation(path: Path) -> tuple[int, tuple[TrackResult, ...]] | None:

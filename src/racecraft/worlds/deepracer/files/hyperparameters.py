@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import Faults, HyperparameterError, nearest
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import JsonDocument, as_number, read_json
-from racecraft.formats.whole import write_whole
 
 _KIND = "a JSON object with hyperparameters"
 
@@ -169,7 +169,7 @@ def write_hyperparameters(hyperparameters: Hyperparameters, path: str | Path) ->
         OutputFileError: The file cannot be written.
     """
     values = {name: getattr(hyperparameters, name) for name in hyperparameters.given}
-    write_whole(path, json.dumps({**values, **hyperparameters.unknown}, indent=2) + "\n")
+    write_atomic(path, json.dumps({**values, **hyperparameters.unknown}, indent=2) + "\n")
 
 
 def _name_of(key: str, notes: list[str]) -> str | None:

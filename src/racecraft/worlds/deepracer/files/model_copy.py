@@ -12,11 +12,11 @@ import tempfile
 from pathlib import Path
 
 from racecraft.contract.errors import RunFolderError
+from racecraft.formats.atomic import PART, write_atomic
 from racecraft.formats.checkpoint import INDEX, VERSION, CheckpointEntry
 from racecraft.formats.checkpoint_ranking import find_checkpoint
 from racecraft.formats.run_folder import CHECKPOINTS, STOP, RunFolder
 from racecraft.formats.run_lock import LOCK, unwritable
-from racecraft.formats.whole import PART, write_whole
 
 
 def copy_model(source: RunFolder, target: Path, which: str | None = None) -> CheckpointEntry | None:
@@ -121,4 +121,4 @@ def _keep_only(folder: Path, chosen: CheckpointEntry) -> None:
         "state": None,
     }
     index = {"version": VERSION, "best": chosen.iteration, "last": chosen.iteration, "checkpoints": [entry]}
-    write_whole(folder / INDEX, json.dumps(index, indent=2) + "\n")
+    write_atomic(folder / INDEX, json.dumps(index, indent=2) + "\n")

@@ -28,8 +28,8 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import JsonDocument, as_number, read_json
-from racecraft.formats.whole import write_whole
 
 _KIND = 'a JSON object with "best_checkpoint" and "last_checkpoint"'
 _NAME = re.compile(r"(\d+)_Step-(\d+)\.ckpt")
@@ -137,7 +137,7 @@ def write_checkpoint_marks(path: str | Path, best: CheckpointMark, last: Checkpo
     Raises:
         OutputFileError: The file cannot be written.
     """
-    write_whole(path, checkpoint_marks_text(best, last))
+    write_atomic(path, checkpoint_marks_text(best, last))
 
 
 def read_checkpoint_marks(path: str | Path) -> tuple[CheckpointMark, CheckpointMark]:

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import Faults, MetadataError, nearest
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
-from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.files.lidar_config import LIDARS, lidar_notes, read_lidar_config
 
 MAX_STEERING_DEG = 30.0
@@ -207,7 +207,7 @@ def write_model_metadata(metadata: ModelMetadata, path: str | Path) -> None:
     Raises:
         OutputFileError: The file cannot be written.
     """
-    write_whole(path, json.dumps(as_aws_dict(metadata), indent=2) + "\n")
+    write_atomic(path, json.dumps(as_aws_dict(metadata), indent=2) + "\n")
 
 
 def as_aws_dict(metadata: ModelMetadata) -> dict[str, Any]:

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from racecraft.contract.errors import RewardFileError
 from racecraft.contract.loading import modules_beside
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import REWARD_FUNCTION
 from racecraft.formats.user_file import SAVE_AS_UTF8, looks_utf16, not_utf8, read_user_file, typing_hint
-from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.files.reward_analysis import RewardAnalysis, analyse
 
 KIND = "a Python file with `def reward_function(params):` that returns a number"
@@ -80,8 +80,8 @@ def write_reward(source: RewardSource, folder: Path) -> None:
     """
     for name, text in source.modules.items():
         make_folder((folder / name).parent)
-        write_whole(folder / name, text)
-    write_whole(folder / REWARD_FUNCTION, source.text)
+        write_atomic(folder / name, text)
+    write_atomic(folder / REWARD_FUNCTION, source.text)
 
 
 def how_to_install(name: str, path: Path) -> str:

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.user_file import read_user_text
-from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, OTHER_SPELLINGS
 
 _KIND = "lines of KEY=VALUE"
@@ -216,8 +216,8 @@ def edit_run_env(path: str | Path, changes: Mapping[str, str]) -> None:
     while lines and not lines[-1].strip():
         lines.pop()
     lines += [f"{name}={_quoted_if_needed(value)}" for name, value in left.items()]
-    write_whole(path.with_name(path.name + ".bak"), path.read_bytes())
-    write_whole(path, "\n".join(lines) + "\n")
+    write_atomic(path.with_name(path.name + ".bak"), path.read_bytes())
+    write_atomic(path, "\n".join(lines) + "\n")
 
 
 def run_env_text(file: str = "run") -> str:

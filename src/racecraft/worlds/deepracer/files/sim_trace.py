@@ -19,7 +19,7 @@ import numpy as np
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 
 if TYPE_CHECKING:
     import polars as pl
@@ -93,7 +93,7 @@ def write_sim_trace(path: str | Path, columns: Mapping[str, Array]) -> None:
         ContractError: A required column is missing.
         OutputFileError: The file cannot be written.
     """
-    write_whole(path, sim_trace_text(columns))
+    write_atomic(path, sim_trace_text(columns))
 
 
 def sim_trace_text(columns: Mapping[str, Array]) -> str:

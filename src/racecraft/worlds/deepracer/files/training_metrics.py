@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from racecraft.contract.errors import ContractError, InputFileError, nearest
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import JsonDocument, read_json
-from racecraft.formats.whole import write_whole
 
 STATUS_LABELS: Mapping[str, str] = {
     "prepare": "Prepare",
@@ -164,7 +164,7 @@ def write_training_metrics(path: str | Path, rows: Sequence[TrainingRow], best_m
         ContractError: `best_model_metric` is none of `BEST_MODEL_METRICS`.
         OutputFileError: The file cannot be written.
     """
-    write_whole(path, training_metrics_text([row_text(row) for row in rows], best_model_metric))
+    write_atomic(path, training_metrics_text([row_text(row) for row in rows], best_model_metric))
 
 
 def row_text(row: TrainingRow) -> str:
@@ -192,7 +192,7 @@ def write_evaluation_metrics(path: str | Path, rows: Sequence[EvaluationRow]) ->
     Raises:
         OutputFileError: The file cannot be written.
     """
-    write_whole(path, json.dumps({"metrics": [asdict(row) for row in rows]}))
+    write_atomic(path, json.dumps({"metrics": [asdict(row) for row in rows]}))
 
 
 def read_metrics_file(path: str | Path) -> MetricsFile:

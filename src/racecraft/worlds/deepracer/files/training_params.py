@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.user_file import read_user_text
-from racecraft.formats.whole import write_whole
 
 Params = dict[str, str | list[str]]
 
@@ -34,7 +34,7 @@ def write_params(path: str | Path, params: Mapping[str, object]) -> None:
             lines += [f"{key}:" if value else f"{key}: []", *(f"- {_quoted(part)}" for part in value)]
         else:
             lines.append(f"{key}: {_quoted(value)}")
-    write_whole(path, "\n".join(lines) + "\n")
+    write_atomic(path, "\n".join(lines) + "\n")
 
 
 def read_params(path: str | Path) -> Params:

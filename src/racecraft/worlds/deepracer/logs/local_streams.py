@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from racecraft.contract.errors import nearest
-from racecraft.formats.whole import whole_file
+from racecraft.formats.atomic import atomic_file
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.old_names import MARK, rows_of
 from racecraft.worlds.deepracer.logs.read import read
@@ -89,7 +89,7 @@ def download_log(
     """
     events = get_log_events(log_group or SIMULATIONS, stream_name, stream_prefix, start_time, end_time)
     rows = [event["message"] for event in events]
-    with whole_file(fname) as part:
+    with atomic_file(fname) as part:
         Path(part).write_text("".join(f"{row}\n" for row in rows), encoding="utf-8")
 
 

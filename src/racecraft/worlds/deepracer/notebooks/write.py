@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.whole import make_folder, write_whole
+from racecraft.formats.atomic import make_folder, write_atomic
 
 FILES = Path(__file__).parent / "files"
 NOTEBOOKS = tuple(sorted(path.name for path in FILES.glob("*.ipynb")))
@@ -52,9 +52,9 @@ def write_notebooks(
               "<TRACK>": track}  # fmt: skip
     make_folder(place)
     for name in NOTEBOOKS:
-        write_whole(place / name, _filled((FILES / name).read_text(encoding="utf-8"), begins))
+        write_atomic(place / name, _filled((FILES / name).read_text(encoding="utf-8"), begins))
     for name in MODULES:
-        write_whole(place / name, (FILES / name).read_text(encoding="utf-8"))
+        write_atomic(place / name, (FILES / name).read_text(encoding="utf-8"))
     return [place / name for name in (*NOTEBOOKS, *MODULES)]
 
 

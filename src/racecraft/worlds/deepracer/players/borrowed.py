@@ -39,11 +39,11 @@ def with_metadata(source: str | None, car: ModelMetadata) -> str | None:
     with tempfile.TemporaryDirectory(prefix="racecraft-metadata-") as folder:
         metadata = Path(folder) / MODEL_METADATA
         write_model_metadata(car, metadata)
-        run = borrowed_run(file, metadata)
+        run = open_run_or_model(file, metadata)
     return source if run is None else f"{run.path}:{which}"
 
 
-def borrowed_run(source: str | Path, metadata: Path | None = None) -> RunFolder | None:
+def open_run_or_model(source: str | Path, metadata: Path | None = None) -> RunFolder | None:
     """Return a model of AWS's as a run folder that lives as long as this process; None for anything else.
 
     Args:
@@ -55,7 +55,7 @@ def borrowed_run(source: str | Path, metadata: Path | None = None) -> RunFolder 
     """
     if not is_foreign(source):
         return None
-    from racecraft.worlds.deepracer.players.foreign_model import import_model, name_of
+    from racecraft.worlds.deepracer.players.aws_model import import_model, name_of
 
     folder = tempfile.mkdtemp(prefix="racecraft-model-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)

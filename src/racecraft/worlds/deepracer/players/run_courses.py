@@ -107,8 +107,8 @@ def courses_of_job(
     """
     laid = []
     for one in told:
-        is_own = one["track"] == track.name and one["hash"] == track.hash()
-        there = track if is_own else load_again(one["track"], one["hash"], folder)
+        is_user_file = one["track"] == track.name and one["hash"] == track.hash()
+        there = track if is_user_file else load_again(one["track"], one["hash"], folder)
         kind = with_values(of_race(settings), "race", {"type": one["settings"]["race"]["type"]})
         laid.append(LaidCourse(there, from_dictionary(with_race_groups(kind), one["settings"]), one.get("cars")))
     return tuple(laid)

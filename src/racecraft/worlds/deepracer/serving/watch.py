@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.formats.live_ticks import wish_for_ticks
+from racecraft.formats.live_ticks import request_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.http_service import HttpError, Reply, Request
 from racecraft.serving.query import number, whole_number
@@ -72,7 +72,7 @@ def _live(run: RunFolder, after: int) -> dict[str, Any]:
     training = run.is_training()
     reel = live_reel(run, after) if training else None
     if training and reel is None:
-        wish_for_ticks(run)
+        request_ticks(run)
     return {"training": training, "reel": reel}
 
 

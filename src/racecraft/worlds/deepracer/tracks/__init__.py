@@ -4,7 +4,7 @@ Begin in ``track.py``; `Track` is what every other room asks.
 
     track.py       a circuit: rows, arc, direction, where points lie, reversed
     kernels/       the same questions as scalar bodies, for other kernels
-    look.py        its colours and painted lines
+    style.py        its colours and painted lines
     catalogue/     the circuits that come with racecraft, found by name; `load_track` takes a name or a path
     importer.py    a route file of AWS form, looked at row by row
     picture.py     a circuit drawn, with paths on it

@@ -14,7 +14,7 @@ import numpy as np
 from racecraft.contract.errors import TrackError
 from racecraft.formats.user_file import read_user_file
 from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 from racecraft.worlds.deepracer.tracks.track import Track
 
 FORM = "K rows of 6 numbers in metres: centre x, y, inner x, y, outer x, y"
@@ -28,7 +28,7 @@ SHARPEST_TURN_DEG = 120.0
 """From one step of the centre line to the next; the catalogue's sharpest is 85."""
 
 
-def import_track(path: str | Path, name: str = "", look: TrackLook | None = None) -> Track:
+def import_track(path: str | Path, name: str = "", look: TrackStyle | None = None) -> Track:
     """Read and check a route file.
 
     Args:
@@ -41,7 +41,7 @@ def import_track(path: str | Path, name: str = "", look: TrackLook | None = None
     """
     rows = read_rows(path)
     check_rows(rows, path)
-    track = Track.from_rows(name or Path(path).stem, rows, look=look or TrackLook())
+    track = Track.from_rows(name or Path(path).stem, rows, look=look or TrackStyle())
     check_shape(track, path)
     return track
 

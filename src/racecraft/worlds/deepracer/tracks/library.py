@@ -19,8 +19,8 @@ import numpy as np
 
 from racecraft.contract.errors import TrackError
 from racecraft.contract.extensions import load_offered
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.user_folder import data_folder
-from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.tracks.catalogue import TrackSummary, known_name
 from racecraft.worlds.deepracer.tracks.importer import import_track, read_rows
 
@@ -63,7 +63,7 @@ def add_track(path: str | Path, name: str = "", *, replace: bool = False) -> Tra
     make_folder(target.parent)
     table = io.BytesIO()
     np.save(table, read_rows(path), allow_pickle=False)
-    write_whole(target, table.getvalue())
+    write_atomic(target, table.getvalue())
     return track
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.contract.errors import TrackError
-from racecraft.formats.whole import make_folder, whole_file
+from racecraft.formats.atomic import atomic_file, make_folder
 from racecraft.pages.colours import INK, PAPER, QUIET
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -304,7 +304,7 @@ def _save(figure: Figure, path: Path, dpi: int) -> None:
     if kind not in figure.canvas.get_supported_filetypes():
         raise TrackError(path, f"the ending .{kind}", "a picture: .png, .svg or .pdf")
     make_folder(path.parent)
-    with whole_file(path) as part:
+    with atomic_file(path) as part:
         figure.savefig(part, format=kind, dpi=dpi, facecolor=PAPER)
 
 

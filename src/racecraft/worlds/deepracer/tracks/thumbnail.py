@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from racecraft.worlds.deepracer.tracks.look import RGB, TrackLook
+from racecraft.worlds.deepracer.tracks.style import RGB, TrackStyle
 from racecraft.worlds.deepracer.tracks.track import Track
 
 WIDTH, HEIGHT, MARGIN = 240, 180, 14
@@ -70,7 +70,7 @@ def _road(inner: np.ndarray, outer: np.ndarray, closed: bool, colour: str, more_
     return f'<path d="{shape}" fill="{colour}" fill-rule="evenodd"{edge}/>'
 
 
-def _painted_borders(look: TrackLook, inner: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, ...]:
+def _painted_borders(look: TrackStyle, inner: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, ...]:
     return (inner, outer) if look.line_side != "none" and look.line_width > 0 else ()
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from racecraft.worlds.deepracer.tracks.kernels import geometry
-from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.style import TrackStyle
 
 SAME_POINT_M = 1e-9
 """Consecutive centre points nearer than this are one waypoint."""
@@ -98,7 +98,7 @@ class Track:
     inner: np.ndarray
     outer: np.ndarray
     closed: bool
-    look: TrackLook = field(default_factory=TrackLook)
+    look: TrackStyle = field(default_factory=TrackStyle)
     is_reversed: bool = False
     repeated_rows: tuple[int, ...] = ()
     title: str = ""

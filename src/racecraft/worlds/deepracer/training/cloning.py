@@ -30,7 +30,7 @@ OF_CRITIC = ("network.privileged_critic", "network.separate_networks")
 CRITIC_PARTS = ("critic", "value_head")
 """How the names of a critic's weights begin."""
 CRITIC = "critic_body.trunk.0.weight"
-"""First layer of a critic of its own; the last columns are those of the objects (`kernels/sight.py`)."""
+"""First layer of a critic of its own; the last columns are those of the objects (`kernels/observations.py`)."""
 
 
 def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) -> tuple[str, ...]:

@@ -19,13 +19,13 @@ from racecraft.training.callbacks import EvaluationResult, ended_alike
 from racecraft.training.stopping import LAPS
 from racecraft.worlds.deepracer.driving.known_laps import gap_percent
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.by_track import Judged, figures_of, headline_of, results_by_track, summary_of
 from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport, judge_laps, judge_starts
 from racecraft.worlds.deepracer.files.generalisation import TRAINED, TrackResult, write_generalisation
-from racecraft.worlds.deepracer.training.against import AgainstWorld
+from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
 
 FLYING_LAPS = 3
 """Laps in a row that a policy drives before it is called stable."""
@@ -54,9 +54,9 @@ class CarEvaluator:
 
     def __init__(
         self,
-        world: RaceWorld | SideBySide,
+        world: RaceWorld | MultiCourseWorld,
         policy: Policy,
-        trained_in: RaceWorld | SideBySide | AgainstWorld | None = None,
+        trained_in: RaceWorld | MultiCourseWorld | OpponentWorld | None = None,
         best_by: str = "progress",
         flying: Sequence[RaceWorld] = (),
         by_track: Sequence[Judged] = (),
@@ -136,6 +136,6 @@ def _table(results: Sequence[TrackResult]) -> dict[str, Any]:
     return {"tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)} if results else {}
 
 
-def begins_where_training_does(judged: RaceWorld | SideBySide) -> bool:
+def begins_where_training_does(judged: RaceWorld | MultiCourseWorld) -> bool:
     """Tell whether every evaluation begins where training's next episode would: it asks the world that trains."""
     return judged.habits.evaluation_follows_training

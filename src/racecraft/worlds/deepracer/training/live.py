@@ -9,12 +9,12 @@ import numpy as np
 
 from racecraft.contract.world import Array, StepBuffers, World
 from racecraft.formats.episodes import STATUSES
-from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, latest_wish, write_live_ticks
+from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, latest_request, write_live_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.training.against import AgainstWorld
+from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
 
 RING_TICKS = 64
 """Ticks that are left for a wish: 4.3 simulated seconds."""
@@ -54,12 +54,12 @@ class LivePublisher:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Keep one tick, if somebody wished for it, and leave those kept when it is time."""
-        assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
+        assert isinstance(world, RaceWorld | MultiCourseWorld | OpponentWorld)
         self._ticks += 1
         if not self._due:
             self._look_for_a_wish()
             return
-        self._keep(world.courses if isinstance(world, SideBySide) else (world,), buffers.reward)
+        self._keep(world.courses if isinstance(world, MultiCourseWorld) else (world,), buffers.reward)
         self._due -= 1
         if not self._due or time.monotonic() - self._looked >= PART_SECONDS:
             self._leave()
@@ -70,19 +70,19 @@ class LivePublisher:
         if now - self._looked < LOOK_SECONDS:
             return
         self._looked = now
-        wish = latest_wish(self._run)
+        wish = latest_request(self._run)
         if wish is not None and wish != self._answered:
             self._answered, self._kept, self._due = wish, 0, RING_TICKS
 
     def _leave(self) -> None:
         """Leave the ticks kept, which answers every wish until now; who wished behind a part wants what follows."""
-        wish = latest_wish(self._run)
+        wish = latest_request(self._run)
         if self._due and wish not in (None, self._answered):
             self._due = RING_TICKS
         write_live_ticks(self._run, self._ticks, self._columns())
         self._answered, self._looked = wish, time.monotonic()
 
-    def _keep(self, courses: Sequence[RaceWorld | AgainstWorld], rewards: Array) -> None:
+    def _keep(self, courses: Sequence[RaceWorld | OpponentWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
             self._ring, self._rewards = self._make_room(courses, rewards.size)
@@ -96,7 +96,7 @@ class LivePublisher:
         self._rewards[place] = rewards.reshape(-1)
         self._kept = min(self._kept + 1, RING_TICKS)
 
-    def _make_room(self, courses: Sequence[RaceWorld | AgainstWorld], cars: int) -> tuple[Array, Array]:
+    def _make_room(self, courses: Sequence[RaceWorld | OpponentWorld], cars: int) -> tuple[Array, Array]:
         """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""
         worlds = [course.spec.num_worlds for course in courses]
         self._first_worlds = np.cumsum([0, *worlds[:-1]])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.whole import make_folder, write_whole
+from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.worlds.deepracer.files.drfc_folder import CUSTOM_FILES, RUN_ENV, SYSTEM_ENV
 from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata, write_model_metadata
 from racecraft.worlds.deepracer.files.reward_file import default_reward_source
@@ -41,10 +41,10 @@ def new_installation(folder: Path) -> Installation:
         raise UserInputError(f"{folder}: is a file; expected a folder, or a new name. Choose another name.")
     activate = {suffix: _free_activate(folder, suffix) for suffix in ("sh", "ps1")}
     files: dict[str, Callable[[Path], None]] = {
-        SYSTEM_ENV: lambda path: write_whole(path, run_env_text("system")),
-        RUN_ENV: lambda path: write_whole(path, run_env_text("run")),
-        f"{CUSTOM_FILES}/reward_function.py": lambda path: write_whole(path, default_reward_source()),
-        f"{CUSTOM_FILES}/hyperparameters.json": lambda path: write_whole(path, HYPERPARAMETERS),
+        SYSTEM_ENV: lambda path: write_atomic(path, run_env_text("system")),
+        RUN_ENV: lambda path: write_atomic(path, run_env_text("run")),
+        f"{CUSTOM_FILES}/reward_function.py": lambda path: write_atomic(path, default_reward_source()),
+        f"{CUSTOM_FILES}/hyperparameters.json": lambda path: write_atomic(path, HYPERPARAMETERS),
         f"{CUSTOM_FILES}/model_metadata.json": lambda path: write_model_metadata(default_model_metadata(), path),
     }
     made, kept = [], []
@@ -59,7 +59,7 @@ def new_installation(folder: Path) -> Installation:
     for suffix, shell in (("sh", "sh"), ("ps1", "powershell")):
         path = folder / activate[suffix]
         make_folder(path.parent)
-        write_whole(path, shell_file(shell))
+        write_atomic(path, shell_file(shell))
         made.append(path)
     return Installation(tuple(made), tuple(kept), activate["sh"])
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.contract.extensions import load_offered, offered
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.deepracer.files.model_metadata import racing_model_metadata, write_model_metadata
 from racecraft.worlds.deepracer.files.reward_file import racing_reward_source
 
@@ -70,10 +70,10 @@ def new_model(folder: Path, reward: str | None = None) -> list[Path]:
         raise UserInputError(
             f"{folder}: cannot be made ({error.strerror}); expected a place you may write to."
         ) from error
-    write_whole(folder / "reward_function.py", source)
-    write_whole(folder / "hyperparameters.json", HYPERPARAMETERS)
+    write_atomic(folder / "reward_function.py", source)
+    write_atomic(folder / "hyperparameters.json", HYPERPARAMETERS)
     write_model_metadata(racing_model_metadata(), folder / "model_metadata.json")
-    write_whole(folder / "README.md", README.format(name=folder.name))
+    write_atomic(folder / "README.md", README.format(name=folder.name))
     return [
         folder / name for name in ("reward_function.py", "model_metadata.json", "hyperparameters.json", "README.md")
     ]

@@ -15,7 +15,7 @@ from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
-from racecraft.training.parts import Block
+from racecraft.training.partition import Block
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.stopping import GAP, LAPS, StopCondition, parse_stops
 from racecraft.training.versions import versions

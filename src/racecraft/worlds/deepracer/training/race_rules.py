@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from racecraft.worlds.deepracer.evaluation.judged_race import RANGES
+from racecraft.worlds.deepracer.evaluation.trial_race import RANGES
 from racecraft.worlds.deepracer.files.run_env import RunEnv
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 

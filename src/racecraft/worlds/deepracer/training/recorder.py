@@ -6,9 +6,9 @@ import numpy as np
 
 from racecraft.contract.world import Array, StepBuffers, World
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.training.against import AgainstWorld
+from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
 
 
 class EpisodeRecorder:
@@ -26,7 +26,7 @@ class EpisodeRecorder:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Write down one tick."""
-        assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
+        assert isinstance(world, RaceWorld | MultiCourseWorld | OpponentWorld)
         self._track_lengths = world.track_lengths
         self._reports.append(world.reports.copy())
         if world.variation is not None:
@@ -86,12 +86,12 @@ class EpisodeRecorder:
         return columns if driven.all() else {name: column[driven] for name, column in columns.items()}
 
 
-def places_of_objects(world: RaceWorld | SideBySide | AgainstWorld) -> Array:
+def places_of_objects(world: RaceWorld | MultiCourseWorld | OpponentWorld) -> Array:
     """Return where boxes and bots of every world stood in the tick just taken, float32 (N, K, 3): x, y (m), yaw (rad).
 
     K is that of the course with most of them; where there are fewer, the rest is nan.
     """
-    courses = world.courses if isinstance(world, SideBySide) else (world,)
+    courses = world.courses if isinstance(world, MultiCourseWorld) else (world,)
     seen = [course.seen_boxes for course in courses]
     most = max(boxes.shape[1] for boxes in seen)
     places = np.full((sum(map(len, seen)), most, 3), np.nan, np.float32)

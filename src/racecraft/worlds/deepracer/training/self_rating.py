@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.evaluation.rating import Rating, Result, rate
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
 from racecraft.worlds.deepracer.analysis.race_film import film_race
 from racecraft.worlds.deepracer.env.settings import RaceConfig
@@ -88,7 +88,7 @@ def rate_selves(
     passing = {**summed(last.name, passed.of(0)), "pace": pace}
     rated = _rating(tuple(driver.name for driver in drivers), ratings, len(selves), driven, passing)
     place = run.path / RATING
-    write_whole(place, json.dumps(rated.as_dictionary(), indent=2) + "\n")
+    write_atomic(place, json.dumps(rated.as_dictionary(), indent=2) + "\n")
     files = {"rating": place}
     if film:
         say("Filming a race …")

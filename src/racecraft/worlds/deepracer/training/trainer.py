@@ -16,23 +16,23 @@ import numpy as np
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm
 from racecraft.players.trained import GreedyPolicy
 from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
-from racecraft.training.parts import Block
+from racecraft.training.partition import Block
 from racecraft.training.resume import Say
 from racecraft.training.stopping import GAP, LAP
-from racecraft.training.trainer import Experiment, RunAttendants
+from racecraft.training.trainer import Experiment, RunObservers
 from racecraft.training.versions import versions
 from racecraft.worlds.deepracer.env.camera import mount_for_version
 from racecraft.worlds.deepracer.env.fidelity import habits
-from racecraft.worlds.deepracer.env.paying import CarRewards
+from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
+from racecraft.worlds.deepracer.env.reward_caller import CarRewards
 from racecraft.worlds.deepracer.env.reward_process import CALL_SECONDS, RewardProcess, open_reward
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
-from racecraft.worlds.deepracer.env.side_by_side import SideBySide
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.by_track import Judged, judged_course
 from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
@@ -43,14 +43,14 @@ from racecraft.worlds.deepracer.files.reward_examples import default_reward_sour
 from racecraft.worlds.deepracer.files.reward_source import RewardSource, read_reward_source, write_reward
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, of_race
 from racecraft.worlds.deepracer.tracks.importer import route_file, travels
-from racecraft.worlds.deepracer.training.against import AgainstWorld
 from racecraft.worlds.deepracer.training.aws.files import AwsFiles
 from racecraft.worlds.deepracer.training.aws.setup import aws_setup
 from racecraft.worlds.deepracer.training.cloning import fit_critic, require_same_shape
 from racecraft.worlds.deepracer.training.courses import both_ways, starts
 from racecraft.worlds.deepracer.training.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.worlds.deepracer.training.live import LivePublisher
-from racecraft.worlds.deepracer.training.live_elsewhere import LiveHarvests
+from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
+from racecraft.worlds.deepracer.training.opponents import against_world, require_racing
 from racecraft.worlds.deepracer.training.plan import (
     KIND,
     CarPlan,
@@ -63,7 +63,7 @@ from racecraft.worlds.deepracer.training.plan import (
 )
 from racecraft.worlds.deepracer.training.presets import default_settings
 from racecraft.worlds.deepracer.training.recorder import EpisodeRecorder
-from racecraft.worlds.deepracer.training.rivals import against_world, require_racing
+from racecraft.worlds.deepracer.training.remote_live import RemoteLiveTicks
 
 KERNEL = "race.tick"
 """What a car's world compiles last and longest."""
@@ -137,7 +137,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
         notes=(*planned.notes, restrictions_of(reward)),
         after_update=lambda learner: None if pool is None else pool.learned(learner),
         parts={} if pool is None else {"opponents": pool},
-        lay_files=lambda run: lay_files(planned, reward, run),
+        copy_user_files=lambda run: copy_user_files(planned, reward, run),
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
@@ -168,7 +168,7 @@ def summary(planned: CarPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any
 
 
 @contextlib.contextmanager
-def attended(planned: CarPlan, reward: RewardProcess, run: RunFolder, notes: Sequence[str]) -> Iterator[RunAttendants]:
+def attended(planned: CarPlan, reward: RewardProcess, run: RunFolder, notes: Sequence[str]) -> Iterator[RunObservers]:
     """Open the run's log, where the reward function prints, and whoever keeps ticks for us and for AWS's tools."""
     metadata, hyperparameters = planned.model.metadata, planned.model.hyperparameters
     with open_log(run) as log:
@@ -184,26 +184,26 @@ def attended(planned: CarPlan, reward: RewardProcess, run: RunFolder, notes: Seq
             planned.env,
             both_ways(planned.courses),
         )
-        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)], LiveHarvests(run))
+        yield RunObservers(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)], RemoteLiveTicks(run))
 
 
-def lay_files(planned: CarPlan, reward: RewardProcess, run: RunFolder) -> None:
+def copy_user_files(planned: CarPlan, reward: RewardProcess, run: RunFolder) -> None:
     """Lay copies of the racer's files into a new run folder."""
     write_reward(reward.source, run.path)
     write_model_metadata(planned.model.metadata, run.model_metadata)
     write_hyperparameters(planned.model.hyperparameters, run.hyperparameters)
     if travels(planned.track):
-        write_whole(run.track, route_file(planned.track))
+        write_atomic(run.track, route_file(planned.track))
     others = {track.name: track for track in (*(one.track for one in planned.courses), *planned.held_out)}
     for name, track in others.items():
         if travels(track):
             run.tracks.mkdir(exist_ok=True)
-            write_whole(run.tracks / f"{name}.npy", route_file(track))
+            write_atomic(run.tracks / f"{name}.npy", route_file(track))
 
 
 def learned_world(
     planned: CarPlan, reward: RewardProcess
-) -> tuple[RaceWorld | SideBySide | AgainstWorld, OpponentPool | None]:
+) -> tuple[RaceWorld | MultiCourseWorld | OpponentWorld, OpponentPool | None]:
     """Return what is learned in, and the pool of past selves where they are met there.
 
     Raises:
@@ -215,7 +215,7 @@ def learned_world(
     return against_world(planned, reward.copies)
 
 
-def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideBySide:
+def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCourseWorld:
     """Return the cars that are trained, shared out among the courses where there are several."""
     courses = planned.all_courses
     blocks = planned.blocks or tuple(Block(0, cars, cars) for cars in planned.parts)
@@ -230,7 +230,7 @@ def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideByS
     worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
     if not planned.courses:
         return worlds[0]
-    return SideBySide(worlds, any(objects_of(course.settings) is not None for course in courses))
+    return MultiCourseWorld(worlds, any(objects_of(course.settings) is not None for course in courses))
 
 
 def race_world(
@@ -273,7 +273,7 @@ def drive_seconds(planned: CarPlan, course: LaidCourse) -> float | None:
     return given if given is not None else TRAINING_LAPS * course.track.length / planned.actions.fastest
 
 
-def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideBySide:
+def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCourseWorld:
     """Return the cars that are judged, so many on each course; they are rewarded where that makes a checkpoint best.
 
     Courses that are only judged on come last.
@@ -285,7 +285,7 @@ def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideByS
         return race_world(planned, evaluation.episodes, paid, course=course)
 
     courses = [judged(course) for course in (*planned.all_courses, *planned.held_out_courses)]
-    return SideBySide(courses) if len(courses) > 1 else courses[0]
+    return MultiCourseWorld(courses) if len(courses) > 1 else courses[0]
 
 
 def judged_courses(planned: CarPlan) -> list[Judged]:
@@ -335,7 +335,7 @@ def open_log(run: RunFolder) -> TextIO:
         raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
 
 
-def warm_up(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld], say: Say) -> None:
+def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm(KERNEL):
         say("First run on this machine: compiling the simulator (once, a minute or two) …")
@@ -358,7 +358,7 @@ def _where(planned: CarPlan) -> str:
     return f"{len(names)} tracks" if len(names) > 1 else planned.track.title or planned.track.name
 
 
-def _courses_of(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld]) -> list[RaceWorld]:
+def _courses_of(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld]) -> list[RaceWorld]:
     return [course for one in worlds for course in ((one,) if isinstance(one, RaceWorld) else one.courses)]
 
 

@@ -30,7 +30,7 @@ from racecraft.contract.world import (
     StepBuffers,
     WorldSpec,
 )
-from racecraft.worlds.gymnasium.env.asking import asked, asked_to_reset, asked_to_step, made, reward_given, unfit
+from racecraft.worlds.gymnasium.env.user_env import asked, asked_to_step, call_reset, made, reward_given, unfit
 
 SOLE_NAME = "observation"
 """Name of the observation where the environment has only one and gives it none."""
@@ -150,7 +150,7 @@ class GymnasiumWorld:
         """Begin the present episode of copy n and return what it shows."""
         self._history[n] = []
         key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
-        seen, _ = asked_to_reset(self._envs[n], key >> 33)
+        seen, _ = call_reset(self._envs[n], key >> 33)
         return seen
 
     def _stand(self, n: int, buffers: StepBuffers) -> None:

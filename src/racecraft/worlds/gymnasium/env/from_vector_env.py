@@ -19,8 +19,8 @@ from gymnasium.vector import AutoresetMode
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, DiscreteActions, EpisodeRecord, StepBuffers, WorldSpec
-from racecraft.worlds.gymnasium.env.asking import asked, unfit
 from racecraft.worlds.gymnasium.env.from_gymnasium import SOLE_NAME, action_spec, array_spec
+from racecraft.worlds.gymnasium.env.user_env import asked, unfit
 
 
 def has_vector_version(spec: EnvSpec) -> bool:
@@ -100,7 +100,7 @@ class VectorEnvWorld:
             self._show(seen[self._ended], buffers.final_observations, self._ended)
             self._finish(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         finished, self._finished = self._finished, []
         return finished

@@ -26,8 +26,8 @@ from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
+from racecraft.training.custom_code import OwnCode, copy_code, own_code_of_names
 from racecraft.training.loop import Outcome
-from racecraft.training.own_code import OwnCode, lay_code, own_code_of_names
 from racecraft.training.plain import SMALL_WORLDS
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
@@ -175,7 +175,7 @@ def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
             title=environment,
             folder_name=environment.replace("/", "-").replace(":", "-"),
             notes=(*planned.notes, *code.stays),
-            lay_files=lambda run: lay_code(code.texts, run),
+            copy_user_files=lambda run: copy_code(code.texts, run),
             learner=(lambda: _learner_of_groups(planned, world)) if world.spec.groups else None,
             world_lasts=None,
         )

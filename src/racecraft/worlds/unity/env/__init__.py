@@ -12,12 +12,12 @@ Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are t
     choosing.py       which of a scene's behaviors are acted for
     restarts.py       how often a lost player is started anew
     rows.py           who sits in which row of that World
-    several.py        several behaviors of a scene in one World
-    cards.py          behaviors in a checkpoint's card, and back
+    joint_rows.py        several behaviors of a scene in one World
+    behavior_specs.py          behaviors in a checkpoint's card, and back
     actions.py        Unity's branches and numbers as one action of our contract
     gymnasium_env.py  Gymnasium's Env and VectorEnv over that World
     parallel.py       PettingZoo's ParallelEnv, for scenes with several behaviors
-    trainer_words.py  `mlagents-learn`'s configuration as arguments of that World
+    trainer_options.py  `mlagents-learn`'s configuration as arguments of that World
     player.py         the other side of the wire, for stand-ins and tests
     basic_scene.py    a headless stand-in of ML-Agents' Basic scene, a program of its own
     errors.py         what can go wrong, each with what to do

@@ -102,7 +102,7 @@ class Player:
 
     def live(self) -> int:
         """Connect, introduce ourselves, show the scene until told goodbye; return an exit code."""
-        exchange, hang_up = call_as_player(self.port)
+        exchange, disconnect = call_as_player(self.port)
         try:
             start = self._parse(self.say(exchange, self._introduction()))
             if start.header.status != messages.STATUS_OK:
@@ -114,7 +114,7 @@ class Player:
                 answer = self._parse(self.say(exchange, self._news()))
             return 0
         finally:
-            hang_up()
+            disconnect()
 
     def say(self, exchange: Callable[[bytes], bytes], message: Any) -> bytes:
         """Send one message and return the answer's bytes."""

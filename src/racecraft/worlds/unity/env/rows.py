@@ -20,7 +20,7 @@ from racecraft.worlds.unity.env.session import Choice, Moment
 
 
 @dataclass
-class Guests:
+class ProcessAgents:
     """The agents of one process."""
 
     free: list[int]
@@ -90,7 +90,7 @@ class Seats:
         """Return what the agents are told while none of those acted for asks."""
         return dict(self._guests[process].idle)
 
-    def anyone_asks(self, process: int) -> bool:
+    def has_decisions(self, process: int) -> bool:
         """Tell whether an agent of the process waits for an action."""
         return any(self._guests[process].asked.values())
 
@@ -116,7 +116,7 @@ class Seats:
             if name not in self.names and len(moment.decisions)
         }
 
-    def cut_all(self, process: int, buffers: StepBuffers) -> None:
+    def truncate_all(self, process: int, buffers: StepBuffers) -> None:
         """Cut every episode of a process that was lost."""
         for row in self._guests[process].row_of.values():
             self._end_row(row, buffers, cut=True)
@@ -131,16 +131,16 @@ class Seats:
         if buffers.action_mask is not None:
             buffers.action_mask[:] = self._allowed.reshape(*shape, -1)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         taken, self._episodes = self._episodes, []
         return taken
 
-    def _nobody(self, process: int) -> Guests:
+    def _nobody(self, process: int) -> ProcessAgents:
         first = process * self._rows_each
-        return Guests(list(range(first, first + self._rows_each)))
+        return ProcessAgents(list(range(first, first + self._rows_each)))
 
-    def _settle_ends(self, guests: Guests, name: str, ended: AgentRows, buffers: StepBuffers) -> None:
+    def _settle_ends(self, guests: ProcessAgents, name: str, ended: AgentRows, buffers: StepBuffers) -> None:
         for index, agent in enumerate(ended.agent_id.tolist()):
             row = guests.row_of.pop((name, agent), None)
             if row is None:
@@ -153,7 +153,9 @@ class Seats:
             guests.last_row_of[name, agent] = row
         guests.free.sort()
 
-    def _settle_decisions(self, guests: Guests, name: str, asking: AgentRows, buffers: StepBuffers | None) -> None:
+    def _settle_decisions(
+        self, guests: ProcessAgents, name: str, asking: AgentRows, buffers: StepBuffers | None
+    ) -> None:
         rows = []
         for index, agent in enumerate(asking.agent_id.tolist()):
             row = guests.row_of.get((name, agent))
@@ -173,7 +175,7 @@ class Seats:
             self._allowed[rows] = asking.allowed
         self._active[rows] = True
 
-    def _free_row(self, guests: Guests, name: str, agent: int) -> int:
+    def _free_row(self, guests: ProcessAgents, name: str, agent: int) -> int:
         """Return the row that the agent had before, or the first free one."""
         if not guests.free:
             raise UnityError(

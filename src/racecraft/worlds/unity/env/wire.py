@@ -197,7 +197,7 @@ def call_as_player(port: int, timeout_seconds: float = 60.0) -> tuple[Callable[[
     """Connect to a server as a player does.
 
     Returns:
-        `exchange`, which sends one message and returns the answer, and `hang_up`.
+        `exchange`, which sends one message and returns the answer, and `disconnect`.
 
     Raises:
         ConnectionError: Nobody listens; from `exchange`, the server hung up.

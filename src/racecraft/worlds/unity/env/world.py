@@ -49,10 +49,10 @@ from racecraft.worlds.unity.env.errors import (
     PlayerTimeoutError,
     UnityError,
 )
+from racecraft.worlds.unity.env.joint_rows import JointSeats, joint_spec
 from racecraft.worlds.unity.env.restarts import RestartLimits, RestartQuota
 from racecraft.worlds.unity.env.rows import Seats
 from racecraft.worlds.unity.env.session import Moment, Session, require_patience
-from racecraft.worlds.unity.env.several import JointSeats, joint_spec
 from racecraft.worlds.unity.env.side_channels import Gaussian, MultiRange, SideChannels, Statistic, Uniform
 
 ENGINE_FOR_TRAINING: Mapping[str, Any] = {
@@ -86,7 +86,7 @@ class UnityWorld:
         build: A path, `registry:NAME`, `editor` or `builtin:Basic`; see `find_build`.
         behavior: The behavior to act for, with or without its team; None where the scene has only one. Agents of other
             behaviors get zero actions.
-        several: Whether more behaviors than one are acted for, as `several.py` lays them out: those that `behavior`
+        several: Whether more behaviors than one are acted for, as `joint_rows.py` lays them out: those that `behavior`
             lists, or all of the scene.
         num_players: Processes.
         together: Whether the agents of a process are one world of M agents instead of M worlds of one.
@@ -223,9 +223,9 @@ class UnityWorld:
             self._receive(player, buffers)
         self._seats.show(buffers)
 
-    def take_episodes(self) -> list[EpisodeRecord]:
+    def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
-        return self._seats.take_episodes()
+        return self._seats.pop_episodes()
 
     def take_statistics(self) -> list[Statistic]:
         """Return what the scenes recorded since the last call."""
@@ -312,13 +312,13 @@ class UnityWorld:
     def _receive(self, player: _Player, buffers: StepBuffers) -> None:
         """Settle a player's moments until one of its agents asks; a lost player is started anew while it may be."""
         if self._or_anew(player, lambda: self._settle_until_asked(player, buffers)):
-            self._seats.cut_all(player.index, buffers)
+            self._seats.truncate_all(player.index, buffers)
             self._settle(player, player.first, buffers)
 
     def _settle_until_asked(self, player: _Player, buffers: StepBuffers) -> None:
         begun = time.monotonic()
         self._settle(player, player.session.receive(), buffers)
-        while not self._seats.anyone_asks(player.index):
+        while not self._seats.has_decisions(player.index):
             require_patience(begun, self._options.get("timeout_seconds", 60.0))
             player.session.send_step(self._seats.idle_choices(player.index))
             self._settle(player, player.session.receive(), buffers)

@@ -36,7 +36,7 @@ from racecraft.algorithms.sac_policy import SacPolicy
 from racecraft.algorithms.twin_critics import LOG_STD_RANGE as SAC_LOG_STD_RANGE
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array, DiscreteActions
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.unity.env.actions import ActionTable
 from racecraft.worlds.unity.env.behaviors import Behavior, Sensor
 
@@ -66,7 +66,7 @@ def write_unity_model(path: str | Path, policy: UnityPolicy, behavior: Behavior)
         target = target / f"{behavior.base_name}.onnx"
     model = unity_model(policy, behavior)
     target.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(target, model.SerializeToString())
+    write_atomic(target, model.SerializeToString())
     return target
 
 

@@ -15,8 +15,8 @@ from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import load_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
+from racecraft.worlds.unity.env.behavior_specs import behaviors_in
 from racecraft.worlds.unity.env.behaviors import Behavior
-from racecraft.worlds.unity.env.cards import behaviors_in
 from racecraft.worlds.unity.export.unity_model import UnityPolicy, check_unity_model, unity_model, write_unity_model
 
 KIND = "unity"

@@ -16,7 +16,7 @@ import numpy as np
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
-from racecraft.evaluation.judge import MOST_STEPS
+from racecraft.evaluation.evaluate_run import MOST_STEPS
 from racecraft.formats.checkpoint import save_state
 from racecraft.rollout.episodes import CUT, play_episodes
 from racecraft.rollout.statistics import summarise

@@ -22,8 +22,8 @@ from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.rollout.statistics import EpisodeCounter, summarise
 from racecraft.training.resume import Say
 from racecraft.training.stopping import Progress, StopCondition, parse_stops, reached
+from racecraft.worlds.unity.env.behavior_specs import behaviors_in
 from racecraft.worlds.unity.env.behaviors import Behavior, card_of
-from racecraft.worlds.unity.env.cards import behaviors_in
 from racecraft.worlds.unity.env.errors import PlayerLeftError
 from racecraft.worlds.unity.env.world import UnityWorld
 from racecraft.worlds.unity.training.plan import KIND, UnityRequest, plan_unity

@@ -29,7 +29,7 @@ from racecraft.training.settings import EvaluationConfig, RuntimeConfig, compose
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.worlds.unity.env.behaviors import Behavior
 from racecraft.worlds.unity.env.builds import Build, find_build
-from racecraft.worlds.unity.env.trainer_words import words_of
+from racecraft.worlds.unity.env.trainer_options import words_of
 from racecraft.worlds.unity.files.trainer_config import SAC
 from racecraft.worlds.unity.files.trainer_yaml import TrainerConfig, read_trainer_yaml
 

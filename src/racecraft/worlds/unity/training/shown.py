@@ -1,4 +1,4 @@
-"""ML-Agents' demonstrations as racecraft's. Begin with `read_shown`."""
+"""ML-Agents' demonstrations as racecraft's. Begin with `read_demonstration_batch`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from racecraft.formats.demonstrations import Demonstrations
 from racecraft.worlds.unity.files.demonstrations import Demonstration, Transitions, read_demonstrations
 
 
-def read_shown(where: Path) -> Demonstrations:
+def read_demonstration_batch(where: Path) -> Demonstrations:
     """Return what one file, or each of a folder in turn, shows.
 
     Raises:

@@ -2,8 +2,8 @@
 
     plan → players that teach, one that judges → settings, the scene heard → `Experiment` → `training/trainer.py`
 
-The agents of a behavior learn side by side in one player (or several). `plan.py` reads what was asked, `settling.py`
-hears the scene, `evaluator.py` says how good a policy is.
+The agents of a behavior learn side by side in one player (or several). `plan.py` reads what was asked,
+`resolve_settings.py` hears the scene, `evaluator.py` says how good a policy is.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from typing import Any
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.multi_policy import MultiPolicyLearner, group_spec
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
 from racecraft.players.trained import GreedyPolicy, spec_in
 from racecraft.training.loop import Evaluator, Outcome
 from racecraft.training.named_files import lay_named_files, named_files
 from racecraft.training.resume import Say
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
-from racecraft.worlds.unity.env.cards import card_for
+from racecraft.worlds.unity.env.behavior_specs import card_for
 from racecraft.worlds.unity.env.wire import EDITOR_PORT
 from racecraft.worlds.unity.env.world import UnityWorld
 from racecraft.worlds.unity.training.evaluator import SceneEvaluator, TrainingEpisodesEvaluator
@@ -38,7 +38,7 @@ from racecraft.worlds.unity.training.plan import (
     plan_unity,
     stops_for,
 )
-from racecraft.worlds.unity.training.settling import Settled, file_name, own_groups, settle, whose
+from racecraft.worlds.unity.training.resolve_settings import Settled, file_name, own_groups, settle, whose
 
 __all__ = ["KIND", "Request", "UnityRequest", "default_settings", "opened", "plan", "plan_resume", "summary"]
 
@@ -92,7 +92,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
             title=f"{names} of {planned.build_name}",
             folder_name=file_name(names.replace(", ", "-")),
             notes=settled.notes,
-            lay_files=lambda run: _lay_files(planned, settled, run),
+            copy_user_files=lambda run: _lay_files(planned, settled, run),
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
             same_shape=_require_same_heads,
@@ -147,4 +147,4 @@ def _lay_files(planned: UnityPlan, settled: Settled, run: RunFolder) -> None:
         if number:  # the first one's are those of the training itself
             lay_named_files(named_files(settings, of=whose(number, base)), run)
     if planned.request.config is not None:
-        write_whole(run.path / TRAINER_FILE, planned.request.config.read_bytes())
+        write_atomic(run.path / TRAINER_FILE, planned.request.config.read_bytes())

@@ -13,7 +13,7 @@ from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ContinuousActions, DiscreteActions
 from racecraft.formats.policy_layers import Convolution, DenseLayer, NetworkLayers, PolicyLayers, SensorLayers
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.env.sensors import STEREO, car_sensors
 
 LISTED = DiscreteActions(5)

@@ -17,7 +17,7 @@ from racecraft.worlds.deepracer.files.policy_graph import graph_of, output_name
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import write_graph
-from racecraft.worlds.deepracer.players.foreign_model import import_model
+from racecraft.worlds.deepracer.players.aws_model import import_model
 
 FRONT, STEREO, OLD = "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "observation"
 LIDAR, SECTORS = "LIDAR", "SECTOR_LIDAR"

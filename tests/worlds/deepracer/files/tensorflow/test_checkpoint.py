@@ -65,7 +65,7 @@ def test_arrays_lie_behind_each_other_in_the_order_of_their_names_and_the_index_
 
 def test_the_index_is_written_last(tmp_path, monkeypatch):
     order = []
-    monkeypatch.setattr(checkpoint, "write_whole", lambda path, data: order.append(path))
+    monkeypatch.setattr(checkpoint, "write_atomic", lambda path, data: order.append(path))
     write_checkpoint(tmp_path / "m", {"a": ROW})
     assert order == [f"{tmp_path}/m.data-00000-of-00001", f"{tmp_path}/m.index"]
 

@@ -8,12 +8,12 @@ import pytest
 from tests.worlds.deepracer.files.tensorflow.policies import METADATA, RANGES
 
 from racecraft.players.trained import load_policy
-from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.files.policy_graph import input_name, policy_output_in
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphFunction
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import read_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import read_graph, read_meta_graph
-from racecraft.worlds.deepracer.players.foreign_model import import_model
+from racecraft.worlds.deepracer.players.aws_model import import_model
 
 SPECIMENS = Path(__file__).with_name("specimens")
 

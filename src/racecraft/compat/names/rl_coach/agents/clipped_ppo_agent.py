@@ -1,6 +1,6 @@
 """Clipped PPO."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def ClippedPPOAgentParameters() -> Part:  # noqa: N802 - Coach's name

@@ -1,6 +1,6 @@
 """Double deep Q-learning."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def DDQNAgentParameters() -> Part:  # noqa: N802 - Coach's name

@@ -1,6 +1,6 @@
 """Deep Q-learning."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def DQNAgentParameters() -> Part:  # noqa: N802 - Coach's name

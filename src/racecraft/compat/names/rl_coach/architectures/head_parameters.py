@@ -1,6 +1,6 @@
 """Heads of networks."""
 
-from racecraft.compat.coach_words import Head
+from racecraft.compat.coach_config import Head
 
 
 def QHeadParameters() -> Head:  # noqa: N802 - Coach's name

@@ -1,5 +1,5 @@
 """Layers."""
 
-from racecraft.compat.coach_words import Layer as Dense
+from racecraft.compat.coach_config import Layer as Dense
 
 __all__ = ["Dense"]

@@ -1,6 +1,6 @@
 """Environments of Gym."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 mujoco_v2: dict[str, str] = {}
 """Names of MuJoCo's levels; presets import it and use nothing of it."""

@@ -1,6 +1,6 @@
 """Noise on top of numbers."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def AdditiveNoiseParameters() -> Part:  # noqa: N802 - Coach's name

@@ -1,6 +1,6 @@
 """Random choices now and then."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def EGreedyParameters() -> Part:  # noqa: N802 - Coach's name

@@ -1,6 +1,6 @@
 """A preset as a whole."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def BasicRLGraphManager(**parts: object) -> Part:  # noqa: N802 - Coach's name

@@ -1,6 +1,6 @@
 """How long is trained, and when is judged."""
 
-from racecraft.compat.coach_words import Part
+from racecraft.compat.coach_config import Part
 
 
 def ScheduleParameters() -> Part:  # noqa: N802 - Coach's name

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.arguments import names_of, require_arguments
-from racecraft.jobs.home import JobHome
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.endpoint import Predictor, deploy, trained_run_in, unpacked_model
-from racecraft.sagemaker.estimator_words import DEPLOY_ARGUMENTS, MODEL_ARGUMENTS
+from racecraft.sagemaker.estimator_config import DEPLOY_ARGUMENTS, MODEL_ARGUMENTS
 
 NAME = "model"
 
@@ -47,7 +47,7 @@ class TensorFlowModel:
         require_arguments("deploy", recorded, (*DEPLOY_ARGUMENTS, *names_of(self.deploy)))
         run = trained_run_in(unpacked_model(Path(self.model_data.removeprefix("file://"))))
         name = endpoint_name or self.name or f"{NAME}-{time.strftime('%Y-%m-%d-%H-%M-%S')}"
-        return deploy(JobHome.of_user(), run, name, serializer, deserializer, wait, policy)
+        return deploy(JobPaths.of_user(), run, name, serializer, deserializer, wait, policy)
 
 
 __all__ = ["TensorFlowModel"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.kernels import inner_kernel, lean_kernel
-from racecraft.kernels.chance import random_bits
+from racecraft.kernels.rng import random_bits
 from racecraft.worlds.battlesnake.env.kernels.columns import (
     CASTLE_FOOD,
     CAUSE,

@@ -106,7 +106,7 @@ def holds_board(side, params):
 
 @inner_kernel
 def observe(g, m, snakes, params, marks, walls, planes):
-    """Write what snake m of game g sees of any board (one held whole: `sheet.py`); a snake that is out sees nothing.
+    """Write what snake m of game g sees of any board (one held whole: `planes.py`); a snake that is out sees nothing.
 
     Args:
         g: Game.
@@ -127,8 +127,8 @@ def observe(g, m, snakes, params, marks, walls, planes):
                 planes[g, m, WALLS, row, column] = walls[square, row * side + column]
     num_snakes = snakes.shape[1]
     for row in range(num_snakes + 1, marks[num_snakes, 0]):
-        is_own, place = marks[m, 0] <= row and row < marks[m + 1, 0], marks[row, 0]
-        plane = OWN_BODY if is_own else place >> 20
+        is_user_file, place = marks[m, 0] <= row and row < marks[m + 1, 0], marks[row, 0]
+        plane = OWN_BODY if is_user_file else place >> 20
         _paint(g, m, place & 1023, place >> 10 & 1023, plane, marks[row, 1], snakes, params, planes)
     for s in range(num_snakes):
         if s != m and snakes[g, s, CAUSE] == 0:

@@ -27,8 +27,8 @@ from racecraft.worlds.battlesnake.env.kernels.columns import (
 from racecraft.worlds.battlesnake.env.kernels.food_and_hazards import below
 from racecraft.worlds.battlesnake.env.kernels.observe import allow, count, holds_board, mark, observe
 from racecraft.worlds.battlesnake.env.kernels.outlook import outlook_game
+from racecraft.worlds.battlesnake.env.kernels.planes import draw, lay_down
 from racecraft.worlds.battlesnake.env.kernels.rules import play_turn
-from racecraft.worlds.battlesnake.env.kernels.sheet import draw, lay_down
 
 
 @lean_kernel

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.kernels import lean_kernel
-from racecraft.kernels.chance import random_bits
+from racecraft.kernels.rng import random_bits
 from racecraft.worlds.battlesnake.players.kernels.position import (
     COUNT,
     FOOD,

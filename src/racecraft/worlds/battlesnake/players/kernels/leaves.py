@@ -214,7 +214,7 @@ def descend_all(left, eager, each, ring, rows, bits, cells, edges, rules, pools,
 
 
 @lean_kernel
-def hear_all(counts, each, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
+def backup(counts, each, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
              links, sums, priors, first_worths):  # fmt: skip
     """Take what a network made of the leaves of G trees into them; see `descend_all` and `hear`."""
     for g in range(counts.shape[0]):

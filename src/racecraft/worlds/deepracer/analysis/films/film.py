@@ -11,7 +11,7 @@ import numpy as np
 from racecraft.analysis.video import VideoError, encode_film, film_path
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import Array
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.films.figures import Overlay
 from racecraft.worlds.deepracer.analysis.films.moments import LEAST_FPS, MOST_FPS, Moments, moments
@@ -187,4 +187,4 @@ class Strip:
             sheet[row * high : (row + 1) * high, column * wide : (column + 1) * wide] = still
         out = io.BytesIO()
         Image.fromarray(sheet).save(out, "PNG")
-        write_whole(path, out.getvalue())
+        write_atomic(path, out.getvalue())

@@ -68,19 +68,19 @@ def advice(
     if episodes.height < FEWEST_EPISODES:
         return []
     late = episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))
-    gets_round = judged.gets_round or late["progress_share"].mean() >= GETS_ROUND  # type: ignore[operator]
+    completes_laps = judged.completes_laps or late["progress_share"].mean() >= GETS_ROUND  # type: ignore[operator]
     found = [*_timing(ticks)]
-    if not judged.gets_round:
+    if not judged.completes_laps:
         found += _unrelated(ticks, episodes)
     found += [*_learning(ticks, episodes, learner or Learner(), judged), *_slow_laps(ticks, episodes)]
     if track is not None:
         last = ticks.filter(ticks["unique_episode"].is_in(late["unique_episode"].implode()))
-        if not judged.gets_round:
+        if not judged.completes_laps:
             found += _quietly(_exits, last, track)
-        if gets_round:
+        if completes_laps:
             found += _quietly(_speed, last, track)
         found += _quietly(_sectors, ticks, track)
-    return [*found, *_actions(ticks)] if gets_round else found
+    return [*found, *_actions(ticks)] if completes_laps else found
 
 
 def _as_they_ended(ticks: pl.DataFrame) -> pl.DataFrame:
@@ -137,7 +137,7 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
     words = f"{judged.words()} While it explored, mean" if judged.shares else "Mean"
     words += f" progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
     words += f"the last, {100 * full:.0f} % of which are full laps."
-    if judged.gets_round:
+    if judged.completes_laps:
         try_ = "It laps: ask for more speed next, in a reward or in actions of your own."
         command = ANEW
     elif change > sure:

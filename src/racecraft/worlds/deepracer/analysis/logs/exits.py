@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.plot import Plot, PlotError, sheet
 from racecraft.pages.colours import RED
-from racecraft.worlds.deepracer.analysis.drive import CRASHED, what_befell
+from racecraft.worlds.deepracer.analysis.drive import CRASHED, incidents
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.plot import map_sheet, name_axes, values
@@ -40,7 +40,7 @@ def exit_points(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
     bad = in_segments(bad, track, segments)
     data = bad.select("unique_episode", "iteration", "status", "x_m", "y_m", "waypoint", "lap_share",
                       (pl.col("segment") + 1).alias("segment"), "speed_mps", "steering_rad")  # fmt: skip
-    grief = what_befell(data["status"].unique()) or "came to grief"
+    grief = incidents(data["status"].unique()) or "came to grief"
     title = f"Where cars {grief}, {data.height} times"
     return Plot("exit_points", title, data, lambda: _draw(data, track))
 

@@ -32,10 +32,10 @@ class Judged:
     """The fastest full lap of all; None: there was none, or times are not told."""
 
     @property
-    def gets_round(self) -> bool:
+    def completes_laps(self) -> bool:
         """Whether the car laps when it does not explore, by the latest evaluations.
 
-        >>> Judged((0.2, 1.0, 0.98)).gets_round, Judged((1.0, 0.6)).gets_round, Judged().gets_round
+        >>> Judged((0.2, 1.0, 0.98)).completes_laps, Judged((1.0, 0.6)).completes_laps, Judged().completes_laps
         (True, False, False)
         """
         return bool(self.shares) and min(self.shares[-LATEST:]) >= ROUND

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import page
 from racecraft.analysis.advice import Advice
-from racecraft.analysis.own_plots import NoPlot, OwnPlot, made_or_why
+from racecraft.analysis.own_plots import CustomPlot, NoPlot, made_or_why
 from racecraft.analysis.plot import Plot, PlotError
-from racecraft.formats.whole import write_whole
+from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.deepracer.analysis.logs import (
     actions,
     evaluations,
@@ -78,7 +78,7 @@ class Extras:
     """The table of AWS's metrics files."""
     reward: Callable[[dict[str, Any]], Any] | None = None
     """Another reward function, to be tried on the same laps."""
-    own: Sequence[OwnPlot] = ()
+    own: Sequence[CustomPlot] = ()
     """The racer's own plots."""
     advice: Sequence[Advice] = ()
     """What to change before the next training; `advice` finds it."""
@@ -108,7 +108,7 @@ def write_logs_page(
         OutputFileError: The page cannot be written.
     """
     parts = [STYLE, *_parts(ticks, track, title, extras)]
-    write_whole(path, page.page(f"{title} – logs", parts))
+    write_atomic(path, page.page(f"{title} – logs", parts))
     return Path(path)
 
 
@@ -369,7 +369,7 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
         yield page.card(_named(plot.name, _picture(plot)))
 
 
-def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
+def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[CustomPlot]) -> Iterator[str]:
     """Yield the racer's own plots; one that fails says why, and the page stands."""
     cards = []
     for one in made_or_why(own, ticks, track):

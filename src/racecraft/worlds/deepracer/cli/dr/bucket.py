@@ -11,7 +11,7 @@ import typer
 
 from racecraft.cli.output import word
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.worlds.deepracer.cli.dr.here import installation
+from racecraft.worlds.deepracer.cli.dr.context import installation
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
@@ -69,8 +69,8 @@ def _list(drfc: DrfcFolder, text: str, recursive: bool) -> None:
 
 
 def _copy(source: Path, target: Path, recursive: bool) -> None:
+    from racecraft.formats.atomic import make_folder
     from racecraft.formats.run_lock import unwritable
-    from racecraft.formats.whole import make_folder
 
     if not source.exists():
         raise UserInputError(f"{source}: there is nothing to copy; expected a file or a folder.")

@@ -8,8 +8,8 @@ from pathlib import Path
 import typer
 
 from racecraft.contract.errors import UserInputError
-from racecraft.worlds.deepracer.cli.dr.elsewhere import fetch_custom_files, send_custom_files
-from racecraft.worlds.deepracer.cli.dr.here import installation, say_notes
+from racecraft.worlds.deepracer.cli.dr.bucket_sync import fetch_custom_files, send_custom_files
+from racecraft.worlds.deepracer.cli.dr.context import installation, say_notes
 
 
 def upload_custom_files(context: typer.Context) -> None:
@@ -40,7 +40,7 @@ def download_custom_files(context: typer.Context) -> None:
 
 def _sync(source: Path, target: Path, cure: str, keeps: bool = False) -> None:
     """Copy the files of a folder that are not there yet, or differ, into another."""
-    from racecraft.formats.whole import make_folder, write_whole
+    from racecraft.formats.atomic import make_folder, write_atomic
 
     files = sorted(path for path in source.rglob("*") if path.is_file()) if source.is_dir() else []
     if not files:
@@ -53,7 +53,7 @@ def _sync(source: Path, target: Path, cure: str, keeps: bool = False) -> None:
         make_folder(place.parent)
         if keeps and place.is_file():
             shutil.copy2(place, place.with_name(place.name + ".bak"))
-        write_whole(place, path.read_bytes())
+        write_atomic(place, path.read_bytes())
         print(f"copied {path} to {place}")
         copied += 1
     print(f"{target}: {len(files)} files, {copied} of them new or changed")

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr.elsewhere import place_of_model, send
-from racecraft.worlds.deepracer.cli.dr.here import (
+from racecraft.worlds.deepracer.cli.dr.bucket_sync import place_of_model, send
+from racecraft.worlds.deepracer.cli.dr.context import (
     begin_job,
     follow_job,
     installation,
@@ -32,7 +32,7 @@ def start_evaluation(
 
     Example: racecraft dr start-evaluation -q
     """
-    from racecraft.worlds.deepracer.files.drfc_book import EVALUATION
+    from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION
     from racecraft.worlds.deepracer.files.model_copy import copy_model, wipe_model
     from racecraft.worlds.deepracer.training.race_environment import race_environment
 
@@ -77,6 +77,6 @@ def stop_evaluation(context: typer.Context) -> None:
 
     Example: racecraft dr stop-evaluation
     """
-    from racecraft.worlds.deepracer.files.drfc_book import EVALUATION
+    from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION
 
     stop_latest(context, EVALUATION, "dr-start-evaluation")

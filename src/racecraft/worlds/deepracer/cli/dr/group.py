@@ -12,10 +12,10 @@ from racecraft.worlds.deepracer.cli.dr import (
     custom_files,
     environment,
     evaluation,
-    gone,
     logs,
     models,
     pages,
+    removed,
     stopping,
     summary,
     training,
@@ -74,5 +74,5 @@ app.command(name="increment-upload-model")(models.increment_upload_model)
 app.command(name="download-model")(models.download_model)
 app.command(name="upload-car-zip")(models.upload_car_zip)
 app.command(name="local-aws", context_settings=bucket.WORDS)(bucket.local_aws)
-for name, answer in gone.COMMANDS.items():
-    app.command(name=name, hidden=True, context_settings=gone.WORDS)(answer)
+for name, answer in removed.COMMANDS.items():
+    app.command(name=name, hidden=True, context_settings=removed.WORDS)(answer)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.contract.errors import SettingError
-from racecraft.worlds.deepracer.cli.dr.here import follow_file, follow_job, installation, require_job
+from racecraft.worlds.deepracer.cli.dr.context import follow_file, follow_job, installation, require_job
 
 if TYPE_CHECKING:
     from racecraft.jobs.job import Job
@@ -23,7 +23,7 @@ def logs_sagemaker(context: typer.Context, wait: Wait = 0, all_logs: All = False
 
     Example: racecraft dr logs-sagemaker
     """
-    from racecraft.worlds.deepracer.files.drfc_book import TRAINING
+    from racecraft.worlds.deepracer.files.drfc_jobs import TRAINING
 
     drfc = installation(context)
     _wait_for(drfc, TRAINING, wait)
@@ -45,7 +45,7 @@ def logs_robomaker(
 
         racecraft dr logs-robomaker -e
     """
-    from racecraft.worlds.deepracer.files.drfc_book import EVALUATION, TRAINING
+    from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION, TRAINING
 
     drfc = installation(context)
     kind, begins = (EVALUATION, "dr-start-evaluation") if evaluation else (TRAINING, "dr-start-training")
@@ -65,19 +65,19 @@ def follow_simulator(drfc: DrfcFolder, job: Job, worker: int) -> None:
     """
     from pathlib import Path
 
-    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.store import get
     from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
 
     if worker != 1:
         raise SettingError(f"worker {worker}: all cars of a training write one log; expected 1, or no number.")
-    store = JobHome.of_user().store()
+    store = JobPaths.of_user().store()
     log = AwsModelFolder(Path(job.spec.run)).simulation_log
     follow_file(log, lambda: get(store, job.name).ended, job.name)
 
 
 def _wait_for(drfc: DrfcFolder, kind: str, seconds: int) -> None:
-    from racecraft.worlds.deepracer.cli.dr.here import latest_job
+    from racecraft.worlds.deepracer.cli.dr.context import latest_job
 
     until = time.monotonic() + seconds
     while latest_job(drfc, kind) is None and time.monotonic() < until:

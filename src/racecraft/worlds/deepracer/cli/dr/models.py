@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.worlds.deepracer.cli.dr.elsewhere import (
+from racecraft.worlds.deepracer.cli.dr.bucket_sync import (
     fetched_model,
     place_in_bucket,
     place_of_model,
@@ -15,8 +15,8 @@ from racecraft.worlds.deepracer.cli.dr.elsewhere import (
     require_free,
     send,
 )
-from racecraft.worlds.deepracer.cli.dr.elsewhere import wipe as wipe_place
-from racecraft.worlds.deepracer.cli.dr.here import ask_first, installation, say_notes, trained_model
+from racecraft.worlds.deepracer.cli.dr.bucket_sync import wipe as wipe_place
+from racecraft.worlds.deepracer.cli.dr.context import ask_first, installation, say_notes, trained_model
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -89,7 +89,7 @@ def _leave_files(models: Sequence[Path], result: RaceResult, length_m: float) ->
 
 
 def _film(drfc: DrfcFolder, car: TrainedCar, drivers: list[Driver], result: RaceResult, track: Track) -> None:
-    from racecraft.formats.whole import make_folder
+    from racecraft.formats.atomic import make_folder
     from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
     from racecraft.worlds.deepracer.analysis.films.views import AWS_FOLDERS
     from racecraft.worlds.deepracer.analysis.race_film import film_race

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr.here import begin_job, installation, latest_job, stop_job, trained_model
-from racecraft.worlds.deepracer.files.drfc_book import VIEWER
+from racecraft.worlds.deepracer.cli.dr.context import begin_job, installation, latest_job, stop_job, trained_model
+from racecraft.worlds.deepracer.files.drfc_jobs import VIEWER
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr.here import installation, latest_job, stop_job
+from racecraft.worlds.deepracer.cli.dr.context import installation, latest_job, stop_job
 
 
 def stop_all(context: typer.Context) -> None:
@@ -12,7 +12,7 @@ def stop_all(context: typer.Context) -> None:
 
     Example: racecraft dr stop-all
     """
-    from racecraft.worlds.deepracer.files.drfc_book import EVALUATION, TRAINING, VIEWER
+    from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION, TRAINING, VIEWER
 
     drfc = installation(context)
     found = [latest_job(drfc, kind) for kind in (TRAINING, EVALUATION, VIEWER)]

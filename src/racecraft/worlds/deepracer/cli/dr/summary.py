@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from racecraft.cli.options import Json
-from racecraft.worlds.deepracer.cli.dr.here import installation, latest_job
+from racecraft.worlds.deepracer.cli.dr.context import installation, latest_job
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
@@ -45,7 +45,7 @@ def summary(context: typer.Context, json: Json = False) -> None:
 
 def _facts(drfc: DrfcFolder) -> dict[str, Any]:
     from racecraft.formats.run_folder import JOB
-    from racecraft.worlds.deepracer.files.drfc_book import EVALUATION, TRAINING
+    from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION, TRAINING
 
     bucket = drfc.bucket
     models = sorted(path.parent.name for path in bucket.glob(f"*/{JOB}")) if bucket.is_dir() else []

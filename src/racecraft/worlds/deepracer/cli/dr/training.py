@@ -9,8 +9,8 @@ import typer
 
 from racecraft.cli.buckets.training import mirrored
 from racecraft.contract.errors import UserInputError
-from racecraft.worlds.deepracer.cli.dr.elsewhere import fetch_for_training, place_of_model, require_free, wipe
-from racecraft.worlds.deepracer.cli.dr.here import (
+from racecraft.worlds.deepracer.cli.dr.bucket_sync import fetch_for_training, place_of_model, require_free, wipe
+from racecraft.worlds.deepracer.cli.dr.context import (
     ask_first,
     await_run,
     begin_job,
@@ -49,7 +49,7 @@ def start_training(
     """
     from racecraft.worlds.deepracer.cli.dr.logs import follow_simulator
     from racecraft.worlds.deepracer.cli.dr.pages import open_viewer
-    from racecraft.worlds.deepracer.files.drfc_book import TRAINING, job_of
+    from racecraft.worlds.deepracer.files.drfc_jobs import TRAINING, job_of
 
     drfc = installation(context)
     say_notes(drfc)
@@ -137,7 +137,7 @@ def stop_training(context: typer.Context) -> None:
 
     Example: racecraft dr stop-training
     """
-    from racecraft.worlds.deepracer.files.drfc_book import TRAINING
+    from racecraft.worlds.deepracer.files.drfc_jobs import TRAINING
 
     job = stop_latest(context, TRAINING, "dr-start-training")
     if job is not None:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from racecraft.kernels import kernel
-from racecraft.kernels.chance import uniform_at
+from racecraft.kernels.rng import uniform_at
 from racecraft.worlds.deepracer.env.kernels.objects import note_place
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.tracks.kernels.geometry import row_after

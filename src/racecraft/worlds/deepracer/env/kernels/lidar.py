@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from racecraft.kernels import kernel, parallel_kernel, prange
-from racecraft.kernels.chance import normal_at, random_bits
+from racecraft.kernels.rng import normal_at, random_bits
 from racecraft.worlds.deepracer.env.sensors import BEAM_STEP_RAD, FIRST_BEAM_RAD, NEAREST_M
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.files.lidar_config import BEAMS

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.kernels import kernel
-from racecraft.kernels.chance import uniform_at
+from racecraft.kernels.rng import uniform_at
 from racecraft.worlds.deepracer.env.kernels.bots import line_up_bot
 from racecraft.worlds.deepracer.env.kernels.objects import car_touches, note_place
 from racecraft.worlds.deepracer.env.objects import CLEAR_AHEAD_M, CLEAR_BEHIND_M, FIXED_END_M

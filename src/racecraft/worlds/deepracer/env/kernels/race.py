@@ -14,17 +14,17 @@ import math
 import numpy as np
 
 from racecraft.kernels import kernel, parallel_kernel, prange
-from racecraft.kernels.chance import normal_at, uniform_at
-from racecraft.worlds.deepracer.env.kernels.around import look_about
+from racecraft.kernels.rng import normal_at, uniform_at
 from racecraft.worlds.deepracer.env.kernels.bots import drive_bots
 from racecraft.worlds.deepracer.env.kernels.boxes import is_in_frame
 from racecraft.worlds.deepracer.env.kernels.lidar import look_around, tell
+from racecraft.worlds.deepracer.env.kernels.localise import locate
+from racecraft.worlds.deepracer.env.kernels.nearby import collect_nearby
 from racecraft.worlds.deepracer.env.kernels.objects import hits, is_to_blame, objects_around
+from racecraft.worlds.deepracer.env.kernels.observations import look
 from racecraft.worlds.deepracer.env.kernels.placing import place_objects
-from racecraft.worlds.deepracer.env.kernels.sight import look
 from racecraft.worlds.deepracer.env.kernels.starts import drive_on, is_driving_on, make_room, restart, take_start
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wheels_after
-from racecraft.worlds.deepracer.env.kernels.whereabouts import locate
 from racecraft.worlds.deepracer.env.race import (
     CRASHED,
     IMMOBILISED,
@@ -59,7 +59,7 @@ def line_up(
         place_objects(track, plan, objects, cars, n, np.int64(1))
         for m in range(cars.shape[1]):
             make_room(track, objects, cars, n, m, m)
-        look_about(track, objects, cars, around, n)
+        collect_nearby(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
             look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
@@ -74,7 +74,7 @@ def look_again(
     A LiDAR's newest reading stands.
     """
     for n in range(cars.shape[0]):
-        look_about(track, objects, cars, around, n)
+        collect_nearby(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
             if rows[n, m]:
                 look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
@@ -92,7 +92,7 @@ def tick(
         track: TrackArrays.
         plan: ObjectPlan.
         objects: Objects of the N worlds, driven on and placed anew in place.
-        around: Around, what each car finds at this moment; written anew whenever cars have moved.
+        around: Nearby, what each car finds at this moment; written anew whenever cars have moved.
         profiles: PROFILE (N, M).
         rules: Rules.
         scene: Scene, for `render_frame`.
@@ -146,7 +146,7 @@ def tick_world(
             obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
             locate(track, cars[n, m])
     drive_bots(track, plan, objects, reports, n)
-    look_about(track, objects, cars, around, n)
+    collect_nearby(track, objects, cars, around, n)
     is_anew = False
     for m in range(cars.shape[1]):
         if reports[n, m].terminated or reports[n, m].truncated:
@@ -165,7 +165,7 @@ def tick_world(
                 place_objects(track, plan, objects, cars, n, cars.shape[1])
             make_room(track, objects, cars, n, m, cars.shape[1])
     if is_anew:
-        look_about(track, objects, cars, around, n)
+        collect_nearby(track, objects, cars, around, n)
     for m in range(cars.shape[1]):
         look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
         look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
@@ -175,7 +175,7 @@ def tick_world(
 def settle(track, objects, cars, around):
     """Write down anew what every car finds around it, as after cars were parked."""
     for n in range(cars.shape[0]):
-        look_about(track, objects, cars, around, n)
+        collect_nearby(track, objects, cars, around, n)
 
 
 @kernel

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from racecraft.kernels import kernel
+from racecraft.worlds.deepracer.env.kernels.localise import locate
 from racecraft.worlds.deepracer.env.kernels.objects import car_touches, object_near
 from racecraft.worlds.deepracer.env.kernels.vehicle import wheels_after
-from racecraft.worlds.deepracer.env.kernels.whereabouts import locate
 from racecraft.worlds.deepracer.env.race import (
     LAP_COMPLETE,
     START_CLEAR_M,

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from racecraft.kernels import kernel, parallel_kernel, prange
-from racecraft.kernels.chance import normal_at, random_bits, uniform_at
+from racecraft.kernels.rng import normal_at, random_bits, uniform_at
 
 EVERY_OTHER_BYTE, ONE_IN_EVERY_PAIR = np.uint64(0x00FF00FF00FF00FF), np.uint64(0x0001000100010001)
 BLACK, WHITE = np.float32(0.0), np.float32(255.0)

@@ -15,7 +15,7 @@ def drive_on(
     """Let the only car of world `n` drive until there is something to tell: a full lap, or the end of its episode.
 
     Returns whether there is; False after so many `ticks` without. `layers`, `weights` and `scale` are those of a
-    `PlainLook`, `rooms` float32 (N, 3, W), one for each to look in; `menu_numbers` (A, 1), `menu_chosen` and
+    `CompiledPolicy`, `rooms` float32 (N, 3, W), one for each to look in; `menu_numbers` (A, 1), `menu_chosen` and
     `menu_sent` (A, 1, 2) what each choice tells a car. The others are those of `tick`.
 
     It takes one thread, and a car sees no other world: so several may drive at once, and none waits for another.

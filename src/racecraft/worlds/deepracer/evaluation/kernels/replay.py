@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 
 from racecraft.kernels import kernel
+from racecraft.worlds.deepracer.env.kernels.localise import progress_percent, wheels_on_road
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive
-from racecraft.worlds.deepracer.env.kernels.whereabouts import progress_percent, wheels_on_road
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
 
 
 @kernel
-def retell_progress(lap_shares, begins, start_shares, progress):
+def recompute_progress(lap_shares, begins, start_shares, progress):
     """Fill `progress` (T,), per cent, from each row's share of the lap and its episode's start.
 
     `begins` (T,) marks an episode's first row: there the progress of the row before counts as 0.

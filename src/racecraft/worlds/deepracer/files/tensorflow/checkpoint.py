@@ -15,8 +15,8 @@ import numpy as np
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
+from racecraft.formats.atomic import write_atomic
 from racecraft.formats.protobuf_messages import MessageError, parsed
-from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.files.tensorflow import messages
 from racecraft.worlds.deepracer.files.tensorflow.table import masked_crc32c, read_table, write_table
 from racecraft.worlds.deepracer.files.tensorflow.tensors import (
@@ -87,8 +87,8 @@ def write_checkpoint(prefix: str | Path, arrays: Mapping[str, Array]) -> None:
         entries[name.encode()] = entry.SerializeToString()
         pieces.append(array.tobytes())
         offset += array.nbytes
-    write_whole(f"{prefix}.data-00000-of-00001", b"".join(pieces))
-    write_whole(f"{prefix}{INDEX}", write_table(entries))
+    write_atomic(f"{prefix}.data-00000-of-00001", b"".join(pieces))
+    write_atomic(f"{prefix}{INDEX}", write_table(entries))
 
 
 def _count_of_shards(header: bytes | None) -> int:

@@ -130,7 +130,7 @@ def resolve(name: str) -> str:
 
 
 def _build(name: str) -> Track:
-    from racecraft.worlds.deepracer.tracks.look import TrackLook
+    from racecraft.worlds.deepracer.tracks.style import TrackStyle
     from racecraft.worlds.deepracer.tracks.track import Track
 
     entry = _index()[name]
@@ -138,7 +138,7 @@ def _build(name: str) -> Track:
     return Track.from_rows(
         name,
         rows,
-        look=TrackLook.from_record(entry["look"]),
+        look=TrackStyle.from_record(entry["look"]),
         title=entry["title"],
         tags=tuple(entry["tags"]),
         repeated_rows=tuple(entry.get("repeated_rows", ())),

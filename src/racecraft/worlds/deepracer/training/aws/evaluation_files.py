@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.formats.whole import make_folder
+from racecraft.formats.atomic import make_folder
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
 from racecraft.worlds.deepracer.files.sim_trace import trace_from_episodes, write_sim_trace

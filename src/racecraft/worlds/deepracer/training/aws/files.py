@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.world import Array
-from racecraft.formats.whole import make_folder, write_on, write_whole
+from racecraft.formats.atomic import append_atomic, make_folder, write_atomic
 from racecraft.training.background import Background, Gate
 from racecraft.training.callbacks import EvaluationResult, IterationReport
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
@@ -92,7 +92,7 @@ class AwsFiles:
         write_hyperparameters(setup.hyperparameters, place.hyperparameters)
         write_params(place.training_params, setup.params)
         if self._with_log:
-            self._log_written = self._log_end = write_on(place.simulation_log, 0, self._log_head())
+            self._log_written = self._log_end = append_atomic(place.simulation_log, 0, self._log_head())
 
     def keep(self, columns: Mapping[str, Array], report: IterationReport) -> None:
         """Take in one of our iterations.
@@ -158,7 +158,7 @@ class AwsFiles:
         self._clear(from_block=self._blocks[0].number)
         if self._with_log:
             head = b"" if self._place.simulation_log.exists() else self._log_head()
-            self._log_written = self._log_end = write_on(self._place.simulation_log, self._log_written, head)
+            self._log_written = self._log_end = append_atomic(self._place.simulation_log, self._log_written, head)
         for block in self._blocks[:-1]:
             self._write_block(block)
 
@@ -172,12 +172,12 @@ class AwsFiles:
             self._background.settle(wait=True)
             if self._blocks[-1].episodes:
                 trace = self._blocks[-1].trace(self._track_length_m)
-                write_whole(self._place.training_trace(self._blocks[-1].number), sim_trace_text(trace))
+                write_atomic(self._place.training_trace(self._blocks[-1].number), sim_trace_text(trace))
             if len(self._rows) > self._rows_written:
-                write_whole(self._place.training_metrics, self._metrics_text(self._rows))
+                write_atomic(self._place.training_metrics, self._metrics_text(self._rows))
                 self._rows_written = len(self._rows)
             if self._marks:  # the last ones were passed over where the file was being written
-                write_whole(
+                write_atomic(
                     self._place.checkpoint_marks, checkpoint_marks_text(self._marks["best"], self._marks["last"])
                 )
         finally:
@@ -251,7 +251,7 @@ class AwsFiles:
             self._write_metrics()
         if "marks" not in self._busy:
             text = checkpoint_marks_text(self._marks["best"], self._marks["last"])
-            self._give("marks", lambda: write_whole(self._place.checkpoint_marks, text), lambda: None)
+            self._give("marks", lambda: write_atomic(self._place.checkpoint_marks, text), lambda: None)
 
     def _write_block(self, block: Block) -> None:
         """Have a full block written, trace and log."""
@@ -259,9 +259,9 @@ class AwsFiles:
 
         def job() -> None:
             trace = block.trace(length)
-            write_whole(place.training_trace(block.number), sim_trace_text(trace))
+            write_atomic(place.training_trace(block.number), sim_trace_text(trace))
             if self._with_log:
-                self._log_end = write_on(place.simulation_log, self._log_end, block.log_text(trace).encode())
+                self._log_end = append_atomic(place.simulation_log, self._log_end, block.log_text(trace).encode())
             ends.append(self._log_end)
 
         def done() -> None:
@@ -277,7 +277,7 @@ class AwsFiles:
         def done() -> None:
             self._rows_written = len(rows)
 
-        self._give("metrics", lambda: write_whole(self._place.training_metrics, self._metrics_text(rows)), done)
+        self._give("metrics", lambda: write_atomic(self._place.training_metrics, self._metrics_text(rows)), done)
 
     def _give(self, name: str, job: Callable[[], None], done: Callable[[], None]) -> None:
         """Give a job to the background; until it is done, its name is busy."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
-from racecraft.worlds.deepracer.evaluation.judged_race import RaceRecord, Trial
+from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, Trial
 from racecraft.worlds.deepracer.files.training_metrics import EvaluationRow, evaluation_row
 from racecraft.worlds.deepracer.training.aws.evaluation_files import evaluation_trace, write_evaluation_files
 

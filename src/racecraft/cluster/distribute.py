@@ -1,0 +1,152 @@
+"""A training whose worlds are carried by workers: the same experiment, with a gatherer. Begin with `distribute`."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from racecraft.algorithms.learner import Learner
+from racecraft.cluster.cluster_options import ClusterOptions, read_cluster
+from racecraft.cluster.collector import ClusterCollector, Updates
+from racecraft.cluster.messages import Order
+from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
+from racecraft.cluster.transport import Transport
+from racecraft.cluster.worker_pool import COME_SECONDS, Crew
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import WorldSpec
+from racecraft.training.remote_collection import TickCallback
+from racecraft.training.resume import Say
+from racecraft.training.run_writer import TickRecorder
+from racecraft.training.trainer import Experiment, Spread
+
+
+@dataclass
+class ClusterGatherer:
+    """Carries a learner through the worlds of a crew."""
+
+    crew: Crew
+    spec: WorldSpec
+    experiment: Experiment
+    updates: Updates = field(default_factory=Updates)
+    collecting: ClusterCollector | None = None
+
+    @property
+    def recorder(self) -> TickRecorder | None:
+        """Hands over the ticks that workers kept."""
+        return None if self.experiment.recorder is None else self.collecting
+
+    def collector(self, learner: Learner, horizon: int, hears: TickCallback | None) -> ClusterCollector:
+        """Return what collects for a learner."""
+        experiment = self.experiment
+        self.collecting = ClusterCollector(
+            self.crew,
+            self.spec,
+            learner,
+            horizon,
+            self.updates,
+            experiment.parts,
+            experiment.algorithm.replay,
+            hears,
+        )
+        return self.collecting
+
+
+def distribute(cluster: str | int | None) -> Spread | None:
+    """Return what carries a training's worlds to the workers of a cluster; None where none is asked for.
+
+    Args:
+        cluster: As `--cluster` is given it: N, auto, HOST:PORT, N@auto, N@HOST:PORT.
+
+    Raises:
+        SettingError: It is none of these.
+
+    What is returned raises, once it is asked to carry a training that can be spread:
+        MissingExtraError: Ray is not installed.
+        ClusterError: The cluster is not there, or this is inside `racecraft run`.
+    """
+    if cluster is None:
+        return None
+    asked = read_cluster(str(cluster))
+
+    def reach() -> Transport:
+        # Not before the training is known to be one that can be spread: a wrong setting is told first.
+        from racecraft.cluster.ray_transport import RayTransport
+
+        return RayTransport(asked)
+
+    return spread_by(reach, asked)
+
+
+def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_seconds: float = COME_SECONDS) -> Spread:
+    """Return what carries a training's worlds to workers.
+
+    Args:
+        reach: Makes a `Transport`, once it is known that the training can be spread.
+        asked: Which cluster, for what is said and for job.json.
+        come_seconds: Workers are there by then, or do not come.
+    """
+
+    @contextlib.contextmanager
+    def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
+        _require_spreadable(experiment)
+        say(f"- cluster {asked}: waiting for its workers")
+        with contextlib.closing(reach()) as transport:
+            crew = _crew(transport, kind, planned, come_seconds, say)
+            gatherer = ClusterGatherer(crew, crew.open(), experiment)
+            _tell(crew, asked, say)
+
+            def after_update(learner: Learner) -> None:
+                gatherer.updates.heard()
+                experiment.after_update(learner)
+
+            yield replace(
+                experiment,
+                gatherer=gatherer,
+                after_update=after_update,
+                job={**experiment.job, "cluster": {"asked": str(asked), "workers": len(crew.opened)}},
+            )
+            _tell_traffic(gatherer, say)
+
+    return spread
+
+
+def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: Say) -> Crew:
+    """Return workers in their places, not yet started."""
+    shares = shares_of(parts_of(planned), transport.room, planned.seed)
+    if len(shares) < transport.room:
+        say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
+    orders = [Order(kind, plan_of_share(planned, share), share) for share in shares]
+    return Crew(transport, orders, say, come_seconds)
+
+
+def _require_spreadable(experiment: Experiment) -> None:
+    """Refuse what cannot be carried by workers.
+
+    Raises:
+        SettingError: The world or the algorithm cannot.
+    """
+    if experiment.stays:
+        raise SettingError(f"--cluster: {experiment.stays} Leave --cluster out.")
+    if experiment.algorithm.stays:
+        raise SettingError(
+            f"--cluster: {experiment.algorithm.name} {experiment.algorithm.stays}. Use ppo, reinforce, dqn, apex or "
+            "sac, or leave --cluster out."
+        )
+
+
+def _tell(crew: Crew, asked: ClusterOptions, say: Say) -> None:
+    hosts = {opened.host for opened in crew.opened}
+    machines = "this machine" if asked.address is None else f"{len(hosts)} machine{'s' * (len(hosts) > 1)}"
+    say(f"- cluster {asked}: {len(crew.opened)} workers on {machines}, the learner here")
+
+
+def _tell_traffic(gatherer: ClusterGatherer, say: Say) -> None:
+    collecting = gatherer.collecting
+    if collecting is None or not collecting.traffic.steps:
+        return
+    traffic = collecting.traffic
+    came, went = traffic.bytes_in / traffic.steps, traffic.bytes_out / traffic.steps
+    lost = f", {gatherer.crew.replaced} workers replaced" if gatherer.crew.replaced else ""
+    say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{lost}")

@@ -1,0 +1,196 @@
+"""Workers in their places. One that is lost is replaced, and what it was at is done again. Begin with `Crew.gather`.
+
+A worker's every answer says where it stands, so whoever takes its place goes on from there, with the same weights and
+the same chance, and gives the very answer that was lost: a training loses no update by it, and its curve is the same.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from racecraft.cluster.deadlines import patience
+from racecraft.cluster.messages import Opened, Order, RolloutResult, Start, Task, WorkerError
+from racecraft.cluster.transport import ClusterError, Handle, Ticket, Transport, WorkerLostError
+from racecraft.cluster.worker import spec_of_all
+from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.contract.world import WorldSpec
+from racecraft.training.versions import versions
+
+COME_SECONDS = 180.0
+"""Where no further worker has come for so long, none does: a process begins in some ten seconds, on a machine at work
+in sixty. Opening worlds, which may mean to compile them, is not limited."""
+TELL_SECONDS = 20.0
+"""How often it is said what is waited for."""
+LOOK_SECONDS = 0.5
+"""How often, while workers are at work, somebody may look at the clock."""
+LOST_IN_A_ROW = 5
+"""After so many workers lost in one place without an answer the fault is not theirs."""
+
+Say = Callable[[str], None]
+
+
+class Crew:
+    """Workers, each in its place.
+
+    Args:
+        transport: Reaches them.
+        orders: What each of them opens.
+        say: Says a line to a person.
+        come_seconds: Where none has come for so long, none does; longer on a machine with much else to do.
+    """
+
+    def __init__(
+        self, transport: Transport, orders: Sequence[Order], say: Say, come_seconds: float = COME_SECONDS
+    ) -> None:
+        self._transport, self._say, self._come_seconds = transport, say, come_seconds
+        self.orders = list(orders)
+        """What the worker in each place opened."""
+        self._workers: list[Handle] = []
+        self._lost = [0] * len(self.orders)
+        self.replaced = 0
+        """Workers replaced so far."""
+        self.opened: list[Opened] = []
+
+    def open(self) -> WorldSpec:
+        """Start all workers; return what their worlds promise together.
+
+        Raises:
+            ClusterError: They do not come, are lost as they come, or have other versions of what results depend on.
+            UserInputError: What they are to open cannot be opened.
+        """
+        self._workers = [self._transport.start() for _ in self.orders]
+        coming = {self._transport.ask(worker, "come", None): place for place, worker in enumerate(self._workers)}
+        self._wait_for_all(coming, "have come", patience(self._come_seconds))
+        asked = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
+        self.opened = [answer for _, answer in sorted(self._wait_for_all(asked, "have opened their worlds").items())]
+        for place, opened in enumerate(self.opened):
+            _require_same_versions(place, opened)
+        return spec_of_all([opened.spec for opened in self.opened])
+
+    def begin(self, starts: Sequence[Start]) -> None:
+        """Have every worker begin."""
+        for place, start in enumerate(starts):
+            self._transport.ask(self._workers[place], "begin", start)
+
+    def ask(self, task: Task) -> dict[Ticket, int]:
+        """Ask every worker to collect; return the questions, each with its worker's place."""
+        shared = self._transport.for_all(task)
+        return {self._transport.ask(worker, "collect", shared): place for place, worker in enumerate(self._workers)}
+
+    def gather(
+        self,
+        under_way: dict[Ticket, int],
+        starts: Callable[[int], Start],
+        task: Task,
+        look: Callable[[], None] = lambda: None,
+    ) -> list[RolloutResult]:
+        """Wait for what every worker collected, in the order of their places.
+
+        Args:
+            under_way: The questions of `ask`.
+            starts: From where a worker's successor in a place goes on.
+            task: What the successor collects then.
+            look: Called every now and then; what it raises breaks the waiting off.
+
+        Raises:
+            UserInputError: Something in a world that the user gave failed.
+            ClusterError: In one place worker after worker is lost.
+        """
+        waiting, answers = dict(under_way), dict[int, Any]()
+        while waiting:
+            for ticket in self._transport.answered(list(waiting), LOOK_SECONDS):
+                place = waiting.pop(ticket)
+                try:
+                    answers[place] = _answer(self._transport.answer(ticket))
+                    self._lost[place] = 0
+                except WorkerLostError as gone:
+                    self._replace(place, str(gone), starts(place))
+                    waiting[self._transport.ask(self._workers[place], "collect", task)] = place
+            look()
+        return [answers[place] for place in range(len(self._workers))]
+
+    def close(self) -> None:
+        """End all workers."""
+        self._transport.close()
+
+    def _places(self) -> list[tuple[int, Order]]:
+        return list(enumerate(self.orders))
+
+    def _replace(self, place: int, why: str, start: Start) -> None:
+        """Put a new worker into a place; it opens the same worlds and goes on where the one before it was."""
+        self._lost[place] += 1
+        if self._lost[place] >= LOST_IN_A_ROW:
+            raise ClusterError(
+                f"cluster: {self._lost[place]} workers one after the other were lost in place {place} ({why}); "
+                "expected one that stays. Look at the memory of that machine, or give fewer worlds (--set "
+                "rollout.num_worlds=…)."
+            )
+        self._say(f"cluster: worker {place} was lost ({why}); another takes its place and does its work again")
+        self.replaced += 1
+        self._transport.end(self._workers[place])
+        self._workers[place] = self._transport.start()
+        self._transport.ask(self._workers[place], "open", self.orders[place])
+        self._transport.ask(self._workers[place], "begin", start)
+
+    def _wait_for_all(self, asked: Mapping[Ticket, int], what: str, seconds: float = math.inf) -> dict[int, Any]:
+        """Wait until workers have answered that were just started, and say now and then how far they are."""
+        waiting, answers = dict(asked), dict[int, Any]()
+        began = latest = told = time.monotonic()
+        while waiting:
+            before = len(answers)
+            for ticket in self._transport.answered(list(waiting), LOOK_SECONDS):
+                place = waiting.pop(ticket)
+                try:
+                    answers[place] = _answer(self._transport.answer(ticket))
+                except WorkerLostError as lost:
+                    raise ClusterError(
+                        f"cluster: worker {place} was lost before it had begun ({lost}); expected a machine with the "
+                        "same racecraft installed, and memory for its worlds."
+                    ) from lost
+            now = time.monotonic()
+            latest = now if len(answers) > before else latest
+            if waiting and now - told >= TELL_SECONDS:
+                told = now
+                self._say(f"- cluster: after {now - began:.0f} s {len(answers)} of {len(asked)} workers {what}")
+            if waiting and now - latest > seconds:
+                raise ClusterError(
+                    f"cluster: {len(answers)} of {len(asked)} workers came, and for {seconds:.0f} s no other; expected "
+                    "all of them. Look with `ray status` which cores are taken, ask for fewer workers (N@…), or begin "
+                    "more machines with `ray start --address=HOST:PORT`."
+                )
+        return answers
+
+
+def starts_of(start: Start, specs: Sequence[WorldSpec], states: Sequence[Mapping[str, Any] | None]) -> list[Start]:
+    """Return where each worker begins: alike but for its rows and its state."""
+    starts, first = [], 0
+    for spec, state in zip(specs, states, strict=True):
+        starts.append(replace(start, first_row=first, state=state))
+        first += spec.num_worlds * spec.num_agents
+    return starts
+
+
+def _answer(answer: Any) -> Any:
+    """Return an answer that is none of trouble.
+
+    Raises:
+        RacecraftError: It is trouble.
+    """
+    if isinstance(answer, WorkerError):
+        raise (UserInputError if answer.is_users else RacecraftError)(answer.letter)
+    return answer
+
+
+def _require_same_versions(place: int, opened: Opened) -> None:
+    ours = versions()
+    if dict(opened.versions) != ours:
+        other = {name: found for name, found in opened.versions.items() if found != ours.get(name)}
+        raise ClusterError(
+            f"cluster: worker {place} on {opened.host} has {other}; expected "
+            f"{ {name: ours[name] for name in other if name in ours} } as here. Install the same versions on every "
+            "machine."
+        )

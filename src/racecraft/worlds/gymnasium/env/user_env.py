@@ -1,0 +1,174 @@
+"""Asks a user's environment; what goes wrong in it becomes a letter with its file and line. Begin with `asked`."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any
+
+from racecraft.contract.errors import EnvironmentFailedError, RacecraftError
+from racecraft.contract.user_code_location import shown, user_code_location
+
+WRAPPERS = ("gymnasium.", "racecraft.", "gym.")
+"""Modules whose classes lay something round an environment: their names begin so."""
+METHODS = ("reset", "step", "begin_episodes", "park", "pop_episodes", "save_state", "load_state", "close")
+"""What is asked of a world."""
+
+
+def asked(env: Any, method: str, *words: Any, **named: Any) -> Any:
+    """Call a method of an environment and return what it gives.
+
+    Raises:
+        EnvironmentFailedError: It raised.
+    """
+    return _guarded(env, method, getattr(env, method), words, named)
+
+
+def call_reset(env: Any, seed: int) -> Any:
+    """Begin an episode of a Gymnasium environment; return observation and info.
+
+    Raises:
+        EnvironmentFailedError: It raised, or gave other things.
+    """
+    told = asked(env, "reset", seed=seed)
+    return _all_of(env, "reset", told, ("observation", "info"))
+
+
+def asked_to_step(env: Any, action: Any) -> Any:
+    """Step a Gymnasium environment; return observation, reward, terminated, truncated and info.
+
+    Raises:
+        EnvironmentFailedError: It raised, or gave other things.
+    """
+    told = asked(env, "step", action)
+    return _all_of(env, "step", told, ("observation", "reward", "terminated", "truncated", "info"))
+
+
+def _all_of(env: Any, method: str, told: Any, things: tuple[str, ...]) -> Any:
+    if isinstance(told, tuple) and len(told) == len(things):
+        return told
+    gave = f"{len(told)} things" if isinstance(told, tuple) else type(told).__name__
+    raise EnvironmentFailedError(
+        f"{_place(env, method)}{_name(env)}.{method} gave {gave}; expected ({', '.join(things)}). Mend what it returns."
+    )
+
+
+def made(make: Callable[..., Any], *words: Any, **named: Any) -> Any:
+    """Make an environment.
+
+    Raises:
+        EnvironmentFailedError: Its making raised.
+    """
+    try:
+        return make(*words, **named)
+    except RacecraftError:
+        raise
+    except (Exception, SystemExit) as error:
+        what = make.__name__ if isinstance(make, type) else "the environment"
+        raise EnvironmentFailedError(
+            f"{_line(user_code_location(error))}{what} {_said(error)} as it was made; expected one that can be "
+            "made again and again, for several stand side by side. Mend it there."
+        ) from error
+
+
+def reward_given(env: Any, reward: Any) -> float:
+    """Return what an environment gave as a reward.
+
+    Raises:
+        EnvironmentFailedError: It is no number, or none that can be learned from.
+    """
+    try:
+        value = float(reward)
+    except (TypeError, ValueError) as error:
+        raise unfit(env, "step", "reward", reward, "a number", error) from error
+    if not math.isfinite(value):
+        raise unfit(env, "step", "reward", reward, "a number", "nothing is learned from it")
+    return value
+
+
+def failure(env: Any, method: str, error: BaseException) -> EnvironmentFailedError:
+    """Return the letter about an environment whose method failed."""
+    place = _line(user_code_location(error)) or _place(env, method)
+    return EnvironmentFailedError(
+        f"{place}{_name(env)}.{method} {_said(error)}; expected an environment that plays episode after episode. "
+        "Mend it there."
+    )
+
+
+def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object) -> EnvironmentFailedError:
+    """Return the letter about something that an environment gave and that does not fit what it promised."""
+    shape = getattr(value, "shape", None)
+    gave = f"{type(value).__name__} of shape {tuple(shape)}" if shape is not None else _short(value)
+    return EnvironmentFailedError(
+        f"{_place(env, method)}{_name(env)}.{method} gave {gave} as {what} ({why}); expected {space}. Mend "
+        "what it returns, or what it promises."
+    )
+
+
+def lacking(env: Any, name: str) -> EnvironmentFailedError:
+    """Return the letter about something that an environment has not."""
+    return EnvironmentFailedError(
+        f"{_place(env, '__init__')}{_name(env)} has no {name}; expected one of gym's spaces, set as it is made."
+    )
+
+
+def telling(own: type) -> type:
+    """Return a user's class of worlds with what its methods raise told as letters, and all else of it its own."""
+
+    def asking(method: str) -> Callable[..., Any]:
+        function = getattr(own, method)
+
+        @functools.wraps(function)
+        def ask(self: Any, *words: Any, **named: Any) -> Any:
+            return _guarded(self, method, functools.partial(function, self), words, named)
+
+        return ask
+
+    methods = {name: asking(name) for name in METHODS if inspect.isfunction(getattr(own, name, None))}
+    return type(own.__name__, (own,), {"__module__": own.__module__, "__doc__": own.__doc__, **methods})
+
+
+def _guarded(env: Any, method: str, call: Callable[..., Any], words: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    try:
+        return call(*words, **named)
+    except RacecraftError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise failure(env, method, error) from error
+
+
+def _bare(env: Any) -> Any:
+    """Return what the user wrote, without what others laid round it."""
+    while type(env).__module__.startswith(WRAPPERS) and hasattr(env, "env"):
+        env = env.env
+    return env
+
+
+def _name(env: Any) -> str:
+    return type(_bare(env)).__name__
+
+
+def _place(env: Any, method: str) -> str:
+    """Return where a method of an environment begins, as far as Python knows."""
+    function = inspect.unwrap(getattr(type(_bare(env)), method, lambda: None))
+    try:
+        file, (_, line) = inspect.getsourcefile(function), inspect.getsourcelines(function)
+    except (OSError, TypeError):
+        return ""
+    return f"{shown(file)}:{line}: " if file else ""
+
+
+def _line(place: str) -> str:
+    return f"{place}: " if place else ""
+
+
+def _said(error: BaseException) -> str:
+    said = str(error)
+    return f"raised {type(error).__name__}{': ' * bool(said)}{said}"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:80]}..."
