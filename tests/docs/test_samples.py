@@ -41,8 +41,8 @@ def printed(racecraft, capsys, monkeypatch, tmp_path):  # noqa: F811
     results = [EvaluationResult(100.0, True, headline=headline) for headline in headlines]
     watcher = LineWatcher(sys.stdout)
     watcher.begin("re:Invent 2018, car v6, run runs/reinvent_base-1", "steps=200000", "progress %")
-    for result in results:
-        watcher.iteration(IterationReport(1, 2, 1.0, 2.0, 3, 4.5, 6.0, {}, result, True))
+    for iteration, result in enumerate(results, 1):
+        watcher.iteration(IterationReport(iteration, 2, 1.0, 2.0, 3, 4.5, 6.0, {}, result, True))
     watcher.end("steps=200000")
     lines += capsys.readouterr().out.splitlines()
     return {shape(line) for line in lines} | {shape(f"- {line}") for line in lines}

@@ -125,6 +125,7 @@ class DqnLearner(NetworkLearner[DqnConfig]):
         seed: Of the first weights, of what is drawn from the replay and (unless `act` is given another) of exploration.
         device: "cpu" or "cuda".
 
+    >>> from racecraft.contract.world import ArraySpec
     >>> seen = {"position": ArraySpec((2,), np.float32)}
     >>> learner = DqnLearner(WorldSpec("toy", 4, 1, seen, DiscreteActions(3)), NetworkConfig(), DqnConfig(), seed=1)
     >>> learner.act({"position": np.zeros((5, 2), np.float32)}).actions.shape

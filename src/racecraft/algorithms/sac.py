@@ -132,6 +132,7 @@ class SacLearner(NetworkLearner[SacConfig]):
     Raises:
         SettingError: An action is no vector of numbers with two finite bounds each.
 
+    >>> from racecraft.contract.world import ArraySpec
     >>> seen = {"position": ArraySpec((2,), np.float32)}
     >>> spec = WorldSpec("toy", 4, 1, seen, ContinuousActions((-2.0,), (2.0,)))
     >>> SacLearner(spec, NetworkConfig(), SacConfig(), seed=1).act({"position": np.zeros((5, 2), np.float32)})[0].shape

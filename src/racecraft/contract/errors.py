@@ -160,7 +160,7 @@ def shortened(text: str, most: int = MAX_SHOWN_CHARACTERS) -> str:
     r"""Return a text with its middle left out where it is long, and with what no terminal can show escaped.
 
     >>> shortened("a" * 1000, 9), shortened("half " + chr(0xD83D))
-    ('aaaa…aaaa', 'half \\\\ud83d')
+    ('aaaa…aaaa', 'half \\ud83d')
     """
     if len(text) > most:
         text = f"{text[: most // 2]}…{text[-(most // 2) :]}"
