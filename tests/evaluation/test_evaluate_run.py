@@ -98,7 +98,8 @@ def test_an_environment_is_judged_by_a_hundred_episodes_in_twenty_copies(
 
     monkeypatch.setattr(f"{evaluate_run.__module__}.load_policy", lambda run, which: asked.append(which) or POLICY)
     monkeypatch.setattr(environments, "opened_judging_world", opened)
-    monkeypatch.setattr(evaluate_run, "judge_episodes", lambda *told: asked.append(told) or {"episodes": told[2]})
+    judge = f"{evaluate_run.__module__}.judge_episodes"
+    monkeypatch.setattr(judge, lambda *told: asked.append(told) or {"episodes": told[2]})
     told = evaluate_run(run.path, **words)
     assert asked == ["best", worlds, (POLICY, "a world", episodes, seed)]
     assert told == {"run": str(run.path), "checkpoint": 12, "episodes": episodes}
