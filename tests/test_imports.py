@@ -22,7 +22,7 @@ LAYERS = (
     "analysis", "export", "training", "notebooks",
     "jobs", "league", "cluster",
     "sagemaker", "compat", "estimator",
-    "serving", "api", "cli",
+    "serving", "actions", "cli",
     "kind",
 )  # fmt: skip
 """From the lowest up, one order for the core's packages and for those inside a world."""

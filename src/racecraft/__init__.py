@@ -25,22 +25,22 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from racecraft.actions.judging import evaluate
+    from racecraft.actions.runs import load_policy, read_run
+    from racecraft.actions.training import resume, train
+    from racecraft.actions.tuning import train_population, tune
+    from racecraft.actions.worlds import make_world
     from racecraft.algorithms.registry import register_algorithm
-    from racecraft.api.judging import evaluate
-    from racecraft.api.runs import load_policy, read_run
-    from racecraft.api.training import resume, train
-    from racecraft.api.tuning import train_population, tune
-    from racecraft.api.worlds import make_world
 
 _WHERE = {
-    "train": "racecraft.api",
-    "resume": "racecraft.api",
-    "evaluate": "racecraft.api",
-    "load_policy": "racecraft.api",
-    "tune": "racecraft.api",
-    "train_population": "racecraft.api",
-    "make_world": "racecraft.api",
-    "read_run": "racecraft.api",
+    "train": "racecraft.actions.training",
+    "resume": "racecraft.actions.training",
+    "evaluate": "racecraft.actions.judging",
+    "load_policy": "racecraft.actions.runs",
+    "tune": "racecraft.actions.tuning",
+    "train_population": "racecraft.actions.tuning",
+    "make_world": "racecraft.actions.worlds",
+    "read_run": "racecraft.actions.runs",
     "register_algorithm": "racecraft.algorithms.registry",
 }
 

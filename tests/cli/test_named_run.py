@@ -8,7 +8,7 @@ import sys
 import pytest
 from tests.cli.conftest import TINY
 
-from racecraft.cli.named_run import named_run
+from racecraft.actions.named_run import named_run
 from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint import Checkpoints
 

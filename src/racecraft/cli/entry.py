@@ -7,6 +7,7 @@ The process of a training may import before it knows its words, a command that i
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -32,12 +33,15 @@ def main() -> None:
             end_at_once_on_interrupt()
 
 
-def print_errors(command: Callable[[], object]) -> None:
-    """Run a command; errors of ours become letters and exit codes."""
+def print_errors(command: Callable[..., object]) -> None:
+    """Run a command; an error of ours is printed and becomes an exit code, under --json as one JSON object as well."""
+    as_json = "--json" in sys.argv
     try:
-        command()
+        code = command(standalone_mode=not as_json)
     except RacecraftError as error:
         print("\n".join([f"racecraft: {error}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+        if as_json:
+            _print_json_error(error)
         sys.exit(2 if isinstance(error, UserInputError) else 1)
     except KeyboardInterrupt:
         print("racecraft: stopped.", file=sys.stderr)
@@ -45,6 +49,21 @@ def print_errors(command: Callable[[], object]) -> None:
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(141)
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        print(f"racecraft: {error.format_message()}", file=sys.stderr)  # without --json Typer prints it itself
+        print(json.dumps({"error": {"kind": "UsageError", "message": error.format_message()}}))
+        sys.exit(2)
+    if as_json and isinstance(code, int):
+        sys.exit(code)
+
+
+def _print_json_error(error: RacecraftError) -> None:
+    """Print an error on standard output: {"error": {"kind": …, "message": …}}."""
+    from racecraft.cli.output import print_json
+
+    print_json({"error": {"kind": type(error).__name__, "message": str(error)}})
 
 
 def _become_a_job() -> None:

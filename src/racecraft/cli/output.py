@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ WIDE = 250
 
 
 def print_json(value: Any) -> None:
-    """Print one JSON object on one line of standard output; what is no number in JSON becomes null."""
+    """Print a result as one JSON object on one line of standard output; what is no number in JSON becomes null."""
     print(json.dumps(_plain(value), ensure_ascii=False), flush=True)
 
 
@@ -74,16 +76,35 @@ def counting(what: str, *, quiet_stdout: bool) -> Iterator[Callable[[int, int], 
         yield lambda done, whole: progress.update(task, completed=done, total=whole)
 
 
+def table(titles: Sequence[str], rows: Iterable[Sequence[str]], left: Sequence[str] = ()) -> None:
+    """Print rows below their titles, figures to the right, the columns named by `left` to the left."""
+    from rich.table import Table
+
+    made = Table(box=None, pad_edge=False, header_style="bold")
+    for title in titles:
+        made.add_column(title, justify="left" if title in left else "right")
+    for row in rows:
+        made.add_row(*row)
+    print_table(made)
+
+
 def print_table(table: Table) -> None:
     """Print a table, whole; in a pipe no word of it is cut."""
     console().print(table)
 
 
 def _plain(value: Any) -> Any:
+    """Return a value as JSON has it: a result as it says itself (`as_dictionary`), or its fields by name."""
+    if hasattr(value, "as_dictionary"):
+        return _plain(value.as_dictionary())
+    if dataclasses.is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, dict):
         return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(part) for part in value]
+    if isinstance(value, Path):
+        return str(value)
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

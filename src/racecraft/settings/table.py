@@ -11,6 +11,7 @@ import types
 import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 from racecraft.contract.errors import SettingError, nearest
@@ -122,14 +123,11 @@ def kind_text(kind: Any) -> str:
     >>> kind_text(tuple[int, ...]), kind_text(float | None)
     ('whole numbers with commas between', 'a number or none')
     """
-    plain = {int: "a whole number", float: "a number", bool: "true or false", str: "a word"}
+    plain = {int: "a whole number", float: "a number", bool: "true or false", str: "a word", Path: "a path"}
     if kind in plain:
         return plain[kind]
     if typing.get_origin(kind) is tuple:
-        return (
-            plain[typing.get_args(kind)[0]].replace("a whole number", "whole numbers").replace("a number", "numbers")
-            + " with commas between"
-        )
+        return plain[typing.get_args(kind)[0]].removeprefix("a ") + "s with commas between"
     inner = [part for part in typing.get_args(kind) if part is not types.NoneType]
     return f"{kind_text(inner[0])} or none"
 
@@ -139,7 +137,7 @@ def _is_kind(value: Any, kind: Any) -> bool:
         return isinstance(value, int | float) and not isinstance(value, bool)
     if kind is int:
         return isinstance(value, int) and not isinstance(value, bool)
-    if kind in (bool, str):
+    if kind in (bool, str, Path):
         return isinstance(value, kind)
     if typing.get_origin(kind) is tuple:
         return isinstance(value, tuple) and all(_is_kind(part, typing.get_args(kind)[0]) for part in value)

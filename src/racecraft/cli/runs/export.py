@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.named_run import RUN_HELP, named_run
+from racecraft.actions.named_run import RUN_HELP, named_run
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kind import load
 from racecraft.contract.kinds import kinds

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from racecraft.cli.named_run import RUN_HELP, named_run
+from racecraft.actions.named_run import RUN_HELP, named_run
 from racecraft.cli.options import Json
 from racecraft.contract.errors import SettingError
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.named_run import RUN_HELP
+from racecraft.actions.named_run import RUN_HELP
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.named_run import RUN_HELP, named_run
+from racecraft.actions.named_run import RUN_HELP, named_run
 from racecraft.cli.options import Json
 
 PORT = 8100

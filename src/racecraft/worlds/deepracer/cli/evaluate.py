@@ -97,8 +97,8 @@ def evaluate(
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
+    from racecraft.actions.named_run import named_run
     from racecraft.cli.buckets.training import fetch_run
-    from racecraft.cli.named_run import named_run
     from racecraft.cli.output import say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.cli.named_run import RUN_HELP
+from racecraft.actions.named_run import RUN_HELP
 
 if TYPE_CHECKING:
     from racecraft.analysis.attribution import Question

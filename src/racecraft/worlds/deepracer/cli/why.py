@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.named_run import RUN_HELP
+from racecraft.actions.named_run import RUN_HELP
 
 PAGE = "why.html"
 

@@ -1,0 +1,76 @@
+"""A verb: a function of a frozen request that returns a frozen result. Begin with `action`.
+
+    @action
+    def record(request: RecordRequest, progress: Progress = quiet) -> Recorded: ...
+
+    record(RecordRequest(run="runs/CartPole-v1-1", episodes=3))
+    record("runs/CartPole-v1-1", episodes=3)                        the same, by the fields' names
+
+An action prints nothing and reads no command line; what it has to say goes to `progress`. The command line
+(`cli.from_request`), `import racecraft as rc` and the JSON schema are made from it.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import typing
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from racecraft.contract.progress import Progress, quiet
+from racecraft.settings.request import make_request
+
+Result = TypeVar("Result")
+
+
+class Action(Generic[Result]):
+    """A verb that takes its request whole, or by the names of its fields."""
+
+    def __init__(self, function: Callable[..., Result]) -> None:
+        functools.update_wrapper(self, function)
+        self._function = function
+
+    @functools.cached_property
+    def request(self) -> type:
+        """The class of its requests."""
+        first = next(iter(inspect.signature(self._function).parameters))
+        kind: type = typing.get_type_hints(self._function)[first]
+        return kind
+
+    @functools.cached_property
+    def result(self) -> Any:
+        """The type of its results."""
+        return typing.get_type_hints(self._function)["return"]
+
+    def __call__(self, *arguments: Any, progress: Callable[[str], None] = quiet, **values: Any) -> Result:
+        """Do it.
+
+        Args:
+            arguments: A request alone; or its arguments, in their order.
+            progress: Receives messages; a `Progress` receives how much is done as well.
+            values: Further fields of the request, those of its groups too.
+
+        Raises:
+            UserInputError: Something given cannot be used.
+        """
+        if len(arguments) == 1 and isinstance(arguments[0], self.request) and not values:
+            request = arguments[0]
+        else:
+            request = make_request(self.request, *arguments, **values)
+        return self._function(request, progress if isinstance(progress, Progress) else _Messages(progress))
+
+
+class _Messages(Progress):
+    """Hands messages on to a function."""
+
+    def __init__(self, receive: Callable[[str], None]) -> None:
+        self._receive = receive
+
+    def __call__(self, message: str) -> None:
+        self._receive(message)
+
+
+def action(function: Callable[..., Result]) -> Action[Result]:
+    """Return a function of a request and a `Progress` as an action; its docstring is the command's help."""
+    return Action(function)

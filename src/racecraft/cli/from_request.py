@@ -1,0 +1,114 @@
+"""A command made from an action: its options are the fields of the action's request. Begin with `command`.
+
+    app.command()(command(record, show))        racecraft record RUN --episodes 3 [--json]
+
+What remains for a command's own module is `show`, which prints a result for people; `--json` prints the same result as
+one JSON object.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import typing
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+
+from racecraft.actions.action import Action
+from racecraft.cli.options import Json
+from racecraft.cli.output import counting, print_json, say
+from racecraft.contract.progress import Count, Progress
+from racecraft.settings.request import Option, make_request, options_of
+
+SECTIONS = re.compile(r"\n\s*\n\s*(Args|Returns|Raises):\n")
+"""Where the help ends and the sections for programmers begin."""
+
+
+class TerminalProgress(Progress):
+    """Prints messages, and a bar for what is counted; on standard error where standard output belongs to `--json`."""
+
+    def __init__(self, *, quiet_stdout: bool) -> None:
+        self._quiet_stdout = quiet_stdout
+
+    def __call__(self, message: str) -> None:
+        say(message, quiet_stdout=self._quiet_stdout)
+
+    @contextmanager
+    def counting(self, unit: str) -> Iterator[Count]:
+        """Yield a callback that shows how much is done on a terminal."""
+        with counting(unit, quiet_stdout=self._quiet_stdout) as count:
+            yield count
+
+
+def command(
+    action: Action[Any], show: Callable[[Any], None], *, messages_aside: bool = False, help: str = ""
+) -> Callable[..., None]:
+    """Return a command that Typer understands.
+
+    Args:
+        action: What it does. A result with an `exit_code` ends the process with it, unless it is 0.
+        show: Prints a result for people.
+        messages_aside: Whether messages always go to standard error.
+        help: Its help; empty: the action's docstring.
+    """
+
+    def run(**typed: Any) -> None:
+        json = typed.pop("json")
+        request = make_request(action.request, **typed)
+        result = action(request, progress=TerminalProgress(quiet_stdout=json or messages_aside))
+        print_json(result) if json else show(result)
+        if code := getattr(result, "exit_code", 0):
+            raise typer.Exit(code)
+
+    parameters = [parameter_of(row) for row in options_of(action.request)]
+    parameters.append(inspect.Parameter("json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Json))
+    return with_parameters(run, parameters, help or str(action.__doc__), action.__name__)
+
+
+def with_parameters(
+    run: Callable[..., None], parameters: list[inspect.Parameter], help: str, name: str
+) -> Callable[..., None]:
+    """Return a function of keywords under a signature that Typer reads."""
+    run.__signature__ = inspect.Signature(parameters, return_annotation=None)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    run.__doc__ = SECTIONS.split(inspect.cleandoc(help))[0]
+    run.__name__ = name
+    return run
+
+
+def parameter_of(row: Option) -> inspect.Parameter:
+    """Return an option as a parameter of a command."""
+    kind, default = row.kind, row.default
+    if typing.get_origin(kind) is tuple:
+        kind = list[typing.get_args(kind)[0]]  # type: ignore[misc]
+        if not row.is_required:
+            kind, default = kind | None, list(row.default) or None
+    shared: dict[str, Any] = {"help": row.doc, "metavar": row.metavar or None, "rich_help_panel": row.panel or None}
+    shared |= {"min": row.low, "max": row.high} if _is_number(kind) else {}
+    told: Any
+    if row.is_argument:
+        told = typer.Argument(**shared)
+    else:
+        told = typer.Option(*_spellings(row), hidden=row.is_hidden, envvar=row.variable or None, **shared)
+    return inspect.Parameter(
+        row.name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=inspect.Parameter.empty if row.is_required else default,
+        annotation=Annotated[kind, told],
+    )
+
+
+def _spellings(row: Option) -> tuple[str, ...]:
+    """Return how an option is typed; a switch that is on where nothing is typed can be switched off."""
+    if row.spellings:
+        return row.spellings
+    flag = row.flag
+    is_switch = row.kind is bool or bool in typing.get_args(row.kind)
+    return (f"{flag}/--no-{flag[2:]}",) if is_switch and row.default is not False else (flag,)
+
+
+def _is_number(kind: Any) -> bool:
+    return bool({int, float} & {kind, *typing.get_args(kind)}) and kind is not bool

@@ -1,0 +1,29 @@
+"""How an action reports while it works: messages, and how much of something is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Count = Callable[[int, int], None]
+"""Called with how many are done and how many there are in all."""
+
+
+class Progress:
+    """Receives what an action reports; this one ignores it. A callback of messages alone is a plain function."""
+
+    def __call__(self, message: str) -> None:
+        """Receive a line for a person."""
+
+    @contextmanager
+    def counting(self, unit: str) -> Iterator[Count]:
+        """Yield a callback that receives how much is done.
+
+        Args:
+            unit: What is counted: "pictures".
+        """
+        yield lambda done, total: None
+
+
+quiet = Progress()
+"""Ignores every report."""

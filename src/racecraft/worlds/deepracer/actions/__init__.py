@@ -1,0 +1,1 @@
+"""The verbs of cars: each a frozen request, a function and a frozen result."""
