@@ -18,9 +18,11 @@ def import_game(
 ) -> None:
     """Bring a game home that was played elsewhere: to watch, to film, to study.
 
-    It takes what the production engine tells of a game: its answer for /games/ID together with its pages for
-    /games/ID/frames, or the events that a board is sent; a snake's own log of a production game; and whatever else
-    `snakes verify` takes. Every turn is replayed by our rules, and what differs is counted.
+    It takes what an engine tells of a game: the arena's /api/games/ID/details; the answers for /games/ID together with
+    the pages for /games/ID/frames; or the events that a board is sent. It also takes a snake's own log of a production
+    game, and whatever else `snakes verify` takes. Every turn is replayed by our rules, and what differs is counted.
+
+    Example: racecraft snakes import details.json --out game.jsonl
 
     Example: racecraft snakes import info.json frames.json --out game.jsonl
 

@@ -65,7 +65,8 @@ def serve(
             found.close()
     count = server.count
     say(
-        f"{count.games} games, {count.moves} moves, {count.late} late, {count.failed} failed, "
+        f"{count.games} games, {count.moves} moves, {count.late} late, {count.missed} seem missed, "
+        f"{count.failed} failed, "
         f"{count.refused} refused, p99 {count.p99_ms():.0f} ms",
         quiet_stdout=json,
     )

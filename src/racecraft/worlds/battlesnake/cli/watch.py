@@ -25,9 +25,11 @@ from racecraft.worlds.battlesnake.cli.options import (
 if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.serving.game_audience import Showing
 
-Recorded = Annotated[Path, typer.Argument(help="A game from `snakes play --output`, or of the official engine.")]
+Recorded = Annotated[
+    Path, typer.Argument(help="A game from `snakes play --output`, or any file that `snakes import` reads.")
+]
 MaybeRecorded = Annotated[
-    Path | None, typer.Argument(help="A game from `snakes play --output`, or of the official engine.")
+    Path | None, typer.Argument(help="A game from `snakes play --output`, or any file that `snakes import` reads.")
 ]
 Live = Annotated[bool, typer.Option("--live", help="Play a game and watch it as it comes.")]
 Html = Annotated[Path | None, typer.Option("--html", help="Write the page here, to open or e-mail, and stop.")]
@@ -94,11 +96,11 @@ def film(
     Example: racecraft snakes film game.jsonl --out game.mp4
     """
     from racecraft.worlds.battlesnake.analysis.board_film import check_film, film_game
-    from racecraft.worlds.battlesnake.evaluation.record import read_record
+    from racecraft.worlds.battlesnake.evaluation.imported import read_game
 
     check_folder(out)
     check_film(out)
-    played = read_record(game)
+    played = read_game(game)
     print(film_game(played.boards, played.card, out, speed))
 
 
@@ -119,11 +121,11 @@ def _show_recorded(game: Path, html: Path | None, showing: Showing, json: bool) 
     from racecraft.formats.atomic import write_atomic
     from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of
     from racecraft.worlds.battlesnake.analysis.board_page import board_page
-    from racecraft.worlds.battlesnake.evaluation.record import read_record
+    from racecraft.worlds.battlesnake.evaluation.imported import read_game
     from racecraft.worlds.battlesnake.serving.board_server import BoardServer
 
     check_folder(html)
-    played = read_record(game)
+    played = read_game(game)
     card = played.card
     events = [*(frame(board, card) for board in played.boards), game_end(played.settings, card)]
     title, facts = title_of(card), game_facts(played.settings, card, "complete")

@@ -7,6 +7,7 @@ Facts: A.8, A.9; squares and schedules checked against the recorded output of ev
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -203,10 +204,17 @@ def _leave_trails(board: Board) -> None:
     for point, count in notes.items():
         if point not in heads:
             board.hazards[point] += count
+    board.hazards.update(pending_trails(board))
+
+
+def pending_trails(board: Board) -> Counter[Point]:
+    """Return the notes that snail_mode keeps off the board: squares whose trail the next turn lays."""
+    notes: Counter[Point] = Counter()
     for snake in board.alive():
         x, y = snake.body[-1]
-        if snake.body[-1] != snake.body[-2]:
-            board.hazards[(x, y + board.height)] += len(snake.body)
+        if len(snake.body) > 1 and snake.body[-1] != snake.body[-2]:
+            notes[(x, y + board.height)] += len(snake.body)
+    return notes
 
 
 def _castle(name: str, side: int, most_players: int, most_food: int) -> GameMap:

@@ -13,8 +13,9 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError
 from racecraft.worlds.battlesnake.env.verify import verify_games
-from racecraft.worlds.battlesnake.evaluation.game_files import games_in, values_in
+from racecraft.worlds.battlesnake.evaluation.game_files import games_in, is_output, values_in
 from racecraft.worlds.battlesnake.evaluation.match import Played
+from racecraft.worlds.battlesnake.evaluation.record import read_record
 from racecraft.worlds.battlesnake.players.messages import LOOKS, GameCard
 
 _FRAME_LOOKS = {"Color": "color", "HeadType": "head", "TailType": "tail"}
@@ -53,6 +54,16 @@ def import_game(paths: Sequence[Path], number: int | None = None) -> Imported:
     return Imported(Played(game.settings, card, boards, game.over_turn is not None), verify_games([game]).mismatches)
 
 
+def read_game(path: Path) -> Played:
+    """Return the one game of a file: of `snakes play --output`, or of any other kind that `import_game` reads.
+
+    Raises:
+        InputFileError: It is no such file, or holds several games; names the line where there is one.
+        BoardError: A ruleset, map or size that is unknown.
+    """
+    return read_record(path) if is_output(path) else import_game([path]).played
+
+
 def _card(paths: Sequence[Path], ids: Sequence[str]) -> GameCard:
     """Return what the files tell of a game beside its positions; what they do not tell is as ours has it."""
     card = GameCard(paths[0].name.split(".")[0], names={one: one for one in ids}, looks={one: {} for one in ids})
@@ -63,7 +74,7 @@ def _card(paths: Sequence[Path], ids: Sequence[str]) -> GameCard:
             looks = said.get("customizations")
             looks = looks if isinstance(looks, dict) else {ours: said.get(key) for key, ours in _FRAME_LOOKS.items()}
             card.looks[one] = {key: text for key in LOOKS if isinstance(text := looks.get(key), str) and text}
-        elif "Width" in said or "ruleset" in said:
+        elif "Width" in said or "ruleset" in said or "game_type" in said:
             card.id, card.source = one or card.id, str(said.get("source", said.get("Source")) or "")
             timeout = said.get("timeout", said.get("SnakeTimeout"))
             card.timeout_ms = timeout if isinstance(timeout, int) and timeout > 0 else card.timeout_ms

@@ -2,7 +2,8 @@
 
 `message` tells one snake a position; `read_message` takes such a letter apart and refuses what cannot be a position.
 It is not narrow about the game around it: an engine may know rulesets, maps and figures that we do not, and a snake has
-to move all the same. What it does not know it reads as the official engine does: as standard.
+to move all the same. What it does not know it reads as the official engine does: as standard. In snail mode an engine
+that tells hazards on the board alone leaves out which squares the next turn's trails are on; they are added.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from racecraft.worlds.battlesnake.env.board import MAX_HEALTH, Board, BoardError, Point, Snake
-from racecraft.worlds.battlesnake.env.maps import MAPS
+from racecraft.worlds.battlesnake.env.maps import MAPS, pending_trails
 from racecraft.worlds.battlesnake.env.rulesets import RULESETS
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.protocol import Message
@@ -116,12 +117,14 @@ def read_message(data: Any) -> Letter:
     name = _part(ruleset, "name", str, "standard", "game.ruleset.")
     width, height = _whole(board_part, "width", "board."), _whole(board_part, "height", "board.")
     you_part = _part(data, "you", dict)
-    snakes = [_read_snake(part, f"board.snakes[{n}]") for n, part in enumerate(_part(board_part, "snakes", list))]
+    snakes = [read_snake(part, f"board.snakes[{n}]") for n, part in enumerate(_part(board_part, "snakes", list))]
     settings = _read_settings(name, game, width, height, len(snakes))
     board = Board(width, height, _whole(data, "turn", "", 0), snakes)
-    board.food = [_read_point(part, "board.food") for part in _part(board_part, "food", list, [], "board.")]
+    board.food = [read_point(part, "board.food") for part in _part(board_part, "food", list, [], "board.")]
     hazards = _part(board_part, "hazards", list, [], "board.")
-    board.hazards = Counter(_read_point(part, "board.hazards") for part in hazards)
+    board.hazards = Counter(read_point(part, "board.hazards") for part in hazards)
+    if settings.map == "snail_mode" and all(board.holds(square) for square in board.hazards):
+        board.hazards += pending_trails(board)
     _check(board)
     you = _part(you_part, "id", str, None, "you.")
     game_id = _part(game, "id", str, None, "game.")
@@ -178,8 +181,9 @@ def _within(low: int, value: int, high: int) -> int:
     return max(low, min(value, high))
 
 
-def _read_snake(part: Any, where: str) -> Snake:
-    body = [_read_point(point, f"{where}.body") for point in _part(part, "body", list, None, f"{where}.")]
+def read_snake(part: Any, where: str) -> Snake:
+    """Return the snake of one part of `board.snakes`; `where` names it in errors. Raises MessageError."""
+    body = [read_point(point, f"{where}.body") for point in _part(part, "body", list, None, f"{where}.")]
     if not 1 <= len(body) <= MOST_SEGMENTS:
         raise MessageError(f"{where}.body has {len(body)} squares; expected 1 to {MOST_SEGMENTS}.")
     health = _whole(part, "health", f"{where}.")
@@ -203,7 +207,8 @@ def _check(board: Board) -> None:
         raise MessageError(f"board.hazards stacks more than {MOST_STACKED} on a square.")
 
 
-def _read_point(part: Any, where: str) -> Point:
+def read_point(part: Any, where: str) -> Point:
+    """Return the square {"x", "y"}; `where` names it in errors. Raises MessageError."""
     return _whole(part, "x", f"{where}."), _whole(part, "y", f"{where}.")
 
 

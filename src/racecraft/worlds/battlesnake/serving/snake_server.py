@@ -12,18 +12,21 @@ silence.
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import takewhile
+from typing import Any, NamedTuple
 
 from racecraft.players.worker_pool import WorkerPool
 from racecraft.serving.batching_queue import BatchingQueue
-from racecraft.serving.http_service import HttpError, HttpService, Request
+from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
 from racecraft.serving.loop_lag import LoopLag
-from racecraft.worlds.battlesnake.env.board import MOVES, BoardError
+from racecraft.worlds.battlesnake.env.board import MOVES, BoardError, Point
+from racecraft.worlds.battlesnake.players.living_snakes import LivingSnakes, move_anyway
 from racecraft.worlds.battlesnake.players.messages import LOOKS, Letter, read_message
 from racecraft.worlds.battlesnake.players.protocol import (
     BatchPlayer,
@@ -34,7 +37,7 @@ from racecraft.worlds.battlesnake.players.protocol import (
     Question,
     SnakePlayer,
 )
-from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake
+from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, square_after
 from racecraft.worlds.battlesnake.players.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
 
 SILENCE_SECONDS = 600.0
@@ -62,6 +65,8 @@ class Count:
     """Moves for which the player had not answered in time; a safe move went out instead."""
     failed: int = 0
     """Moves for which the player failed; a safe move went out instead."""
+    missed: int = 0
+    """Moves that the engine seems not to have had in time, by the latency that it tells or by where the snake went."""
     refused: int = 0
     """Requests answered with an error."""
     latencies_ms: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES_KEPT))
@@ -75,6 +80,27 @@ class Count:
     def p99_ms(self) -> float:
         """Return the time within which 99 of 100 moves were answered; 0 before the first."""
         return self.within_ms(0.99)
+
+
+@dataclass
+class OpenGame:
+    """What is kept of a game, for one of its snakes, between its requests."""
+
+    heard: float = 0.0
+    """When it was heard of last, by the server's clock."""
+    living: LivingSnakes = field(default_factory=LivingSnakes)
+    answer: Answer | None = None
+    """The last move sent."""
+
+
+class Answer(NamedTuple):
+    """A move that was sent."""
+
+    turn: int
+    head: Point
+    """Where it leads."""
+    seconds: float
+    """From the request to the answer, by our clock."""
 
 
 class SnakeServer:
@@ -115,7 +141,7 @@ class SnakeServer:
         self._lag = LoopLag()
         self._thinking = 0
         self._overrun = 0.0
-        self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
+        self._heard: OrderedDict[tuple[str, str], OpenGame] = OrderedDict()
         self._service = HttpService(self._answer)
 
     @property
@@ -137,12 +163,14 @@ class SnakeServer:
         if self._queue is not None:
             self._queue.close()
 
-    async def _answer(self, request: Request) -> Message:
+    async def _answer(self, request: Request) -> Message | Reply:
         try:
             return await self._route(request)
-        except HttpError:
+        except HttpError as error:
             self.count.refused += 1
-            raise
+            if request.path.rstrip("/") != "/move":
+                raise
+            return _refusal_with_move(error, request)
 
     async def _route(self, request: Request) -> Message:
         ways = {"/": "GET", "/start": "POST", "/move": "POST", "/end": "POST"}
@@ -153,30 +181,44 @@ class SnakeServer:
             raise HttpError(405, "wrong_method", f"{path} wants {ways[path]}.")
         if path == "/":
             return {"apiversion": "1", "author": self._author, **self._looks, "version": "racecraft"}
-        message = request.json()
+        message, game = self._only_living(request.json(), path)
         try:
             letter = read_message(message)
         except BoardError as error:
             raise HttpError(422, "bad_board", str(error)) from error
         if path == "/move":
-            return {"move": await self._move(letter, message, request.arrived)}
-        self._note(letter, ended=path == "/end")
+            return {"move": await self._move(letter, message, request.arrived, game)}
+        self._note(letter, game, ended=path == "/end")
         await self._tell(path[1:], letter, message)
         return {}
 
-    async def _move(self, letter: Letter, message: Message, arrived: float) -> str:
+    def _only_living(self, message: Any, path: str) -> tuple[Any, OpenGame]:
+        """Return the message without the dead, and what is kept of its game; `/start` begins a known game anew."""
         try:
-            find_snake(letter.board, letter.you)
+            game = self._heard.get((message["game"]["id"], message["you"]["id"])) or OpenGame()
+        except (TypeError, KeyError):
+            game = OpenGame()
+        if path == "/start":
+            game.living.restart()
+            game.answer = None
+        return game.living.only(message, asks=path == "/move"), game
+
+    async def _move(self, letter: Letter, message: Message, arrived: float, game: OpenGame) -> str:
+        try:
+            head = find_snake(letter.board, letter.you).head
         except PlayerError as error:
             raise HttpError(422, "bad_board", f"you: {error}") from error
-        self._note(letter)
+        self._note(letter, game)
+        self.count.missed += _seems_missed(letter, message, game.answer)
         seconds = self._seconds(letter)
         unread = min(self._lag.seconds, MOST_LAG_SHARE * seconds)
         word = await self._think(letter, message, arrived + seconds - unread)
         if word is None:
             word = best_safe_move(letter.board, letter.settings, letter.you)
+        taken = time.monotonic() - arrived
         self.count.moves += 1
-        self.count.latencies_ms.append((time.monotonic() - arrived) * 1000)
+        self.count.latencies_ms.append(taken * 1000)
+        game.answer = Answer(letter.board.turn, square_after(head, word, letter.board, letter.settings), taken)
         return word
 
     async def _think(self, letter: Letter, message: Message, deadline: float) -> str | None:
@@ -234,7 +276,7 @@ class SnakeServer:
     def _lively(self) -> int:
         """Return how many games may ask at any moment, so that the first of them leaves time for the others."""
         since = self._clock() - LIVELY_SECONDS
-        return sum(1 for _ in takewhile(lambda heard: heard > since, reversed(list(self._heard.values()))))
+        return sum(1 for _ in takewhile(lambda game: game.heard > since, reversed(list(self._heard.values()))))
 
     async def _tell(self, what: str, letter: Letter, message: Message) -> None:
         """Pass a start or an end on to a player that wants to know."""
@@ -251,19 +293,23 @@ class SnakeServer:
     def _seconds(self, letter: Letter) -> float:
         return seconds_to_answer(letter.timeout_ms, self._margin_ms)
 
-    def _note(self, letter: Letter, ended: bool = False) -> None:
-        """Remember when a game was heard of last; forget the ended and the silent, refuse a new one beyond the cap."""
+    def _note(self, letter: Letter, game: OpenGame, ended: bool = False) -> None:
+        """Remember when a game was heard of last; forget the ended and the silent, refuse a new one beyond the cap.
+
+        A health probe of an arena is no game: it is answered always, and neither counted nor kept.
+        """
         self._forget_silent()
         key = (letter.game_id, letter.you)
         known = self._heard.pop(key, None) is not None
-        if ended:
+        if ended or (not known and _is_probe(letter)):
             return
         if not known:
             self._refuse_where_late(letter)
         if not known and len(self._heard) >= self._most_games:
             self._make_room()
         self.count.games += not known
-        self._heard[key] = self._clock()
+        game.heard = self._clock()
+        self._heard[key] = game
 
     def _refuse_where_late(self, letter: Letter) -> None:
         """Refuse a game more (503) where those under way already wait for half of their time before they are read."""
@@ -275,12 +321,42 @@ class SnakeServer:
 
     def _make_room(self) -> None:
         """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""
-        if self._clock() - next(iter(self._heard.values())) < ABANDONED_SECONDS:
+        if self._clock() - next(iter(self._heard.values())).heard < ABANDONED_SECONDS:
             self._complain(f"a game beyond {self._most_games} at once was refused; see --games.")
             raise HttpError(503, "too_many_games", f"{self._most_games} games are under way; try again later.")
         self._heard.popitem(last=False)
 
     def _forget_silent(self) -> None:
         now = self._clock()
-        while self._heard and now - next(iter(self._heard.values())) >= self._silence_seconds:
+        while self._heard and now - next(iter(self._heard.values())).heard >= self._silence_seconds:
             self._heard.popitem(last=False)
+
+
+def _is_probe(letter: Letter) -> bool:
+    """Tell whether this is no game: one snake alone on the first turn of a game among several."""
+    alone = len(letter.board.snakes) == 1 and letter.board.turn == 0
+    return alone and letter.settings.ruleset != "solo" and letter.settings.map != "solo_maze"
+
+
+def _seems_missed(letter: Letter, message: Message, answer: Answer | None) -> bool:
+    """Tell whether the answer to the turn before seems not to have arrived in time.
+
+    The snake went elsewhere; or the engine tells a latency of its timeout or more, or of 0 ms for an answer that took
+    longer than that here: engines differ in how they tell a miss.
+    """
+    if answer is None or letter.board.turn != answer.turn + 1:
+        return False
+    latency = str(message["you"].get("latency", ""))
+    milliseconds = int(latency) if latency.isascii() and latency.isdigit() else -1
+    told = milliseconds >= letter.timeout_ms or (milliseconds == 0 and answer.seconds >= 0.001)
+    return told or find_snake(letter.board, letter.you).head != answer.head
+
+
+def _refusal_with_move(error: HttpError, request: Request) -> Reply:
+    """Return a refusal that holds a safe move: engines that do not look at the status play it."""
+    try:
+        move = move_anyway(request.json())
+    except HttpError:
+        move = "up"
+    body = {"error": error.name, "message": error.letter, "move": move}
+    return Reply(json.dumps(body, separators=(",", ":")).encode(), status=error.status)
