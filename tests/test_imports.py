@@ -15,7 +15,7 @@ import racecraft
 PACKAGE = Path(racecraft.__file__).parent
 
 LAYERS = (
-    "contract", "isolation", "kernels", "settings", "pages", "formats", "storage",
+    "contract", "isolation", "kernels", "settings", "pages", "web", "formats", "storage",
     "files", "tracks",
     "algorithms", "adapters", "env", "adapter", "logs",
     "rollout", "players", "evaluation", "driving",
@@ -46,6 +46,9 @@ HEAVY = {
     "tensorflow": {"export"},
     "pandas": {"analysis", "jobs", "logs", "sagemaker"},
     "boto3": {"storage"},
+    "starlette": {"web", "serving", "console"},
+    "uvicorn": {"web"},
+    "jinja2": {"pages"},
 }
 """What is slow to import, and the layers that may import it."""
 

@@ -15,7 +15,7 @@ from PIL import Image
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.run_folder import RunFolder
-from racecraft.serving.port import choose_port, is_free
+from racecraft.web.ports import choose_port, is_free
 from racecraft.serving.watch_server import WatchServer
 from racecraft.worlds.deepracer.env.settings import BoxesConfig
 from racecraft.worlds.deepracer.training import live

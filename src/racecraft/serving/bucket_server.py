@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.serving.port import LOOPBACK, is_free
+from racecraft.web.ports import LOOPBACK, is_free
 
 KEY, SECRET = "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"
 HOW_TO_GET_RCLONE = (

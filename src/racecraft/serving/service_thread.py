@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from racecraft.serving.http_service import HttpService
-from racecraft.serving.port import port_error
+from racecraft.web.ports import port_error
 
 
 class ServiceThread:

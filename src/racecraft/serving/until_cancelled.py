@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from typing import Protocol
 
-from racecraft.serving.port import port_error
+from racecraft.web.ports import port_error
 
 
 def answer_before_thinking() -> None:

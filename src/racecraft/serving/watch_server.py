@@ -21,7 +21,7 @@ from racecraft.contract.errors import UserInputError
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.serving.port import LOOPBACK
+from racecraft.web.ports import LOOPBACK
 from racecraft.serving.query import whole_number
 from racecraft.serving.service_thread import ServiceThread
 

@@ -40,7 +40,7 @@ def watched(
     if not wanted:
         yield callback
         return
-    from racecraft.serving.port import choose_port
+    from racecraft.web.ports import choose_port
     from racecraft.training.callbacks import Callbacks
 
     port, note = choose_port(None, PORT)

@@ -309,7 +309,7 @@ def _serve_board(
 ) -> Callable[[], None]:
     """Begin to serve the board and tell where; return what ends it."""
     from racecraft.cli.runs.watch import open_page
-    from racecraft.serving.port import choose_port
+    from racecraft.web.ports import choose_port
     from racecraft.worlds.battlesnake.serving.arena_server import ArenaServer
 
     chosen, note = choose_port(port, PORT)

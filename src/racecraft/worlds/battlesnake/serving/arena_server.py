@@ -17,7 +17,7 @@ from typing import Any
 
 from racecraft.contract.errors import UserInputError
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.serving.port import LOOPBACK
+from racecraft.web.ports import LOOPBACK
 from racecraft.serving.service_thread import ServiceThread
 from racecraft.worlds.battlesnake.analysis.arena_page import arena_page
 from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import socket
 
@@ -62,3 +63,37 @@ def choose_port(asked: int | None, usual: int) -> tuple[int, str]:
         offer = f"--port {free} is free" if free else "choose another --port, such as 0 for any free one"
         raise PortError(f"{LOOPBACK}:{port}: is taken or not allowed; {offer}.")
     return free, f"port {usual} is taken; the page stands on {free}"
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether an address is this machine's alone.
+
+    >>> is_loopback("127.0.0.1"), is_loopback("localhost"), is_loopback("0.0.0.0")
+    (True, True, False)
+    """
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def listen_on(host: str, port: int) -> socket.socket:
+    """Return a socket that listens; its own port stands in `getsockname()` where 0 was asked for.
+
+    Raises:
+        PortError: The address cannot be listened on.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listening = socket.socket(family)
+    try:
+        if os.name != "nt":
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((host, port))
+        listening.listen(1024)
+        listening.setblocking(False)
+    except (OSError, OverflowError) as error:
+        listening.close()
+        raise port_error(host, port, error) from error
+    return listening

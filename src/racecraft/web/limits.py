@@ -1,0 +1,163 @@
+"""How much a request may be and how long it may take, while it arrives: nothing is kept to be counted later.
+
+head     `LimitedProtocol`: bytes and seconds of the first line and the headers, before a route is asked
+body     `RequestLimits`: bytes and seconds of the body; a route may raise the bytes (`MOST_BODY_BYTES` otherwise)
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+
+from racecraft.web.errors import WebError, error_answer
+
+MOST_HEAD_BYTES = 32 * 1024
+TOO_MUCH_HEAD = f"the headers are too large; expected at most {MOST_HEAD_BYTES:,} bytes."
+SECONDS_FOR_A_HEAD = 10.0
+LINGER_SECONDS = 2.0
+MOST_BODY_BYTES = 1024 * 1024
+SECONDS_FOR_A_BODY = 30.0
+"""Without a byte of it arriving; a large upload may take as long as it moves."""
+
+
+class RequestLimits:
+    """Ends requests whose headers or body are too large, and whose body stands still.
+
+    Args:
+        app: What is asked.
+        most: Bytes of a body by the path's beginning, the longest beginning first; MOST_BODY_BYTES for all others.
+    """
+
+    def __init__(self, app: ASGIApp, most: Mapping[str, int] | None = None) -> None:
+        self._app = app
+        self._most = sorted((most or {}).items(), key=lambda one: -len(one[0]))
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        if sum(len(name) + len(value) for name, value in scope["headers"]) > MOST_HEAD_BYTES:
+            await error_answer(Request(scope), 431, "headers_too_large", TOO_MUCH_HEAD)(scope, receive, send)
+            return
+        most = next((count for start, count in self._most if scope["path"].startswith(start)), MOST_BODY_BYTES)
+        length = Headers(scope=scope).get("content-length", "0")
+        if length.isdigit() and (len(length) > 15 or int(length) > most):
+            error = _too_large(most)
+            await error_answer(Request(scope), error.status, error.name, error.sentence)(scope, receive, send)
+            return
+        await self._app(scope, _counted(receive, most), send)
+
+
+def _counted(receive: Receive, most: int) -> Receive:
+    read, more = 0, True
+
+    async def counted() -> Message:
+        nonlocal read, more
+        if not more:
+            return await receive()  # the other end's leaving may be waited for without end
+        try:
+            async with asyncio.timeout(SECONDS_FOR_A_BODY):
+                message = await receive()
+        except TimeoutError:
+            raise WebError(408, "too_slow", "the body did not arrive in time.") from None
+        read += len(message.get("body", b""))
+        more = message.get("more_body", False)
+        if read > most:
+            raise _too_large(most)
+        return message
+
+    return counted
+
+
+def _too_large(most: int) -> WebError:
+    return WebError(413, "body_too_large", f"the body is too large; expected at most {most:,} bytes.")
+
+
+class LimitedProtocol(HttpToolsProtocol):
+    """HTTP/1.1 as uvicorn speaks it, with an end to long and slow heads.
+
+    `scope["racecraft.arrived"]` is `time.monotonic()` at the first byte of a request.
+    """
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin."""
+        super().connection_made(transport)
+        self._head_bytes, self._in_head, self._refused = 0, True, False
+        self._patience = self.loop.call_later(SECONDS_FOR_A_HEAD, self.transport.close)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End."""
+        self._patience.cancel()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Take bytes that came."""
+        if self._refused:
+            return
+        self._head_bytes += len(data) if self._in_head else 0
+        super().data_received(data)
+        if self._in_head and self._head_bytes > MOST_HEAD_BYTES and not self._refused:
+            self._refuse(b"431 Request Header Fields Too Large", "headers_too_large", TOO_MUCH_HEAD)
+
+    def on_message_begin(self) -> None:
+        """Begin a request."""
+        super().on_message_begin()
+        self.scope["racecraft.arrived"] = time.monotonic()  # type: ignore[typeddict-unknown-key]
+        self._patience.cancel()
+        self._patience = self.loop.call_later(SECONDS_FOR_A_HEAD, self._too_slow)
+
+    def on_headers_complete(self) -> None:
+        """Ask the application."""
+        self._patience.cancel()
+        self._in_head = False
+        super().on_headers_complete()
+
+    def on_response_complete(self) -> None:
+        """End an answer; of a body that was too large the rest still comes."""
+        super().on_response_complete()
+        if self.cycle.more_body and not self.transport.is_closing():
+            self._linger()
+
+    def on_message_complete(self) -> None:
+        """End a request."""
+        self._patience.cancel()
+        self._in_head, self._head_bytes = True, 0
+        super().on_message_complete()
+
+    def send_400_response(self, msg: str) -> None:
+        """Answer what is no HTTP, as JSON like every other error."""
+        self._refuse(b"400 Bad Request", "bad_request", "this is no HTTP request.")
+
+    def _too_slow(self) -> None:
+        self._refuse(b"408 Request Timeout", "too_slow", "the request did not arrive in time.")
+
+    def _refuse(self, status: bytes, name: str, sentence: str) -> None:
+        body = f'{{"error":"{name}","message":"{sentence}"}}'.encode()
+        head = b"HTTP/1.1 %b\r\ncontent-type: application/json\r\ncontent-length: %d\r\nconnection: close\r\n\r\n"
+        self.transport.write(head % (status, len(body)) + body)
+        self.transport.write_eof()
+        self._refused = True
+        self._linger()
+
+    def _linger(self) -> None:
+        """Read what is still sent for a moment, and throw it away: closing at once would take the answer back."""
+        self._patience.cancel()
+        self._patience = self.loop.call_later(LINGER_SECONDS, self.transport.close)
+
+    def eof_received(self) -> None:
+        """Close, since the other end has: nobody is left to be waited for."""
+        if self._refused:
+            self.transport.close()
+
+
+def arrived(scope: Mapping[str, Any]) -> float:
+    """Return `time.monotonic()` at a request's first byte; now where nobody looked."""
+    return float(scope.get("racecraft.arrived") or time.monotonic())

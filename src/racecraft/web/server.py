@@ -1,0 +1,118 @@
+"""Serving an application: until it is told to end, or in a thread beside other work. Begin with `serve`."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+
+from racecraft.web.access import Access
+from racecraft.web.limits import LimitedProtocol
+from racecraft.web.ports import listen_on
+
+MOST_CONNECTIONS = 2000
+IDLE_SECONDS = 75
+SECONDS_TO_END = 3
+"""What is under way when a server is told to end may take so long."""
+
+
+def serve(application: Starlette, host: str, port: int, ready: Callable[[int], None]) -> None:
+    """Serve until Ctrl-C or SIGTERM, then end what is under way and return.
+
+    Args:
+        application: From `make_application`.
+        host: Address to listen on.
+        port: Port; 0: any free one.
+        ready: Told the port when it is listened on.
+
+    Raises:
+        PortError: The address cannot be listened on.
+    """
+    with contextlib.closing(listen_on(host, port)) as listening:
+        ready(int(listening.getsockname()[1]))
+        _Server(application).run(sockets=[listening])
+
+
+class ServerThread:
+    """Serves in a thread of its own until it is closed.
+
+    Args:
+        application: From `make_application`; its routes run in the thread and its workers alone.
+        name: Of the thread.
+    """
+
+    def __init__(self, application: Starlette, name: str) -> None:
+        self._server = _Server(application)
+        self._name = name
+        self._thread: threading.Thread | None = None
+
+    def start(self, host: str, port: int) -> int:
+        """Begin to listen; return the port.
+
+        Raises:
+            PortError: The address cannot be listened on.
+        """
+        listening = listen_on(host, port)
+        self._thread = threading.Thread(
+            target=self._server.run, kwargs={"sockets": [listening]}, name=self._name, daemon=True
+        )
+        self._thread.start()
+        return int(listening.getsockname()[1])
+
+    def close(self) -> None:
+        """Stop; closing twice is closing once."""
+        self._server.should_exit = True
+        if self._thread is not None:
+            self._thread.join()
+
+
+def address_of(host: str, port: int, access: Access, path: str = "/") -> str:
+    """Return what a person opens, with the token where one is needed.
+
+    >>> address_of("127.0.0.1", 8100, Access())
+    'http://127.0.0.1:8100/'
+    """
+    shown = f"[{host}]" if ":" in host else host
+    return f"http://{shown}:{port}{path}" + (f"?token={access.token}" if access.token else "")
+
+
+class _Server(uvicorn.Server):
+    """uvicorn's, ending its streams first and without raising the signal that ended it once more."""
+
+    def __init__(self, application: Starlette) -> None:
+        super().__init__(
+            uvicorn.Config(
+                application, loop="asyncio", http=LimitedProtocol, lifespan="auto", log_config=None,
+                log_level="critical", access_log=False, proxy_headers=False, server_header=False,
+                limit_concurrency=MOST_CONNECTIONS, timeout_keep_alive=IDLE_SECONDS,
+                timeout_graceful_shutdown=SECONDS_TO_END,
+            )
+        )  # fmt: skip
+        self._closing = application.state.closing
+
+    async def shutdown(self, sockets: Any = None) -> None:
+        """End."""
+        self._closing.close()
+        await super().shutdown(sockets)
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take Ctrl-C and SIGTERM as the wish to end; only the main thread can."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = {one: signal.signal(one, self._asked_to_end) for one in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for one, handler in before.items():
+                signal.signal(one, handler)
+
+    def _asked_to_end(self, number: int, frame: FrameType | None) -> None:
+        self.handle_exit(number, frame)

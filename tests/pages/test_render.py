@@ -1,0 +1,96 @@
+"""Pages from templates: text stays text, a file fetches nothing, a served page names addresses that hold the file."""
+
+import hashlib
+import json
+import re
+from importlib.resources import files
+
+import jinja2
+import pytest
+
+from racecraft.pages.assets import PREFIX, find_served, imported
+from racecraft.pages.every_part import every_part
+from racecraft.pages.render import render, render_file, render_served, script_sum
+
+SECTION = {"heading": "It's <here>", "body": ["<i>no</i>"]}
+
+
+def test_what_is_given_stands_as_text():
+    page = render("page.html", title="<script>alert(1)</script>", sections=[SECTION])
+    assert "<script>alert" not in page
+    assert "&lt;i&gt;no&lt;/i&gt;" in page
+
+
+def test_data_for_a_module_cannot_end_its_element():
+    chart = every_part()["charts"][0] | {"plot": {"name": "</script><script>alert(1)</script>", "gap": float("nan")}}
+    page = render("every_part.html", **every_part() | {"charts": [chart]})
+    assert "<script>alert" not in page
+    inside = re.search(r'<script type="application/json">(.*?)</script>', page)[1]
+    assert json.loads(inside) == {"name": "</script><script>alert(1)</script>", "gap": None}
+
+
+def test_a_name_that_the_data_lacks_is_an_error():
+    with pytest.raises(jinja2.UndefinedError):
+        render("page.html")
+
+
+def test_a_file_fetches_nothing():
+    page = render_file("every_part.html", **every_part() | {"machine": ""})
+    fetched = re.findall(r'(?:src|href)="([^"#]{2,60})|url\("?([^")]{2,60})', page)
+    assert fetched
+    assert {(first or second)[:5] for first, second in fetched} == {"data:"}
+    assert PREFIX not in page
+
+
+def test_a_served_page_names_files_by_their_sums():
+    page = render("every_part.html", **every_part())
+    names = re.findall(PREFIX + r"([\w.-]+)", page)
+    assert len(names) >= 5
+    for name in names:
+        assert hashlib.sha256(find_served(name).data).hexdigest().startswith(name.split(".")[-2])
+
+
+def test_a_style_leads_to_its_font_by_sum():
+    page = render("page.html", title="", sections=[])
+    styles = [find_served(name).data for name in re.findall(PREFIX + r"([\w.]+css)", page)]
+    font = re.search(rb'url\("/assets/(inter\.\w+\.woff2)"\)', b"".join(styles))[1].decode()
+    assert find_served(font).data[:4] == b"wOF2"
+
+
+def test_a_module_brings_what_it_imports():
+    assert imported(["chart.js"]) == ["racecraft.pages/chart.js", "racecraft.pages/uplot.js"]
+
+
+def test_the_only_inline_script_that_runs_is_the_import_map_with_its_sum():
+    served = render_served("every_part.html", **every_part())
+    inline = re.findall(r'<script type="importmap">(.*?)</script>', served.html)
+    assert [script_sum(text) for text in inline] == list(served.script_sums)
+    assert set(re.findall(r"<script type=\"(\w+/?\w*)", served.html)) == {"importmap", "module", "application/json"}
+    assert " style=" not in served.html
+    assert " on" + "click=" not in served.html
+
+
+def test_a_template_of_another_package_is_found_by_its_name(tmp_path, monkeypatch):
+    package = tmp_path / "stranger_pages"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "hello.html").write_text('{% extends "page.html" %}{% block lead %}hello {{ whom }}{% endblock %}')
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert "hello you" in render("stranger_pages/hello.html", title="", sections=[], whom="you")
+    with pytest.raises(LookupError):
+        render("stranger_pages/gone.html")
+
+
+def test_colours_stand_in_the_tokens_alone():
+    root = files("racecraft.pages")
+    for folder in ("styles", "modules", "templates"):
+        for path in (root / folder).iterdir():
+            if path.name not in ("tokens.css", "icon.svg"):
+                assert re.findall(r"#[0-9a-fA-F]{3,8}\b(?![-\w])", re.sub(r'href="#\w*"', "", path.read_text())) == []
+
+
+def test_vendored_files_are_those_of_the_record():
+    vendor = files("racecraft.pages") / "vendor"
+    sums = json.loads((vendor / "sums.json").read_text())
+    assert {name: hashlib.sha256((vendor / name).read_bytes()).hexdigest() for name in sums} == sums
+    assert {path.name for path in vendor.iterdir()} - {"README.md", "sums.json"} == set(sums)
