@@ -40,6 +40,7 @@ KIND = WorldKind(
         Command("look", f"{CLI}.look:look", UNDERSTAND),
         Command("sensors", f"{CLI}.sensors:sensors", UNDERSTAND),
         Command("logs", f"{CLI}.logs:logs", UNDERSTAND),
+        Command("telemetry", f"{CLI}.telemetry:telemetry", UNDERSTAND),
         Command("notebooks", f"{CLI}.notebooks:notebooks", UNDERSTAND),
         Command("replay", f"{CLI}.replay:replay", UNDERSTAND),
         Command("line", f"{CLI}.line:line", UNDERSTAND),

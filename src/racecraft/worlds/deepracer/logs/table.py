@@ -67,7 +67,10 @@ class Logs:
 
     @cached_property
     def about(self) -> Said:
-        """What the files say beside the ticks: `world`, `hyperparameters`, `action_space`, as far as they do."""
+        """What the files say beside the ticks, as far as they do.
+
+        `world`; `hyperparameters`; `action_space` and `version` of the metadata; `car`, the vehicle profile of a run.
+        """
         said: Said = {}
         for source in self.sources:
             if source.kind == ABOUT:
@@ -164,8 +167,10 @@ def _told(source: Source) -> Said:
     if name == "hyperparameters.json" and value:
         return {"hyperparameters": value}
     if name == "model_metadata.json" and "action_space" in value:
-        return {"action_space": value["action_space"]}
+        version = value.get("version")
+        return {"action_space": value["action_space"]} | ({"version": str(version)} if version else {})
     if name == "job.json":
-        track = value.get("track")
-        return {"world": track["name"]} if isinstance(track, dict) and "name" in track else {}
+        track, race = value.get("track"), (value.get("settings") or {}).get("race") or {}
+        world = {"world": track["name"]} if isinstance(track, dict) and "name" in track else {}
+        return world | ({"car": race["car"]} if "car" in race else {})
     return {}

@@ -1,0 +1,93 @@
+"""Which laps of a log count. Begin with `LapFilter`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
+
+LINE, REST, FLYING = "line", "rest", "flying"
+BEGINNINGS = (LINE, REST, FLYING)
+LINE_SHARE = 0.02
+"""A lap begins at the start line if it begins within so much of the lap from it."""
+
+
+@dataclass(frozen=True)
+class LapFilter:
+    """What a lap must be to count; every condition that is given must hold."""
+
+    phase: str | None = None
+    """"training", "evaluation" or "leaderboard"."""
+    iterations: tuple[int, int] | None = None
+    """First and last iteration, both included, counted as the log counts them."""
+    quarter: int | None = None
+    """Quarter of the log's episodes, 1 to 4."""
+    begins: str | None = None
+    """LINE: at the start line; REST: from standstill; FLYING: at speed."""
+    within_percent: float | None = None
+    """At most so much slower than the fastest of the laps that are left, 0 or more."""
+    fastest: int | None = None
+    """So many of the laps that are left, the fastest."""
+    clean: bool = False
+    """The car never left the road in it and was never set back."""
+
+    def __post_init__(self) -> None:
+        """Refuse what no lap can be.
+
+        Raises:
+            SettingError: A value outside its range.
+        """
+        if self.begins is not None and self.begins not in BEGINNINGS:
+            raise SettingError(f"--begins is {self.begins!r}; expected one of {', '.join(BEGINNINGS)}.")
+        if self.quarter is not None and not 1 <= self.quarter <= 4:
+            raise SettingError(f"--quarter is {self.quarter}; expected 1 to 4.")
+
+    def rows(self, laps: Laps) -> Array:
+        """Return the rows of the laps that count, in the log's order."""
+        about = laps.about
+        counts = np.ones(len(laps), np.bool_)
+        if self.phase is not None:
+            counts &= (about["phase"] == self.phase).to_numpy()
+        if self.iterations is not None:
+            counts &= about["iteration"].is_between(*self.iterations).to_numpy()
+        if self.quarter is not None:
+            counts &= (4 * about["unique_episode"].to_numpy() // max(1, laps.episodes)) + 1 == self.quarter
+        if self.begins == LINE:
+            share = about["begin_share"].to_numpy()
+            counts &= np.minimum(share, 1.0 - share) <= LINE_SHARE
+        elif self.begins is not None:
+            counts &= about["from_rest"].to_numpy() == (self.begins == REST)
+        if self.clean:
+            counts &= about["resets"].to_numpy() == 0
+        return self._quick(np.flatnonzero(counts), laps.lap_seconds)
+
+    def _quick(self, rows: Array, seconds: Array) -> Array:
+        """Return those of the rows that are quick enough."""
+        if self.within_percent is not None and len(rows):
+            rows = rows[seconds[rows] <= seconds[rows].min() * (1.0 + self.within_percent / 100.0) + 1e-9]
+        if self.fastest is not None:
+            rows = np.sort(rows[np.argsort(seconds[rows], kind="stable")[: self.fastest]])
+        return rows
+
+
+def read_iterations(text: str) -> tuple[int, int]:
+    """Return the first and the last iteration of "10..20", "10.." or "10".
+
+    Raises:
+        SettingError: Another form, or the last lies before the first.
+
+    >>> read_iterations("10..20"), read_iterations("7")
+    ((10, 20), (7, 7))
+    """
+    first, dots, last = text.partition("..")
+    try:
+        ends = int(first or 0), (int(last) if last else 2**31 - 1) if dots else int(first)
+    except ValueError:
+        ends = (1, 0)
+    if ends[1] < ends[0] or not text:
+        raise SettingError(f"--iterations is {text!r}; expected a number, or two such as 10..20.")
+    return ends

@@ -1,0 +1,83 @@
+"""Laps driven at known speeds: times, sectors and traces are computed from the speeds."""
+
+import numpy as np
+import polars as pl
+import pytest
+from tests.reference import TRACES
+from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, as_log, drive, stadium
+
+from racecraft.worlds.deepracer.analysis.logs import find_track, sector_times, simulation_agg
+from racecraft.worlds.deepracer.driving.telemetry.filters import LapFilter
+from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
+from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
+from racecraft.worlds.deepracer.logs import read
+
+TICK = 1 / 15
+
+
+def by_thirds(arc):
+    """Return 1, 2 and 4 m/s in the thirds of the lap."""
+    return np.array([1.0, 2.0, 4.0])[np.minimum((3 * arc / LENGTH_M).astype(int), 2)]
+
+
+@pytest.mark.parametrize("begin_m", [0.0, 5.0, 13.0])
+def test_sector_times_are_length_over_speed_wherever_the_lap_began(begin_m):
+    laps = find_laps(as_log([drive(by_thirds, begin_m)]), stadium())
+    timing = time_laps(laps)
+    assert timing.sector_seconds[0] == pytest.approx(LENGTH_M / 3 / np.array([1.0, 2.0, 4.0]), abs=0.04)
+    assert timing.sector_seconds.sum() == pytest.approx(laps.lap_seconds[0], abs=1e-9)
+    inside = (laps.shares > 0.4) & (laps.shares < 0.6)
+    assert np.nanmean(laps.speed_mps[0, inside]) == pytest.approx(2.0, rel=0.01)
+
+
+def test_offset_is_left_positive_and_shortens_a_left_hand_lap():
+    laps = find_laps(as_log([drive(by_thirds)], offset_m=0.1), stadium())
+    assert laps.offset_m[0] == pytest.approx(np.full(laps.pieces, 0.1), abs=0.01)
+    assert laps.metres[0].sum() == pytest.approx(LENGTH_M - 2 * np.pi * 0.1, abs=0.15)
+
+
+def test_a_lap_that_was_not_finished_is_none():
+    log = as_log([drive(by_thirds), drive(by_thirds)])
+    half = log.filter((pl.col("unique_episode") == 0) | (pl.col("progress_share") < 0.5))
+    laps = find_laps(half, stadium())
+    assert (len(laps), laps.episodes) == (1, 2)
+
+
+def test_laps_of_one_drive_are_timed_from_the_end_of_the_one_before():
+    log = as_log([drive(by_thirds), drive(by_thirds)], phase="evaluation")
+    ends = log.filter(pl.col("unique_episode") == 0)["time_s"].max()
+    second = pl.col("unique_episode") == 1
+    driving = pl.lit("in_progress", log["status"].dtype)
+    rolling = log.with_columns(
+        time_s=pl.when(second).then(pl.col("time_s") - 100.0 + ends).otherwise("time_s"),
+        status=pl.when(second & (pl.col("status") == "prepare")).then(driving).otherwise("status"),
+    )
+    laps = find_laps(rolling, stadium())
+    assert laps.about["from_rest"].to_list() == [True, False]
+    assert laps.gathering.any(axis=1).tolist() == [True, False]
+    assert laps.lap_seconds == pytest.approx(np.full(2, LENGTH_M / 3 * 1.75), abs=TICK)
+
+
+def test_the_laps_of_aws_logs_are_those_of_the_log_analysis():
+    ticks = read(TRACES / "drfc-1-worker").require_ticks()
+    track = find_track(ticks, "reinvent_base")
+    laps, episodes = find_laps(ticks, track), simulation_agg(ticks)
+    full = episodes.filter("complete")
+    assert laps.about["unique_episode"].to_list() == full["unique_episode"].to_list()
+    assert laps.lap_seconds == pytest.approx(full["seconds"].to_numpy(), abs=1e-9)
+    theirs = sector_times(ticks, track, parts=3).data["seconds"].to_numpy().reshape(-1, 3)
+    training = (laps.about["phase"] == "training").to_numpy()  # it times no lap that goes on from the one before
+    assert np.abs(time_laps(laps).sector_seconds - theirs)[training].max() < 1.6 * TICK
+
+
+def test_filters_choose_what_they_say():
+    speeds = [lambda arc, k=k: np.full_like(arc, 2.0 + 0.1 * k) for k in range(8)]
+    begins = [0.0, 5.0] * 4
+    laps = find_laps(as_log([drive(*one) for one in zip(speeds, begins, strict=True)]), stadium())
+    assert LapFilter(begins="line").rows(laps).tolist() == [0, 2, 4, 6]
+    assert LapFilter(begins="flying").rows(laps).tolist() == []
+    assert LapFilter(iterations=(1, 2)).rows(laps).tolist() == [2, 3, 4, 5]
+    assert LapFilter(quarter=4).rows(laps).tolist() == [6, 7]
+    assert LapFilter(fastest=2, begins="line").rows(laps).tolist() == [4, 6]
+    assert LapFilter(within_percent=10.0).rows(laps).tolist() == [5, 6, 7]
+    assert LapFilter(phase="evaluation").rows(laps).tolist() == []
