@@ -43,7 +43,9 @@ class Field:
         if self.kind == "choice":
             known = [value for value, _ in self.choices]
             if text not in known:
-                raise SettingError(f"{self.label}: found {text[:60]!r}; expected one of the list. {nearest(text, known)}")
+                raise SettingError(
+                    f"{self.label}: found {text[:60]!r}; expected one of the list. {nearest(text, known)}"
+                )
             return text
         if self.kind in ("number", "whole"):
             return self._number(text)

@@ -54,13 +54,11 @@ def model_row(
         "tags": list(note.tags),
         "cloned_from": note.cloned_from,
         "text": note.text,
-        "search": " ".join([model.name, newest.place, newest.about, *note.tags, note.text]).casefold(),
+        "search": " ".join([model.name, newest.place, newest.about, *(f"#{tag} " for tag in note.tags), note.text]).casefold(),
     }
 
 
-def _status(
-    runs: Sequence[RunRow], jobs: Sequence[Job], is_held: Callable[[str], bool]
-) -> tuple[str, str, Job | None]:
+def _status(runs: Sequence[RunRow], jobs: Sequence[Job], is_held: Callable[[str], bool]) -> tuple[str, str, Job | None]:
     """Return what a model does now, why, and the job that does it."""
     job = jobs[-1] if jobs else None
     if job is not None and job.waits:

@@ -14,6 +14,7 @@ from racecraft.console.form import Step
 from racecraft.contract.kind import WorldKind
 from racecraft.contract.kinds import MissingWorldError, find_kind
 from racecraft.formats.run_folder import RunFolder
+from racecraft.pages.chart import Chart, Series
 
 Rows = Sequence[Mapping[str, Any]]
 """Rows of a run's metrics."""
@@ -53,6 +54,8 @@ class WorldParts:
         kind: The world.
     """
 
+    noun = "agent"
+    """What one of its models is called: "car"."""
     lesson = ""
     """What the first training of this world promises, for the first page; "": it offers none."""
 
@@ -72,6 +75,14 @@ class WorldParts:
     def figures(self, row: Mapping[str, Any]) -> list[Figure]:
         """Return the first large numbers of a model's page, of its row of the index."""
         return [Figure(value=row["best_text"] or "–", label=f"best {self.kind.score.short}")]
+
+    def charts(self, row: Mapping[str, Any], metrics: Rows) -> list[Chart]:
+        """Return the charts of a model's page."""
+        return [reward_graph(self.kind, metrics)]
+
+    def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """Return further pages of a model that has a run: (what the tab says, what follows the model's address)."""
+        return []
 
     def picture(self, key: str) -> str:
         """Return a place as the text of an SVG file.
@@ -109,9 +120,61 @@ class WorldParts:
         """
         raise NotImplementedError
 
+    def values_of(self, run: RunFolder) -> dict[str, Any]:
+        """Return the values of the form that a run was made with, as far as it tells: a clone begins with them.
+
+        Raises:
+            RunFolderError: The run cannot be read.
+        """
+        return {}
+
+    def require_same_body(self, values: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+        """Refuse a clone whose weights would not fit it.
+
+        Args:
+            values: Of the clone.
+            base: Of the model that is cloned.
+
+        Raises:
+            SettingError: A value that weights depend on differs.
+        """
+
+    def summary(self, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """Return what is chosen, in a few words: (what, how)."""
+        return []
+
+    def remarks(self, values: Mapping[str, Any]) -> list[str]:
+        """Return what is worth knowing of these values; a remark forbids nothing."""
+        return []
+
     @property
     def _unit(self) -> str:
         return "" if "%" in self.kind.score.figure else self.kind.score.short
+
+
+def reward_graph(kind: WorldKind, metrics: Rows) -> Chart:
+    """Return the console's own graph: average reward, and the score in training and evaluating."""
+    score, at = kind.score, [row["iteration"] for row in metrics]
+    judged = [row for row in metrics if row.get("evaluation_score") is not None]
+    return Chart(
+        "Reward graph",
+        "iteration",
+        score.name,
+        [
+            Series("average reward", at, [row.get("mean_reward") for row in metrics], right=True, colour=3),
+            Series("training", at, [row.get("training_score") for row in metrics], colour=1),
+            Series(
+                "evaluating",
+                [row["iteration"] for row in judged],
+                [row["evaluation_score"] for row in judged],
+                "both",
+                colour=2,
+            ),
+        ],
+        right="average reward",
+        low=score.lowest,
+        high=score.highest,
+    )
 
 
 @cache

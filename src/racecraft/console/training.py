@@ -46,7 +46,7 @@ def begin_training(home: JobPaths, model: Model, words: Sequence[str]) -> Job:
         words: Behind `racecraft`, without --run.
 
     Raises:
-        JobError, JobStoreError: As `racecraft.jobs.submit.submit`.
+        JobError, DatabaseError: As `racecraft.jobs.submit.submit`.
     """
     command = training_command(model, words)
     run = command.words[-1].partition("=")[2]

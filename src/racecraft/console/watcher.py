@@ -27,7 +27,7 @@ class Watcher:
     """
 
     def __init__(self, index: Index, home: JobPaths, told: Callable[[list[str]], None] = lambda names: None) -> None:
-        self._index, self._home, self._told = index, home, told
+        self._index, self._home, self.told = index, home, told
         self._wanted, self._closed = threading.Event(), threading.Event()
         self._one_at_a_time = threading.Lock()
         self._thread = threading.Thread(target=self._run, name="racecraft-console-watcher", daemon=True)
@@ -56,7 +56,7 @@ class Watcher:
                 self.fault = str(error)
                 return []
         if changed:
-            self._told(changed)
+            self.told(changed)
         return changed
 
     def _run(self) -> None:

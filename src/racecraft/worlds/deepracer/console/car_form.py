@@ -23,7 +23,7 @@ LIDARS = (("", "No LiDAR"), ("LIDAR", "LiDAR"), ("SECTOR_LIDAR", "LiDAR in secto
 
 def steps(values: Mapping[str, Any]) -> list[Step]:
     """Return the steps in order: track, race, algorithm, car, reward."""
-    return [_track(), _race(), _algorithm(), _car(), _reward()]
+    return [_track(), _race(), _algorithm(), _car(), _reward("weights" in values)]
 
 
 def _track() -> Step:
@@ -161,7 +161,17 @@ def default_actions() -> str:
     return "\n".join(f"{row['steering_angle']:g}, {row['speed']:g}" for row in rows)
 
 
-def _reward() -> Step:
+WEIGHTS = Field(
+    name="weights",
+    label="Begin with its weights",
+    default=True,
+    kind="switch",
+    sentence="Goes on from the best checkpoint of the model that is cloned; actions and sensors must stay as they are.",
+    names=(("--from", "RUN:best"), ("DR_", "DR_LOCAL_S3_PRETRAINED")),
+)
+
+
+def _reward(is_clone: bool) -> Step:
     return Step(
         key="reward",
         title="Reward",
@@ -182,6 +192,7 @@ def _reward() -> Step:
                 name="minutes", label="End after", default=10.0, low=0.1, high=1440.0, unit="min",
                 sentence="Of training, whatever it has reached.", names=(("--stop", "minutes=10"),),
             ),
+            *([WEIGHTS] if is_clone else []),
         ),
     )  # fmt: skip
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from racecraft.contract.errors import RewardFileError, SettingError
-from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION
+from racecraft.contract.errors import RewardFileError, SettingError, UserInputError
+from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
 from racecraft.worlds.deepracer.console.car_form import as_json, defaults
 from racecraft.worlds.deepracer.files.model_metadata import NETWORKS
 
@@ -94,7 +94,9 @@ def read_actions(text: str) -> list[dict[str, float]]:
         try:
             steering, speed = (float(word) for word in line.replace(";", ",").split(","))
         except ValueError:
-            raise SettingError(f"Actions, line {number}: found {line[:40]!r}; expected degrees, m/s, as -30, 1.5.") from None
+            raise SettingError(
+                f"Actions, line {number}: found {line[:40]!r}; expected degrees, m/s, as -30, 1.5."
+            ) from None
         if not (abs(steering) <= MAX_STEERING_DEG and MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS):
             raise SettingError(
                 f"Actions, line {number}: found {line.strip()[:40]!r}; expected -30 to 30 degrees and 0.1 to 4 m/s."
@@ -103,3 +105,73 @@ def read_actions(text: str) -> list[dict[str, float]]:
     if len(found) < 2:
         raise SettingError(f"Actions: found {len(found)}; expected at least two lines, each degrees, m/s.")
     return found
+
+
+BODY = ("actions", "camera", "lidar", "algorithm")
+"""What the weights of a network depend on."""
+
+
+def values_of(run: RunFolder) -> dict[str, Any]:
+    """Return the values of the form that a run was made with, as far as it tells.
+
+    Raises:
+        RunFolderError: The run cannot be read.
+    """
+    job = run.read_job()
+    settings, metadata = job.get("settings") or {}, job.get("model_metadata") or {}
+    race: Mapping[str, Any] = settings.get("race") or {}
+    sensors = list(metadata.get("sensor") or ())
+    found: dict[str, Any] = {
+        "weights": True,
+        "track": (job.get("track") or {}).get("name"),
+        "reverse": bool(race.get("reverse", False)),
+        "race": race.get("type"),
+        "algorithm": job.get("algorithm"),
+        "camera": next((name for name in sensors if "CAMERA" in name), ""),
+        "lidar": next((name for name in sensors if "LIDAR" in name), ""),
+    }
+    for group in ("boxes", "bots"):
+        if group in settings:
+            found |= {"objects": settings[group]["number"], "random_places": settings[group]["random"]}
+    if isinstance(metadata.get("action_space"), list):
+        rows = metadata["action_space"]
+        found["actions"] = "\n".join(f"{row['steering_angle']:g}, {row['speed']:g}" for row in rows)
+    if run.reward_function.is_file():
+        found["reward"] = run.reward_function.read_text(encoding="utf-8", errors="replace")
+    return {name: value for name, value in (defaults() | found).items() if value is not None}
+
+
+def require_same_body(values: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+    """Refuse a clone whose weights would not fit it.
+
+    Raises:
+        SettingError: The actions, a sensor or the algorithm differ.
+    """
+    differing = [name for name in BODY if str(values.get(name)).strip() != str(base.get(name)).strip()]
+    if differing:
+        raise SettingError(
+            f"Clone: found other {' and '.join(differing)} than the weights were learned with; expected the same. "
+            "Switch off 'Begin with its weights', or put them back."
+        )
+
+
+def summary(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what is chosen, in a few words."""
+    actions = [line for line in str(values["actions"]).splitlines() if line.strip()]
+    until = "laps, or " if values["stop_laps"] else ""
+    return [
+        ("Track", str(values["track"])),
+        ("Race", str(values["race"]).replace("_", " ").lower()),
+        ("Algorithm", str(values["algorithm"]).upper()),
+        ("Car", f"{len(actions)} actions"),
+        ("Ends when it", f"{until}{values['minutes']:g} min are over"),
+    ]
+
+
+def remarks(values: Mapping[str, Any]) -> list[str]:
+    """Return why the reward function or the actions cannot be used; none: they can."""
+    try:
+        files(values)
+    except UserInputError as error:
+        return [str(error)]
+    return []
