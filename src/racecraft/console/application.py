@@ -12,7 +12,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.console.index import Index
-from racecraft.console.pages import create, garage, model
+from racecraft.console.pages import create, garage, imports, jobs, model
 from racecraft.console.parts import parts_of
 from racecraft.console.service import Console
 from racecraft.console.watcher import Watcher
@@ -25,7 +25,9 @@ from racecraft.web.push import events_answer
 MOST_UPLOAD_BYTES = 4 * 1024**3
 
 
-def make_console(folder: Path, home: JobPaths | None = None, access: Access = ONLY_HERE, database: str = "") -> Starlette:
+def make_console(
+    folder: Path, home: JobPaths | None = None, access: Access = ONLY_HERE, database: str = ""
+) -> Starlette:
     """Return the application of a workspace; its watcher starts and ends with it.
 
     Args:
@@ -71,6 +73,8 @@ def _routes(console: Console) -> list[BaseRoute]:
     return [
         *garage.routes(console),
         *create.routes(console),
+        *imports.routes(console),
+        *jobs.routes(console),
         *model.routes(console),
         Route("/pictures/{kind}/{key}.svg", picture),
         Route("/events", events),

@@ -64,9 +64,7 @@ class Drafts:
             OutputFileError: The folder cannot be written.
         """
         known = dict(base or {})
-        draft = Draft(
-            id=secrets.token_hex(4), kind=kind, name=name, typed=known, base=known, cloned_from=cloned_from
-        )
+        draft = Draft(id=secrets.token_hex(4), kind=kind, name=name, typed=known, base=known, cloned_from=cloned_from)
         return self._write(draft)
 
     def find(self, key: str) -> Draft:

@@ -54,7 +54,9 @@ def model_row(
         "tags": list(note.tags),
         "cloned_from": note.cloned_from,
         "text": note.text,
-        "search": " ".join([model.name, newest.place, newest.about, *(f"#{tag} " for tag in note.tags), note.text]).casefold(),
+        "search": " ".join(
+            [model.name, newest.place, newest.about, *(f"#{tag} " for tag in note.tags), note.text]
+        ).casefold(),
     }
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
@@ -119,6 +120,10 @@ class WorldParts:
             UserInputError: A value cannot be used.
         """
         raise NotImplementedError
+
+    def import_words(self, archive: Path, run: Path) -> list[str]:
+        """Return the words behind `racecraft` that make a run of another program's model; none: it cannot."""
+        return []
 
     def values_of(self, run: RunFolder) -> dict[str, Any]:
         """Return the values of the form that a run was made with, as far as it tells: a clone begins with them.

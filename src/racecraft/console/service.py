@@ -134,12 +134,12 @@ async def form_fields(request: Request) -> dict[str, list[str]]:
                 found.setdefault(name, []).append(value)
     shown_token = found.pop("form_token", [""])[0]
     if not hmac.compare_digest(shown_token.encode(), str(request.scope.get("racecraft.form_token", "?")).encode()):
-        raise WebError(403, "forged_form", "the form lacks its page's token; load the page again and send it once more.")
+        raise WebError(
+            403, "forged_form", "the form lacks its page's token; load the page again and send it once more."
+        )
     return found
 
 
 def one(fields: Fields, name: str, default: str = "") -> str:
     """Return the last value of a field."""
     return fields[name][-1] if fields.get(name) else default
-
-

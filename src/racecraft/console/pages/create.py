@@ -210,7 +210,5 @@ def _step(steps: list[Step], key: str) -> Step:
     raise WebError(404, "no_such_step", f"There is no step {key[:40]!r}; begin at {steps[0].key}.")
 
 
-
-
 def _at(draft: Draft, step: str) -> str:
     return f"/drafts/{draft.id}/{step}"

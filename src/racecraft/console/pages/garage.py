@@ -24,7 +24,13 @@ from racecraft.contract.kinds import kinds
 
 PAGE = 50
 """Rows on one page of the list."""
-CHIPS = (("All", ()), ("Training", (TRAINING, STOPPING)), ("Queued", (QUEUED,)), ("Ready", (READY,)), ("Error", (ERROR,)))
+CHIPS = (
+    ("All", ()),
+    ("Training", (TRAINING, STOPPING)),
+    ("Queued", (QUEUED,)),
+    ("Ready", (READY,)),
+    ("Error", (ERROR,)),
+)
 SORTS: Mapping[str, Any] = {
     "changed": MODELS.c.changed.desc(), "name": MODELS.c.name, "track": MODELS.c.place, "status": MODELS.c.status,
     "best": MODELS.c.rank.is_(None), "gap": MODELS.c.gap_percent.is_(None), "trained": MODELS.c.seconds.desc(),
@@ -90,7 +96,9 @@ def garage(console: Console, request: Request) -> Page:
 
 def first_page(console: Console) -> Page:
     """Return the page of a workspace without a model."""
-    offers = [{"kind": kind.name, "lesson": parts_of(kind.name).lesson} for kind in kinds() if parts_of(kind.name).lesson]
+    offers = [
+        {"kind": kind.name, "lesson": parts_of(kind.name).lesson} for kind in kinds() if parts_of(kind.name).lesson
+    ]
     room = shutil.disk_usage(console.workspace.path).free
     return Page(
         "first.html",
@@ -164,5 +172,3 @@ def _address(asked: Mapping[str, str], **changes: str) -> str:
     """Return the address of the list with some of its words changed; "" takes one out."""
     words = {name: value for name, value in {**asked, **changes}.items() if value}
     return f"/models?{urlencode(words)}" if words else "/"
-
-

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 from collections import deque
 from collections.abc import Mapping
@@ -26,7 +27,7 @@ from racecraft.jobs.store import get
 from racecraft.web.errors import WebError
 
 LOG_LINES, LOG_BYTES = 60, 64_000
-TABS = (("Overview", ""), ("Checkpoints", "/checkpoints"), ("Files", "/files"))
+TABS = (("Overview", ""),)
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -85,7 +86,7 @@ def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]
 def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[str, Any]:
     """Return what the head of each of a model's pages shows."""
     more = parts.tabs(row) if parts is not None and row["run"] else []
-    tabs = [TABS[0], *more, *(TABS[1:] if row["run"] else TABS[2:])]
+    tabs = [*TABS, *more]
     return {
         "row": dict(row),
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],
@@ -154,10 +155,8 @@ def _commands(console: Console, model: Model, row: Mapping[str, Any]) -> str:
     """Return the commands that do what the page's buttons do."""
     lines = [f"cd {shlex.quote(str(model.path))}"]
     if row["job"]:
-        try:
+        with contextlib.suppress(JobError):
             lines.append(f"racecraft {shlex.join(get(console.home.store(), row['job']).spec.command)}")
-        except JobError:
-            pass
         if row["status"] in (TRAINING, STOPPING, QUEUED):
             lines.append(f"racecraft jobs stop {row['job']}")
     if row["run"]:

@@ -71,7 +71,7 @@ def _race() -> Step:
             Field(
                 name="objects", label="Boxes or bots", default=3, kind="whole", low=1, high=20,
                 sentence="On the whole lap. More than one each 3 m leaves no road to pass.",
-                names=(("--set", "boxes.number, bots.number"), ("DR_", "DR_OA_NUMBER_OF_OBSTACLES, DR_H2B_NUMBER_OF_BOT_CARS")),
+                names=(("--set", "boxes.number, bots.number"), ("DR_", "DR_OA_NUMBER_OF_OBSTACLES")),
             ),
             Field(
                 name="random_places", label="New places in every episode", default=True, kind="switch",
@@ -103,15 +103,15 @@ def _algorithm() -> Step:
             Field(
                 name="algorithm", label="Algorithm", default="ppo", kind="choice", matters=True,
                 choices=(("ppo", "PPO"), ("sac", "SAC"), ("dqn", "DQN"), ("apex", "Ape-X"), ("reinforce", "REINFORCE")),
-                sentence="PPO learns steadily and is the console's usual one; SAC needs fewer steps and more time each.",
+                sentence="PPO learns steadily; SAC needs fewer steps and more time for each.",
                 names=(("--algorithm", "ppo"), ("JSON", "training_algorithm")),
             ),
             _hyper("lr", "Learning rate", 0.001, 1e-8, 1.0, setting="ppo.learning_rate", matters=True,
                    sentence="Size of a step. Too high: the curve falls back to nothing. Too low: it hardly rises."),
             _hyper("discount_factor", "Discount", 0.97, 0.0, 1.0, setting="ppo.discount", matters=True,
-                   sentence="How much the next moment counts against this one. Higher looks further ahead, learns slower."),
+                   sentence="How much the future counts. Higher looks further ahead and learns slower."),
             _hyper("beta_entropy", "Entropy", 0.003, 0.0, 1.0, setting="ppo.entropy_weight", matters=True,
-                   sentence="What trying out is worth. Too high: the car wanders. Too low: it stops finding better ways."),
+                   sentence="What exploring is worth. Too high: the car wanders. Too low: it stops improving."),
             _hyper("num_epochs", "Epochs", 4, 1, 100, setting="ppo.epochs", kind="whole", matters=True,
                    sentence="Passes over each iteration's steps."),
             _hyper("batch_size", "Batch size", 256, 1, 1_000_000, setting="ppo.batch_size", kind="whole",
@@ -136,7 +136,7 @@ def _car() -> Step:
         fields=(
             Field(
                 name="actions", label="Actions", default=default_actions(), kind="text", matters=True,
-                sentence="One action a line: steering in degrees (left positive), speed in m/s. At most 30 travel to AWS.",
+                sentence="One action a line: degrees (left positive), m/s. At most 30 travel to AWS.",
                 names=(("JSON", "action_space"),),
             ),
             Field(

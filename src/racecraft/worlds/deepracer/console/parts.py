@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
@@ -66,6 +67,10 @@ class CarParts(WorldParts):
     def words(self, values: Mapping[str, Any]) -> list[str]:
         """Return `train` and its options."""
         return car_values.words(values)
+
+    def import_words(self, archive: Path, run: Path) -> list[str]:
+        """Return `import` and its words."""
+        return ["import", str(archive), str(run)]
 
     def values_of(self, run: RunFolder) -> dict[str, Any]:
         """Return the track, race, actions, sensors and reward function of a car's run."""
