@@ -14,8 +14,8 @@ Facts = dict[str, Any]
 def facts_of(source: Source) -> Facts:
     """Return what a file says.
 
-    Of `world`, `build`, `hyperparameters`, `action_space` and `version` of the metadata, and `car`, the vehicle profile of
-    a run, those that it names.
+    Of `world`, `build`, `hyperparameters`, `action_space` and `version` of the metadata, and `car`, a run's vehicle
+    profile, those that it names.
 
     Args:
         source: A file of kind ABOUT: JSON or YAML of a model, or a log whose rows stand in a trace.
@@ -32,9 +32,7 @@ def facts_of(source: Source) -> Facts:
         version = {"version": str(value["version"])} if value.get("version") else {}
         return version | ({"action_space": value["action_space"]} if "action_space" in value else {})
     if name == "job.json":
-        track, race = value.get("track"), (value.get("settings") or {}).get("race") or {}
-        world = {"world": track["name"]} if isinstance(track, dict) and "name" in track else {}
-        return world | ({"car": race["car"]} if "car" in race else {})
+        return _named(value, "world", "track", "name") | _named(value, "car", "settings", "race", "car")
     return {}
 
 
@@ -52,3 +50,12 @@ def _world_of_params(source: Source) -> Facts:
     except (OSError, ParamsFileError):
         return {}
     return {"world": world} if world else {}
+
+
+def _named(value: Any, name: str, *keys: str) -> Facts:
+    """Return what lies in a JSON object below some keys, under a name; nothing where one of them is missing."""
+    for key in keys:
+        if not isinstance(value, dict) or key not in value:
+            return {}
+        value = value[key]
+    return {name: value}
