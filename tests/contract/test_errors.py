@@ -9,18 +9,18 @@ from racecraft.contract.errors import InputFileError, TrackError, UserInputError
     ("more", "letter"),
     [
         ({}, "a.json: 3 found; expected 4."),
-        ({"cure": "Mend it."}, "a.json: 3 found; expected 4. Mend it."),
+        ({"hint": "Mend it."}, "a.json: 3 found; expected 4. Mend it."),
         ({"line": 7}, "a.json:7: 3 found; expected 4."),
         ({"line": 0}, "a.json:0: 3 found; expected 4."),
         ({"key": "speed"}, "a.json: speed: 3 found; expected 4."),
-        ({"line": 7, "key": "speed", "cure": "Mend it."}, "a.json:7: speed: 3 found; expected 4. Mend it."),
+        ({"line": 7, "key": "speed", "hint": "Mend it."}, "a.json:7: speed: 3 found; expected 4. Mend it."),
     ],
 )
 def test_a_letter_about_a_file_names_what_is_known_of_the_place(more, letter):
     error = InputFileError("a.json", "3 found", "4", **more)
     assert str(error) == letter
-    assert (error.path.name, error.found, error.expected, error.cure) == (
-        "a.json", "3 found", "4", more.get("cure", "")
+    assert (error.path.name, error.found, error.expected, error.hint) == (
+        "a.json", "3 found", "4", more.get("hint", "")
     )  # fmt: skip
     assert (error.line, error.key) == (more.get("line"), more.get("key"))
     assert isinstance(TrackError("a", "b", "c"), UserInputError)

@@ -43,9 +43,9 @@ def test_every_value_stands_on_a_line(tmp_path):
 
 def test_a_letter_names_file_line_and_key(tmp_path):
     document = read(tmp_path, '{\n"a": [1,\n2]}')
-    letter = str(document.letter("a", 1, found="2", expected="3", cure="Write 3."))
+    letter = str(document.error_at("a", 1, found="2", expected="3", hint="Write 3."))
     assert letter == f"{tmp_path / 't.json'}:3: a[1]: 2; expected 3. Write 3."
-    assert f"{tmp_path / 't.json'}:1: 2; expected 3" in str(document.letter(found="2", expected="3"))
+    assert f"{tmp_path / 't.json'}:1: 2; expected 3" in str(document.error_at(found="2", expected="3"))
 
 
 def test_comments_are_passed_over_with_a_note_and_move_no_line(tmp_path):

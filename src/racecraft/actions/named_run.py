@@ -20,5 +20,9 @@ def named_run(source: str, checkpoint: str | None = None) -> tuple[Path, str | N
     if path == source:
         return Path(source), checkpoint
     if checkpoint is not None:
-        raise SettingError(f"{source} and --checkpoint {checkpoint} were given; expected one of them to name it.")
+        raise SettingError(
+            "{source} and --checkpoint {checkpoint} were given; expected one of them to name it.",
+            source=source,
+            checkpoint=checkpoint,
+        )
     return Path(path), which

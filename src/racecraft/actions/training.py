@@ -50,7 +50,9 @@ def train(
     known = {field.name for field in dataclasses.fields(request_class)}
     for name in asked:
         if name not in known:
-            raise SettingError(f"train({kind!r}) knows no '{name}'. {nearest(name, sorted(known))}")
+            raise SettingError(
+                "train({kind!r}) knows no '{name}'. {hint}", kind=kind, name=name, hint=nearest(name, sorted(known))
+            )
     words = dict(asked)
     for name in ("run", "folder", "config"):
         if words.get(name) is not None and name in known:

@@ -27,7 +27,7 @@ def make_world(kind: str, **words: Any) -> World:
     make = find_kind(kind).piece("make_world")
     if make is None:
         raise SettingError(
-            f"the kind of world {kind!r} names no make_world; expected one. Only trainings make its worlds."
+            "the kind of world {kind!r} names no make_world; expected one. Only trainings make its worlds.", kind=kind
         )
     world: World = make(**words)
     return world

@@ -33,8 +33,11 @@ class WorldEnv(gymnasium.Env[Any, Any]):
         spec = world.spec
         if (spec.num_worlds, spec.num_agents) != (1, 1):
             raise ContractError(
-                f"{spec.name} has {spec.num_worlds} worlds of {spec.num_agents} agents; gymnasium.Env is for one of "
-                "one. Use WorldVectorEnv for many."
+                "{name} has {num_worlds} worlds of {num_agents} agents; gymnasium.Env is for one of "
+                "one. Use WorldVectorEnv for many.",
+                name=spec.name,
+                num_worlds=spec.num_worlds,
+                num_agents=spec.num_agents,
             )
         self.world = world
         self.observation_space = observation_space(spec)

@@ -33,7 +33,11 @@ def pettingzoo_parallel(world: World) -> Any:
         ) from error
     spec = world.spec
     if spec.num_worlds != 1:
-        raise ContractError(f"{spec.name} has {spec.num_worlds} worlds; ParallelEnv is for one. Make it with one.")
+        raise ContractError(
+            "{name} has {num_worlds} worlds; ParallelEnv is for one. Make it with one.",
+            name=spec.name,
+            num_worlds=spec.num_worlds,
+        )
     names = [f"agent_{m}" for m in range(spec.num_agents)]
     observation_spaces = {name: observation_space(spec) for name in names}
     action_spaces = {name: action_space(spec.actions) for name in names}

@@ -106,8 +106,9 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
     ) -> None:
         if SEARCHED not in spec.observations:
             raise SettingError(
-                f"--algorithm alphazero learns from a search, and {spec.name} brings none along; expected "
-                "`racecraft snakes train`. Use ppo."
+                "--algorithm alphazero learns from a search, and {name} brings none along; expected "
+                "`racecraft snakes train`. Use ppo.",
+                name=spec.name,
             )
         seen = {name: part for name, part in spec.observations.items() if name != SEARCHED}
         spec = replace(spec, observations=seen)
@@ -156,8 +157,10 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
         means = torch.stack(told).mean(dim=0).tolist() if told else [0.0] * 5
         if not np.isfinite(means).all():
             raise DivergedError(
-                f"After {len(told)} minibatches the losses are {means}; expected numbers. Lower "
-                "alphazero.learning_rate, and go on from the last checkpoint."
+                "After {count} minibatches the losses are {means}; expected numbers. Lower "
+                "alphazero.learning_rate, and go on from the last checkpoint.",
+                count=len(told),
+                means=means,
             )
         return dict(zip(FIGURES, [*means, foreseen, len(rows), len(told)], strict=True))
 

@@ -102,8 +102,11 @@ def architecture_of(config: NetworkConfig) -> Architecture:
     counts = len(config.conv_filters), len(config.conv_kernels), len(config.conv_strides)
     if len(set(counts)) > 1:
         raise SettingError(
-            f"network.conv_filters, conv_kernels and conv_strides have {counts[0]}, {counts[1]} and {counts[2]} "
-            "entries; expected one of each for every convolution."
+            "network.conv_filters, conv_kernels and conv_strides have {counts}, {counts_2} and {counts_3} "
+            "entries; expected one of each for every convolution.",
+            counts=counts[0],
+            counts_2=counts[1],
+            counts_3=counts[2],
         )
     return Architecture(
         convolutions=tuple(zip(config.conv_filters, config.conv_kernels, config.conv_strides, strict=True)),

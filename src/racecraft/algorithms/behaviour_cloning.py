@@ -148,8 +148,10 @@ class BcLearner(ActorCriticLearner[BcConfig]):
         means = torch.stack(told).mean(dim=0).tolist()
         if not np.isfinite(means).all():
             raise DivergedError(
-                f"After {len(told)} minibatches loss and agreement are {means}; expected numbers. Lower "
-                "bc.learning_rate, and go on from the last checkpoint."
+                "After {count} minibatches loss and agreement are {means}; expected numbers. Lower "
+                "bc.learning_rate, and go on from the last checkpoint.",
+                count=len(told),
+                means=means,
             )
         return dict(zip(FIGURES, [*means, *self._judge(), len(order), len(told)], strict=True))
 

@@ -63,12 +63,17 @@ def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tup
         value = getattr(network, name)
         if value != idle and name not in follows:
             raise SettingError(
-                f"network.{name} is {value}, which {algorithm.name} does not follow. Use ppo, or leave it at {idle}."
+                "network.{name} is {value}, which {name_2} does not follow. Use ppo, or leave it at {idle}.",
+                name=name,
+                value=value,
+                name_2=algorithm.name,
+                idle=idle,
             )
     if network.separate_networks and not algorithm.critic:
         raise SettingError(
-            f"network.separate_networks is True, and {algorithm.name} has no critic that could have layers of its own. "
-            "Leave it at False."
+            "network.separate_networks is True, and {name} has no critic that could have layers of its own. "
+            "Leave it at False.",
+            name=algorithm.name,
         )
     _require_one_network(network)
 
@@ -85,8 +90,10 @@ def _require_one_network(network: NetworkConfig) -> None:
     others = [*given[1:], *(name for name, value in beside.items() if value)]
     if given and others:
         raise SettingError(
-            f"network.{given[0]} and network.{others[0]} are both given; a network of your own takes the place of "
-            "both. Leave one of them."
+            "network.{given} and network.{others} are both given; a network of your own takes the place of "
+            "both. Leave one of them.",
+            given=given[0],
+            others=others[0],
         )
     if network.policy is not None and network.separate_networks:
         raise SettingError(
@@ -111,8 +118,9 @@ def with_imitation(learner: Learner, settings: Settings, seed: int) -> Learner:
 
     if config.demonstrations is None:
         raise SettingError(
-            f"imitation.strength is {config.strength:g} and no demonstrations are named; expected "
-            "--set imitation.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files."
+            "imitation.strength is {strength:g} and no demonstrations are named; expected "
+            "--set imitation.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files.",
+            strength=config.strength,
         )
     return ImitationWrapper(
         learner, config, read_demonstration_batch(config.demonstrations), seed + (len(SIGNALS) + 1) * SEED_APART
@@ -155,8 +163,9 @@ def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> 
 
     if settings.gail.demonstrations is None:
         raise SettingError(
-            f"gail.strength is {settings.gail.strength:g} and no demonstrations are named; expected "
-            "--set gail.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files."
+            "gail.strength is {strength:g} and no demonstrations are named; expected "
+            "--set gail.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files.",
+            strength=settings.gail.strength,
         )
     shown = read_demonstration_batch(settings.gail.demonstrations)
     return GailModel(spec, spec.actions, architecture, settings.gail, shown, seed, device)

@@ -58,7 +58,11 @@ def read_demonstration_batch(path: str | Path) -> Demonstrations:
             shown: Demonstrations = kind.piece("demonstrations")(where)
             return shown
     if where.is_dir():
-        raise SettingError(f"{where}: holds no demonstrations; expected files that end in {' or '.join(readers)}.")
+        raise SettingError(
+            "{where}: holds no demonstrations; expected files that end in {readers}.",
+            where=where,
+            readers=" or ".join(readers),
+        )
     return read_demonstrations(where)
 
 
@@ -89,13 +93,22 @@ def _require_same_world(spec: WorldSpec, shown: Demonstrations, asked_by: str) -
     there = PolicySpec.from_dictionary(shown.spec)
     if there.actions != spec.actions:
         raise SettingError(
-            f"{asked_by}: the recorded actions are {there.actions}, those of {spec.name} are {spec.actions}; "
-            "expected the same. Record in this world."
+            "{asked_by}: the recorded actions are {actions}, those of {name} are {actions_2}; "
+            "expected the same. Record in this world.",
+            asked_by=asked_by,
+            actions=there.actions,
+            name=spec.name,
+            actions_2=spec.actions,
         )
     for name, part in spec.observations.items():
         found = there.observations.get(name)
         if not part.privileged and (found is None or found.shape != part.shape or found.dtype != part.dtype):
             raise SettingError(
-                f"{asked_by}: the observation '{name}' is {found or 'not recorded'}; {spec.name} shows {part}; "
-                "expected the same. Record in this world."
+                "{asked_by}: the observation '{name}' is {found}; {name_2} shows {part}; "
+                "expected the same. Record in this world.",
+                asked_by=asked_by,
+                name=name,
+                found=found or "not recorded",
+                name_2=spec.name,
+                part=part,
             )

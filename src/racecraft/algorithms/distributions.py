@@ -240,7 +240,9 @@ class SquashedGaussian(DiagGaussian):
         super().__init__(spec)
         if not bool(self.bounded.all()):
             raise SettingError(
-                f"squashed actions need finite bounds; found low {spec.low}, high {spec.high}. Use gaussian ones."
+                "squashed actions need finite bounds; found low {low}, high {high}. Use gaussian ones.",
+                low=spec.low,
+                high=spec.high,
             )
 
     def sample(
@@ -332,7 +334,9 @@ def distribution_for(actions: ActionSpec, floor: float = 0.0, numbers: str = GAU
         return Hybrid(actions, floor, numbers)
     if isinstance(actions, ContinuousActions):
         return _gaussian(actions, numbers)
-    raise SettingError(f"{actions}: one policy cannot act for several kinds of agents; expected one for each group.")
+    raise SettingError(
+        "{actions}: one policy cannot act for several kinds of agents; expected one for each group.", actions=actions
+    )
 
 
 def params_width(actions: ActionSpec) -> int:

@@ -217,8 +217,11 @@ class DqnLearner(NetworkLearner[DqnConfig]):
         means = torch.stack(steps).mean(dim=0).tolist() if steps else [0.0] * 4
         if not np.isfinite(means).all():
             raise DivergedError(
-                f"After {self.steps_taken} gradient steps the losses are {means}; expected numbers. Lower "
-                f"{self.name}.learning_rate or the size of the rewards, and go on from the last checkpoint."
+                "After {steps_taken} gradient steps the losses are {means}; expected numbers. Lower "
+                "{name}.learning_rate or the size of the rewards, and go on from the last checkpoint.",
+                steps_taken=self.steps_taken,
+                means=means,
+                name=self.name,
             )
         facts = (self.epsilon, experience.new_transitions, len(experience), len(steps))
         return dict(zip(FIGURES, [*means, *facts], strict=True))

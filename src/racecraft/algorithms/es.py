@@ -138,8 +138,10 @@ class EsLearner(ActorCriticLearner[EsConfig]):
         count, returns = episode_returns(batch.reward, batch.terminated | batch.truncated, batch.active)
         if not np.isfinite(batch.reward[batch.active]).all():
             raise DivergedError(
-                f"In generation {self.generation} the members' returns are {returns.tolist()}; expected numbers. The "
-                "world paid what is none."
+                "In generation {generation} the members' returns are {returns}; expected numbers. The "
+                "world paid what is none.",
+                generation=self.generation,
+                returns=returns.tolist(),
             )
         pairs = np.flatnonzero(count[: self.members // 2 * 2].reshape(-1, 2).min(axis=1))
         of_pairs = returns[: self.members // 2 * 2].reshape(-1, 2)[pairs]

@@ -67,9 +67,10 @@ class ImitationWrapper(LearnerWrapper):
     def __init__(self, inner: Learner, config: ImitationConfig, shown: Demonstrations, seed: int) -> None:
         if not isinstance(inner, PpoLearner) or isinstance(inner.network, RecurrentActorCritic):
             raise SettingError(
-                f"imitation.strength is {config.strength:g}; what was shown is imitated beside ppo without a memory, "
+                "imitation.strength is {strength:g}; what was shown is imitated beside ppo without a memory, "
                 "in the thread that learns. Use ppo with --set network.memory=none --set ppo.asynchronous=false, or "
-                "leave it at 0."
+                "leave it at 0.",
+                strength=config.strength,
             )
         assert not isinstance(inner.spec.actions, GroupedActions), "agents of each kind have a learner of their own"
         super().__init__(inner)
@@ -135,8 +136,10 @@ class ImitationWrapper(LearnerWrapper):
         loss, agreement = torch.stack(told).mean(dim=0).tolist()
         if not np.isfinite(loss):
             raise DivergedError(
-                f"After {len(told)} minibatches of what was shown the loss is {loss}; expected a number. Lower "
-                "imitation.strength, and go on from the last checkpoint."
+                "After {count} minibatches of what was shown the loss is {loss}; expected a number. Lower "
+                "imitation.strength, and go on from the last checkpoint.",
+                count=len(told),
+                loss=loss,
             )
         if self.learner.half is not None:
             self.learner.half.refresh()

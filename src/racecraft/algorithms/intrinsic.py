@@ -71,8 +71,10 @@ class IntrinsicReward(LearnerWrapper):
     def __init__(self, inner: Learner, model: RewardModel) -> None:
         if inner.eats == REPLAY:
             raise SettingError(
-                f"{model.name}.strength is {model.strength:g}; its bonus is of the latest rollout, and this algorithm "
-                "learns from a replay. Leave it at 0, or use ppo."
+                "{name}.strength is {strength:g}; its bonus is of the latest rollout, and this algorithm "
+                "learns from a replay. Leave it at 0, or use ppo.",
+                name=model.name,
+                strength=model.strength,
             )
         super().__init__(inner)
         self.model = model

@@ -193,8 +193,12 @@ class CustomEncoder(nn.Module):
                 raise
             except Exception as error:
                 raise SettingError(
-                    f"network.encoder {named} failed ({type(error).__name__}: {error}); expected a torch.nn.Module "
-                    f"made from the specs of {', '.join(self.names)}, with `width`, whose forward takes named tensors."
+                    "network.encoder {named} failed ({type_name}: {error}); expected a torch.nn.Module "
+                    "made from the specs of {names}, with `width`, whose forward takes named tensors.",
+                    named=named,
+                    type_name=type(error).__name__,
+                    error=error,
+                    names=", ".join(self.names),
                 ) from error
 
     def forward(self, observations: Mapping[str, Tensor]) -> Tensor:
@@ -208,7 +212,10 @@ class CustomEncoder(nn.Module):
         found = tuple(self.forward(zero_rows(observations, self.names)).shape)
         if found != (2, self.width):
             raise SettingError(
-                f"network.encoder {named} gives {found} for two rows; expected (2, {self.width}), as its `width` says."
+                "network.encoder {named} gives {found} for two rows; expected (2, {width}), as its `width` says.",
+                named=named,
+                found=found,
+                width=self.width,
             )
 
 
@@ -244,14 +251,23 @@ class OwnPolicy(nn.Module):
                 raise
             except Exception as error:
                 raise SettingError(
-                    f"network.policy {named} failed ({type(error).__name__}: {error}); expected a torch.nn.Module made "
-                    f"from the specs of {', '.join(self.names)}, of the actions and {self.width}, whose forward takes "
-                    "named tensors."
+                    "network.policy {named} failed ({type_name}: {error}); expected a torch.nn.Module made "
+                    "from the specs of {names}, of the actions and {width}, whose forward takes "
+                    "named tensors.",
+                    named=named,
+                    type_name=type(error).__name__,
+                    error=error,
+                    names=", ".join(self.names),
+                    width=self.width,
                 ) from error
         if found != ((2, self.width), (2,)):
             raise SettingError(
-                f"network.policy {named} gives {found[0]} and {found[1]} for two rows; expected (2, {self.width}) "
-                "numbers that decide and (2,) values."
+                "network.policy {named} gives {found} and {found_2} for two rows; expected (2, {width}) "
+                "numbers that decide and (2,) values.",
+                named=named,
+                found=found[0],
+                found_2=found[1],
+                width=self.width,
             )
 
     def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
@@ -387,8 +403,13 @@ def image_embedder(
     for filters, kernel, stride in architecture.convolutions:
         if min(height, width) < kernel:
             raise SettingError(
-                f"Observation '{name}' has shape {part.shape}; at {height} x {width} px the convolution of kernel "
-                f"{kernel} finds no room. Use smaller network.conv_kernels or fewer convolutions."
+                "Observation '{name}' has shape {shape}; at {height} x {width} px the convolution of kernel "
+                "{kernel} finds no room. Use smaller network.conv_kernels or fewer convolutions.",
+                name=name,
+                shape=part.shape,
+                height=height,
+                width=width,
+                kernel=kernel,
             )
         layer = Convolution(channels, filters, kernel, stride, device="meta")
         make_room(layer)

@@ -120,8 +120,10 @@ def _kind_of(spec: PolicySpec) -> str:
     kinds |= {"sac": SAC} | dict.fromkeys(WORTHS, DISCRETE)
     if spec.algorithm not in kinds:
         raise NoPlainLayersError(
-            f"the policy learned by {spec.algorithm}; expected one of {', '.join(sorted(kinds))}, whose networks "
-            "are known to be layers that a car's software can run. Train with one of them."
+            "the policy learned by {algorithm}; expected one of {kinds}, whose networks "
+            "are known to be layers that a car's software can run. Train with one of them.",
+            algorithm=spec.algorithm,
+            kinds=", ".join(sorted(kinds)),
         )
     architecture = architecture_from(spec.network)
     beyond = {
@@ -134,10 +136,12 @@ def _kind_of(spec: PolicySpec) -> str:
     }
     for setting, is_so in beyond.items():
         if is_so:
-            cure = "Train with --set network.stack_size=1." if "stack_size" in setting else "Train without it."
+            hint = "Train with --set network.stack_size=1." if "stack_size" in setting else "Train without it."
             raise NoPlainLayersError(
-                f"the policy was trained with {setting}; expected convolutions and dense layers over one frame, which "
-                f"is all that a car's software knows. {cure}"
+                "the policy was trained with {setting}; expected convolutions and dense layers over one frame, which "
+                "is all that a car's software knows. {hint}",
+                setting=setting,
+                hint=hint,
             )
     return kinds[spec.algorithm]
 
@@ -196,9 +200,13 @@ def _shrink_of(shape: tuple[int, ...]) -> int:
     rows, columns = shape[:2]
     if IMAGE[0] % rows or IMAGE[1] % columns or IMAGE[0] // rows != IMAGE[1] // columns:
         raise NoPlainLayersError(
-            f"the policy sees {columns} x {rows} px; expected {IMAGE[1]} x {IMAGE[0]} as the car's camera gives, or a "
+            "the policy sees {columns} x {rows} px; expected {image} x {image_2} as the car's camera gives, or a "
             "size that this divides into squares, such as 80 x 60 or 40 x 30. Train with such camera.width and "
-            "camera.height."
+            "camera.height.",
+            columns=columns,
+            rows=rows,
+            image=IMAGE[1],
+            image_2=IMAGE[0],
         )
     return IMAGE[0] // rows
 
@@ -276,7 +284,9 @@ def _require_same_world(
     if [_numbers_of(part) for _, part in seen] != [_numbers_there(sensor) for sensor in sensors]:
         there = ", ".join(f"{sensor.name} {sensor.shape}" for sensor in sensors)
         here = ", ".join(f"{name} {part.shape}" for name, part in seen)
-        raise PolicyLayersError(f"its network sees {there}; expected {here}, as model_metadata.json says.")
+        raise PolicyLayersError(
+            "its network sees {there}; expected {here}, as model_metadata.json says.", there=there, here=here
+        )
     is_box = isinstance(actions, ContinuousActions)
     width = len(actions.low) if isinstance(actions, ContinuousActions) else actions.count
     outputs = layers.network.head.bias.shape[0]
@@ -284,8 +294,11 @@ def _require_same_world(
         here = f"{width} numbers of two ranges" if is_box else f"{width} actions of a list"
         whose = {DISCRETE: f"chooses among {outputs}", CONTINUOUS: f"gives {outputs} numbers", SAC: f"gives {outputs}"}
         raise PolicyLayersError(
-            f"its network {whose[layers.kind]} ({layers.kind}); expected {here}, as model_metadata.json says. Give the "
-            "metadata that it was trained with."
+            "its network {whose} ({kind}); expected {here}, as model_metadata.json says. Give the "
+            "metadata that it was trained with.",
+            whose=whose[layers.kind],
+            kind=layers.kind,
+            here=here,
         )
 
 

@@ -82,8 +82,10 @@ class PolicySpec:
         """
         if told.get("version") != VERSION:
             raise PolicySpecError(
-                f"the checkpoint's policy spec has version {told.get('version')!r}; expected {VERSION}. A newer "
-                "racecraft wrote it: upgrade."
+                "the checkpoint's policy spec has version {told!r}; expected {version}. A newer "
+                "racecraft wrote it: upgrade.",
+                told=told.get("version"),
+                version=VERSION,
             )
         try:
             return cls(
@@ -97,7 +99,7 @@ class PolicySpec:
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise PolicySpecError(
-                f"the checkpoint's policy spec is damaged ({error!r}); expected what racecraft wrote."
+                "the checkpoint's policy spec is damaged ({error!r}); expected what racecraft wrote.", error=error
             ) from error
 
 

@@ -141,8 +141,9 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         """
         if settings.ppo.ratio_cap != PpoConfig.ratio_cap and not settings.ppo.asynchronous:
             raise SettingError(
-                f"ppo.ratio_cap is {settings.ppo.ratio_cap:g} and ppo.asynchronous False, where no weights are old; "
-                "expected ppo.asynchronous=true with it, or ppo.ratio_cap left out."
+                "ppo.ratio_cap is {ratio_cap:g} and ppo.asynchronous False, where no weights are old; "
+                "expected ppo.asynchronous=true with it, or ppo.ratio_cap left out.",
+                ratio_cap=settings.ppo.ratio_cap,
             )
         return super().build(spec, settings, seed)
 
@@ -246,8 +247,10 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         means = torch.stack(steps).mean(dim=0).tolist() if steps else [0.0] * 6
         if not np.isfinite(means).all():
             raise DivergedError(
-                f"After {len(steps)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
-                "or the size of the rewards, and go on from the last checkpoint."
+                "After {count} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
+                "or the size of the rewards, and go on from the last checkpoint.",
+                count=len(steps),
+                means=means,
             )
         return dict(zip(FIGURES, [*means, *facts, transitions, len(steps)], strict=True))
 

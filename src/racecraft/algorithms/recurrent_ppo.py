@@ -54,8 +54,9 @@ class RecurrentPpoLearner(PpoLearner):
     ) -> None:
         if settled(config.precision) == "bfloat16":
             raise SettingError(
-                f"ppo.precision is {config.precision}, bfloat16 here; a policy with network.memory multiplies in "
-                "float32. Give --set ppo.precision=float32."
+                "ppo.precision is {precision}, bfloat16 here; a policy with network.memory multiplies in "
+                "float32. Give --set ppo.precision=float32.",
+                precision=config.precision,
             )
         super().__init__(spec, network, config, seed, device)
         self.values_later = False

@@ -211,7 +211,11 @@ def register_algorithm(name: str, learner: type) -> None:
         SettingError: The name is taken, or the class is of the wrong shape.
     """
     if name in ALGORITHMS:
-        raise SettingError(f"the algorithm '{name}' is built in; expected another name for {learner.__name__}.")
+        raise SettingError(
+            "the algorithm '{name}' is built in; expected another name for {learner}.",
+            name=name,
+            learner=learner.__name__,
+        )
     _registered[name] = algorithm_of(learner, name)
 
 
@@ -230,7 +234,11 @@ def find_algorithm(name: str) -> Algorithm:
     if ":" in name:
         return algorithm_of(load_class(name, "--algorithm"), name)
     known = [*ALGORITHMS, *_registered, *offered("algorithms")]
-    raise SettingError(f"There is no algorithm '{name}'. {nearest(name, known)} Your own is named as module:Class.")
+    raise SettingError(
+        "There is no algorithm '{name}'. {hint} Your own is named as module:Class.",
+        name=name,
+        hint=nearest(name, known),
+    )
 
 
 def all_algorithms() -> list[Algorithm]:
@@ -261,8 +269,11 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
     if not isinstance(learner, type) or missing:
         called, lacks = getattr(learner, "__name__", learner), ", ".join(missing) or "being a class"
         raise SettingError(
-            f"algorithm {name}: {called} lacks {lacks}; "
-            "expected a class as `racecraft.algorithms.learner.Learner` describes it."
+            "algorithm {name}: {called} lacks {lacks}; "
+            "expected a class as `racecraft.algorithms.learner.Learner` describes it.",
+            name=name,
+            called=called,
+            lacks=lacks,
         )
     return Algorithm(
         name,
@@ -308,18 +319,27 @@ def require_fit(algorithm: Algorithm, actions: ActionSpec, what: str, is_searche
     if isinstance(actions, GroupedActions):
         if not algorithm.several_groups:
             raise SettingError(
-                f"--algorithm {algorithm.name} teaches one policy; {what} has agents of several kinds. Use ppo."
+                "--algorithm {name} teaches one policy; {what} has agents of several kinds. Use ppo.",
+                name=algorithm.name,
+                what=what,
             )
         return
     kind = kind_of(actions)
     others = [one.name for one in ALGORITHMS.values() if kind in one.acts and (is_searched or not one.searches)]
     if algorithm.searches and not is_searched:
         raise SettingError(
-            f"--algorithm {algorithm.name} learns from a search, and {what} brings none along; expected "
-            f"`racecraft snakes train`. Algorithms that fit: {', '.join(others)}."
+            "--algorithm {name} learns from a search, and {what} brings none along; expected "
+            "`racecraft snakes train`. Algorithms that fit: {others}.",
+            name=algorithm.name,
+            what=what,
+            others=", ".join(others),
         )
     if kind not in algorithm.acts:
         raise SettingError(
-            f"--algorithm {algorithm.name} decides {' or '.join(algorithm.acts)}; an action of {what} is {kind}. "
-            f"Algorithms that fit: {', '.join(others)}."
+            "--algorithm {name} decides {acts}; an action of {what} is {kind}. Algorithms that fit: {others}.",
+            name=algorithm.name,
+            acts=" or ".join(algorithm.acts),
+            what=what,
+            kind=kind,
+            others=", ".join(others),
         )

@@ -148,8 +148,10 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
         told = [*losses, norm, explained_variance(value.reshape(-1)[rows], found) if critic and len(rows) else 0.0]
         if not np.isfinite([*losses, norm]).all():
             raise DivergedError(
-                f"the losses are {losses}, the gradient's norm is {norm}; expected numbers. Lower "
-                "reinforce.learning_rate or the size of the rewards, and go on from the last checkpoint."
+                "the losses are {losses}, the gradient's norm is {norm}; expected numbers. Lower "
+                "reinforce.learning_rate or the size of the rewards, and go on from the last checkpoint.",
+                losses=losses,
+                norm=norm,
             )
         episodes = int(count.sum())
         mean_return = float(np.nansum(mean * count) / max(episodes, 1))

@@ -105,7 +105,11 @@ class SacConfig:
         except ValueError:
             fixed = math.nan
         if not 0.0 <= fixed <= 1e6:
-            raise SettingError(f"sac.temperature is {self.temperature!r}; expected `{AUTO}`, or a number from 0 up.")
+            raise SettingError(
+                "sac.temperature is {temperature!r}; expected `{auto}`, or a number from 0 up.",
+                temperature=self.temperature,
+                auto=AUTO,
+            )
         return fixed
 
 
@@ -237,8 +241,10 @@ class SacLearner(NetworkLearner[SacConfig]):
         means = torch.stack(told).mean(dim=0).tolist() if told else [0.0] * len(Losses._fields)
         if not np.isfinite(means).all():
             raise DivergedError(
-                f"After {self.steps} gradient steps the losses are {means}; expected numbers. Lower sac.learning_rate "
-                "or the size of the rewards, and go on from the last checkpoint."
+                "After {steps} gradient steps the losses are {means}; expected numbers. Lower sac.learning_rate "
+                "or the size of the rewards, and go on from the last checkpoint.",
+                steps=self.steps,
+                means=means,
             )
         critic, actor, _, entropy, value = means
         return dict(zip(FIGURES, [critic, actor, self.temperature, entropy, value, count], strict=True))
@@ -363,10 +369,12 @@ def bounded(actions: object) -> ContinuousActions:
         SettingError: They are not.
     """
     if not isinstance(actions, ContinuousActions):
-        raise SettingError(f"sac decides numbers; found actions {actions}. Use dqn or ppo.")
+        raise SettingError("sac decides numbers; found actions {actions}. Use dqn or ppo.", actions=actions)
     if not np.isfinite([actions.low, actions.high]).all():
         raise SettingError(
-            f"sac bends its actions into their bounds; found low {actions.low}, high {actions.high}, expected finite "
-            "ones. Use ppo, which needs none, or rescale the actions."
+            "sac bends its actions into their bounds; found low {low}, high {high}, expected finite "
+            "ones. Use ppo, which needs none, or rescale the actions.",
+            low=actions.low,
+            high=actions.high,
         )
     return actions

@@ -223,8 +223,9 @@ def transparent(policy: Any) -> Explainable:
         inner = getattr(inner, "policy", None)
         if inner is None:
             raise AttentionError(
-                f"{type(policy).__name__} does not show what it decides by; expected a policy of one network, as "
-                "load_policy returns it. Of a run with several groups take the policy of one of them."
+                "{type_name} does not show what it decides by; expected a policy of one network, as "
+                "load_policy returns it. Of a run with several groups take the policy of one of them.",
+                type_name=type(policy).__name__,
             )
     return inner
 
@@ -239,8 +240,11 @@ def _settled(clear: Explainable, fed: Mapping[str, Tensor], question: Question, 
     width, count = scores.numbers.shape[1], len(scores.branches)
     if not 0 <= question.part < width + count:
         raise AttentionError(
-            f"part {question.part} of the action was asked for; expected 0 to {width + count - 1}: {width} numbers, "
-            f"then {count} choices."
+            "part {part} of the action was asked for; expected 0 to {width}: {width_2} numbers, then {count} choices.",
+            part=question.part,
+            width=width + count - 1,
+            width_2=width,
+            count=count,
         )
     if question.part < width:
         number = scores.numbers[:, question.part]
@@ -249,7 +253,9 @@ def _settled(clear: Explainable, fed: Mapping[str, Tensor], question: Question, 
     if question.option is None:
         return branch.argmax(dim=1)
     if not 0 <= question.option < branch.shape[1]:
-        raise AttentionError(f"option {question.option} was asked for; expected 0 to {branch.shape[1] - 1}.")
+        raise AttentionError(
+            "option {option} was asked for; expected 0 to {shape}.", option=question.option, shape=branch.shape[1] - 1
+        )
     return torch.full((len(branch),), question.option, device=branch.device)
 
 
@@ -432,8 +438,9 @@ def _require_same_answer(clear: Explainable, observations: Mapping[str, Array], 
     away = max(float((one - other).abs().max()) if one.numel() else 0.0 for one, other in pairs)
     if away > SAME_ANSWER:
         raise AttentionError(
-            f"the network answers differently (by {away:.3g}) to the same picture as uint8 and as float32 of 0 to 255; "
-            "expected a forward that scales by value, not by type. Divide by 255 in both cases."
+            "the network answers differently (by {away:.3g}) to the same picture as uint8 and as float32 of 0 to 255; "
+            "expected a forward that scales by value, not by type. Divide by 255 in both cases.",
+            away=away,
         )
 
 

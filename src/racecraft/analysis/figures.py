@@ -180,7 +180,9 @@ def require_metrics(metrics: MetricRows) -> None:
         raise FigureError("There are no metrics yet; expected at least one iteration. Let the training finish one.")
     for number, row in enumerate(metrics, 1):
         if row.get("seconds") is None or row.get("steps") is None:
-            raise FigureError(f"Line {number} of the metrics has no seconds or steps; expected both in every line.")
+            raise FigureError(
+                "Line {number} of the metrics has no seconds or steps; expected both in every line.", number=number
+            )
 
 
 def save_figure(figure: Figure, path: str | Path, dpi: int) -> Path:
@@ -193,7 +195,11 @@ def save_figure(figure: Figure, path: str | Path, dpi: int) -> Path:
     path = Path(path)
     kind = path.suffix.lstrip(".").lower()
     if kind not in KINDS:
-        raise FigureError(f"{path}: pictures are written as .png, .svg or .pdf; got '{path.suffix}'. Rename it.")
+        raise FigureError(
+            "{path}: pictures are written as .png, .svg or .pdf; got '{suffix}'. Rename it.",
+            path=path,
+            suffix=path.suffix,
+        )
     with atomic_file(path) as part:
         figure.savefig(part, format=kind, dpi=dpi)
     return path

@@ -65,8 +65,15 @@ class CustomPlot:
             line = _line_of(error, self.origin)
             away = "remove its package" if self.origin.startswith("racecraft.plots") else "leave it out of --plots"
             raise OwnPlotError(
-                f"{self.origin}{line}: {self.name} failed ({type(error).__name__}: {error}); expected a plot of "
-                f"{frame.height} ticks. Mend it, or {away}."
+                "{origin}{line}: {name} failed ({type_name}: {error}); expected a plot of "
+                "{height} ticks. Mend it, or {away}.",
+                origin=self.origin,
+                line=line,
+                name=self.name,
+                type_name=type(error).__name__,
+                error=error,
+                height=frame.height,
+                away=away,
             ) from error
         return plot
 
@@ -96,7 +103,7 @@ def made_or_why(own: Sequence[CustomPlot], ticks: pl.DataFrame, track: Any) -> l
 
 def _of_path(path: Path) -> list[CustomPlot]:
     if not path.exists():
-        raise OwnPlotError(f"{path}: is not there; expected a Python file with plots, or a folder of them.")
+        raise OwnPlotError("{path}: is not there; expected a Python file with plots, or a folder of them.", path=path)
     files = sorted(path.glob("*.py")) if path.is_dir() else [path]
     found = []
     for file in files:
@@ -107,7 +114,9 @@ def _of_path(path: Path) -> list[CustomPlot]:
         ]
         if not made and not path.is_dir():
             raise OwnPlotError(
-                f"{file}: holds no plot; expected a function whose name begins with {PREFIX!r}, of (ticks, track)."
+                "{file}: holds no plot; expected a function whose name begins with {prefix!r}, of (ticks, track).",
+                file=file,
+                prefix=PREFIX,
             )
         found += made
     return found
@@ -117,7 +126,7 @@ def _imported(file: Path) -> ModuleType:
     name = f"racecraft_plots_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
-        raise OwnPlotError(f"{file}: is no Python file; expected one that ends in .py.")
+        raise OwnPlotError("{file}: is no Python file; expected one that ends in .py.", file=file)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -125,8 +134,13 @@ def _imported(file: Path) -> ModuleType:
     except (Exception, SystemExit) as error:
         line = _line_of(error, str(file))
         raise OwnPlotError(
-            f"{file}{line}: cannot be imported ({type(error).__name__}: {error}); expected Python with functions that "
-            f"begin with {PREFIX!r}."
+            "{file}{line}: cannot be imported ({type_name}: {error}); expected Python with functions that "
+            "begin with {prefix!r}.",
+            file=file,
+            line=line,
+            type_name=type(error).__name__,
+            error=error,
+            prefix=PREFIX,
         ) from error
     return module
 
@@ -164,7 +178,10 @@ def _as_plot(own: CustomPlot, made: Any, ticks: Any) -> Plot:
     if hasattr(made, "savefig"):
         return Plot(own.name, title, ticks.head(0), lambda: made)
     raise OwnPlotError(
-        f"{own.origin}: {own.name} gave {type(made).__name__}; expected a Plot, a matplotlib figure or a Polars table."
+        "{origin}: {name} gave {type_name}; expected a Plot, a matplotlib figure or a Polars table.",
+        origin=own.origin,
+        name=own.name,
+        type_name=type(made).__name__,
     )
 
 

@@ -100,7 +100,7 @@ def _read_evaluations(run: RunFolder) -> Iterator[dict[str, Any]]:
             evaluation = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise ReportError(
-                f"{path}: cannot be read ({error}); expected an evaluation. Take the file out."
+                "{path}: cannot be read ({error}); expected an evaluation. Take the file out.", path=path, error=error
             ) from error
         if isinstance(evaluation, dict):
             yield {"iteration": int(path.stem), **evaluation}

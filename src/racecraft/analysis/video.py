@@ -69,7 +69,7 @@ def small_film(path: str | Path) -> bytes:
                 _encode(small, encoder, SMALL_ENCODERS[encoder], pictures, rate)
         except (OSError, av.error.FFmpegError) as error:
             raise VideoError(
-                f"{path}: is no film that can be read ({error}); expected an MP4. Film it anew."
+                "{path}: is no film that can be read ({error}); expected an MP4. Film it anew.", path=path, error=error
             ) from error
         return small.read_bytes()
 
@@ -89,7 +89,9 @@ def read_film(path: str | Path) -> Iterator[Array]:
             for one in container.decode(video=0):
                 yield one.to_ndarray(format="rgb24")
     except (OSError, IndexError, av.error.FFmpegError) as error:
-        raise VideoError(f"{path}: is no film that can be read ({error}); expected an MP4.") from error
+        raise VideoError(
+            "{path}: is no film that can be read ({error}); expected an MP4.", path=path, error=error
+        ) from error
 
 
 def film_path(path: str | Path) -> Path:
@@ -100,7 +102,7 @@ def film_path(path: str | Path) -> Path:
     """
     path = Path(path)
     if path.suffix.lower() != ".mp4":
-        raise VideoError(f"{path}: a film is written as MP4; expected a name that ends in .mp4. Rename it.")
+        raise VideoError("{path}: a film is written as MP4; expected a name that ends in .mp4. Rename it.", path=path)
     return path
 
 
@@ -116,8 +118,10 @@ def _encoder() -> str:
         if name in av.codecs_available:
             return name
     raise VideoError(
-        f"This PyAV ({av.__version__}) has no H.264 encoder; expected one of {', '.join(ENCODERS)}. "
-        "`pip install --force-reinstall --only-binary=:all: av` brings one."
+        "This PyAV ({version}) has no H.264 encoder; expected one of {encoders}. "
+        "`pip install --force-reinstall --only-binary=:all: av` brings one.",
+        version=av.__version__,
+        encoders=", ".join(ENCODERS),
     )
 
 

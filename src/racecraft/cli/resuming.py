@@ -34,7 +34,9 @@ def refuse_changes(
         SettingError: No run is named, or something else is.
     """
     if run is None:
-        raise SettingError(f"--resume needs --run RUN, the folder to go on with, such as --run {example}.")
+        raise SettingError(
+            "--resume needs --run RUN, the folder to go on with, such as --run {example}.", example=example
+        )
     arguments = {
         part.name: (part.metavar or str(part.name).upper()).strip("[]")
         for part in context.command.params
@@ -50,8 +52,9 @@ def refuse_changes(
         ):
             flag = arguments.get(name, f"--{name.rstrip('_').replace('_', '-')}")
             raise SettingError(
-                f"{flag} cannot change when a run is resumed: it would no longer be the same training. "
-                "Leave it out, or begin a new run from these weights with --from."
+                "{flag} cannot change when a run is resumed: it would no longer be the same training. "
+                "Leave it out, or begin a new run from these weights with --from.",
+                flag=flag,
             )
     return run
 

@@ -64,4 +64,6 @@ def _print_folder(folder: Path, json: bool) -> None:
         if kind.folder_settings:
             kind.piece("folder_settings")(folder, json)
             return
-    raise SettingError(f"{folder}: no installed world reads folders; expected one that does, such as deepracer.")
+    raise SettingError(
+        "{folder}: no installed world reads folders; expected one that does, such as deepracer.", folder=folder
+    )

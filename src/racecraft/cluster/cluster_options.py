@@ -40,13 +40,13 @@ def read_cluster(text: str) -> ClusterOptions:
     if not at and text.lstrip("-").isdigit():
         count, address = text, ""
     if at and not (count and address) or not (count or address):
-        raise SettingError(f"--cluster is '{text}'; {EXPECTED}.")
+        raise SettingError("--cluster is '{text}'; {expected}.", text=text, expected=EXPECTED)
     return ClusterOptions(_workers(count, text) if count else None, _address(address, text) if address else None)
 
 
 def _workers(count: str, text: str) -> int:
     if not count.isdigit() or int(count) < 1:
-        raise SettingError(f"--cluster is '{text}'; {EXPECTED}, N at least 1.")
+        raise SettingError("--cluster is '{text}'; {expected}, N at least 1.", text=text, expected=EXPECTED)
     return int(count)
 
 
@@ -54,4 +54,4 @@ def _address(address: str, text: str) -> str:
     host, _, port = address.rpartition(":")
     if address == AUTO or (host and port.isdigit() and 0 < int(port) < 65536):
         return address
-    raise SettingError(f"--cluster is '{text}'; {EXPECTED}.")
+    raise SettingError("--cluster is '{text}'; {expected}.", text=text, expected=EXPECTED)

@@ -159,7 +159,9 @@ class ClusterCollector:
         here, there = len(self._specs), len(state.get("workers", ()))
         if not anew and here != there:
             raise WorkerLayoutError(
-                f"its worlds were carried by {f'{there} workers' if there else 'one process'} and are by {here} now"
+                "its worlds were carried by {note} and are by {here} now",
+                note=f"{there} workers" if there else "one process",
+                here=here,
             )
         counts = state["counts"]
         self.steps_taken = int(counts["steps_taken"])

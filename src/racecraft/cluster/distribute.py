@@ -128,11 +128,12 @@ def _require_spreadable(experiment: Experiment) -> None:
         SettingError: The world or the algorithm cannot.
     """
     if experiment.stays:
-        raise SettingError(f"--cluster: {experiment.stays} Leave --cluster out.")
+        raise SettingError("--cluster: {stays} Leave --cluster out.", stays=experiment.stays)
     if experiment.algorithm.stays:
         raise SettingError(
-            f"--cluster: {experiment.algorithm.name} {experiment.algorithm.stays}. Use ppo, reinforce, dqn, apex or "
-            "sac, or leave --cluster out."
+            "--cluster: {name} {stays}. Use ppo, reinforce, dqn, apex or sac, or leave --cluster out.",
+            name=experiment.algorithm.name,
+            stays=experiment.algorithm.stays,
         )
 
 

@@ -125,8 +125,10 @@ class RayTransport:
         """Become part of a cluster that stands."""
         if address != AUTO and not _answers(address):
             raise ClusterError(
-                f"--cluster {self._asked}: no Ray cluster answers at {address}; expected one that was begun with `ray "
-                "start --head --port=PORT` on that machine, and that this one can reach."
+                "--cluster {asked}: no Ray cluster answers at {address}; expected one that was begun with `ray "
+                "start --head --port=PORT` on that machine, and that this one can reach.",
+                asked=self._asked,
+                address=address,
             )
         self._doors.callback(self._shut_down)
         self._begin(
@@ -141,8 +143,10 @@ class RayTransport:
             init(self._ray)
         except (ConnectionError, RuntimeError, ValueError, OSError) as error:
             raise ClusterError(
-                f"--cluster {self._asked}: Ray does not begin ({_first_line(error)}); expected a cluster that this "
-                "machine is part of: `ray start --head` makes one, `ray start --address=HOST:PORT` joins one."
+                "--cluster {asked}: Ray does not begin ({first_line}); expected a cluster that this "
+                "machine is part of: `ray start --head` makes one, `ray start --address=HOST:PORT` joins one.",
+                asked=self._asked,
+                first_line=_first_line(error),
             ) from error
 
     def _shut_down(self) -> None:

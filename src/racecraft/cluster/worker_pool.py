@@ -125,9 +125,12 @@ class Crew:
         self._lost[place] += 1
         if self._lost[place] >= LOST_IN_A_ROW:
             raise ClusterError(
-                f"cluster: {self._lost[place]} workers one after the other were lost in place {place} ({why}); "
+                "cluster: {lost} workers one after the other were lost in place {place} ({why}); "
                 "expected one that stays. Look at the memory of that machine, or give fewer worlds (--set "
-                "rollout.num_worlds=…)."
+                "rollout.num_worlds=…).",
+                lost=self._lost[place],
+                place=place,
+                why=why,
             )
         self._say(f"cluster: worker {place} was lost ({why}); another takes its place and does its work again")
         self.replaced += 1
@@ -148,8 +151,10 @@ class Crew:
                     answers[place] = _answer(self._transport.answer(ticket))
                 except WorkerLostError as lost:
                     raise ClusterError(
-                        f"cluster: worker {place} was lost before it had begun ({lost}); expected a machine with the "
-                        "same racecraft installed, and memory for its worlds."
+                        "cluster: worker {place} was lost before it had begun ({lost}); expected a machine with the "
+                        "same racecraft installed, and memory for its worlds.",
+                        place=place,
+                        lost=lost,
                     ) from lost
             now = time.monotonic()
             latest = now if len(answers) > before else latest
@@ -158,9 +163,12 @@ class Crew:
                 self._say(f"- cluster: after {now - began:.0f} s {len(answers)} of {len(asked)} workers {what}")
             if waiting and now - latest > seconds:
                 raise ClusterError(
-                    f"cluster: {len(answers)} of {len(asked)} workers came, and for {seconds:.0f} s no other; expected "
+                    "cluster: {count} of {count_2} workers came, and for {seconds:.0f} s no other; expected "
                     "all of them. Look with `ray status` which cores are taken, ask for fewer workers (N@…), or begin "
-                    "more machines with `ray start --address=HOST:PORT`."
+                    "more machines with `ray start --address=HOST:PORT`.",
+                    count=len(answers),
+                    count_2=len(asked),
+                    seconds=seconds,
                 )
         return answers
 
@@ -190,7 +198,11 @@ def _require_same_versions(place: int, opened: Opened) -> None:
     if dict(opened.versions) != ours:
         other = {name: found for name, found in opened.versions.items() if found != ours.get(name)}
         raise ClusterError(
-            f"cluster: worker {place} on {opened.host} has {other}; expected "
-            f"{ {name: ours[name] for name in other if name in ours} } as here. Install the same versions on every "
-            "machine."
+            "cluster: worker {place} on {host} has {other}; expected "
+            "{value} as here. Install the same versions on every "
+            "machine.",
+            place=place,
+            host=opened.host,
+            other=other,
+            value={name: ours[name] for name in other if name in ours},
         )

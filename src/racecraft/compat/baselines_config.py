@@ -66,8 +66,12 @@ def translated(words: Mapping[str, Any]) -> Told:
     schedule = words.get("schedule", LINEAR)
     if schedule not in (LINEAR, CONSTANT):
         raise SettingError(
-            f"schedule is {schedule!r}; expected {LINEAR} or {CONSTANT}: others of PPO1's have no counterpart here. "
-            f"{nearest(str(schedule), (LINEAR, CONSTANT))}"
+            "schedule is {schedule!r}; expected {linear} or {constant}: others of PPO1's have no counterpart here. "
+            "{hint}",
+            schedule=schedule,
+            linear=LINEAR,
+            constant=CONSTANT,
+            hint=nearest(str(schedule), (LINEAR, CONSTANT)),
         )
     settings += [f"ppo.learning_rate_schedule={schedule}", f"ppo.clip_schedule={schedule}"]
     return Told((*settings, *DEFAULTS), f"steps={_number(words, 'num_timesteps', 1e4):.12g}")
@@ -77,4 +81,4 @@ def _number(words: Mapping[str, Any], name: str, default: float) -> float:
     try:
         return float(words.get(name, default))
     except (TypeError, ValueError):
-        raise SettingError(f"{name} is {words[name]!r}; expected a number.") from None
+        raise SettingError("{name} is {words!r}; expected a number.", name=name, words=words[name]) from None

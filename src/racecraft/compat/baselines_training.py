@@ -187,8 +187,12 @@ def _copies_of(env: Any) -> Callable[[], Any]:
         copy.deepcopy(env)
     except Exception as error:
         raise SettingError(
-            f"env is {type(env).__name__}, which cannot be copied ({type(error).__name__}: {error}); {WORLDS} worlds "
-            "stand side by side. Expected one that create_env made, or that copy.deepcopy takes."
+            "env is {type_name}, which cannot be copied ({type_name_2}: {error}); {worlds} worlds "
+            "stand side by side. Expected one that create_env made, or that copy.deepcopy takes.",
+            type_name=type(env).__name__,
+            type_name_2=type(error).__name__,
+            error=error,
+            worlds=WORLDS,
         ) from error
     return lambda: copy.deepcopy(env)
 

@@ -161,8 +161,10 @@ def translated(graph: Part) -> Told:
     algorithm = AGENTS.get(agent.kind)
     if algorithm is None:
         raise SettingError(
-            f"the preset's agent is {agent.kind or 'missing'}; expected one of {', '.join(AGENTS)}: others of Coach's "
-            "have no counterpart that their presets could be read into."
+            "the preset's agent is {kind}; expected one of {agents}: others of Coach's "
+            "have no counterpart that their presets could be read into.",
+            kind=agent.kind or "missing",
+            agents=", ".join(AGENTS),
         )
     laid = dict(agent.leaves())
     told = Told(algorithm, *_environment(environment), settings=list(DEFAULTS[algorithm]), stop="")
@@ -190,18 +192,20 @@ def _environment(environment: Part) -> tuple[str, dict[str, Any]]:
     level, words = known.pop("level", ""), known.pop("additional_simulator_parameters", {})
     if environment.kind != "GymVectorEnvironment" or not isinstance(level, str) or not level:
         raise SettingError(
-            f"the preset's environment is {environment.kind or 'missing'} with level {level!r}; expected "
-            'GymVectorEnvironment(level="CartPole-v0") or (level="module:Class").'
+            "the preset's environment is {kind} with level {level!r}; expected "
+            'GymVectorEnvironment(level="CartPole-v0") or (level="module:Class").',
+            kind=environment.kind or "missing",
+            level=level,
         )
     if known:
-        raise SettingError(f"env_params: {', '.join(known)} has no counterpart here; expected level and "
-                           "additional_simulator_parameters.")  # fmt: skip
+        raise SettingError("env_params: {known} has no counterpart here; expected level and "
+                           "additional_simulator_parameters.", known=', '.join(known))  # fmt: skip
     return level, dict(words.parts if isinstance(words, Part) else words)
 
 
 def _setting(algorithm: str, path: str, name: str, value: Any) -> str:
     if algorithm == DQN and name not in ("learning_rate", "batch_size", "discount", "adam_epsilon"):
-        raise SettingError(f"{path} is a word of ClippedPPO; expected those of DQN in a preset of DQN.")
+        raise SettingError("{path} is a word of ClippedPPO; expected those of DQN in a preset of DQN.", path=path)
     return f"{algorithm}.{name}={value}"
 
 
@@ -212,7 +216,9 @@ def _network(laid: Mapping[str, Any], algorithm: str) -> list[str]:
     )
     spoken = {laid[path] for path in (f"{SEEN}activation_function", f"{BEHIND}activation_function") if path in laid}
     if len(spoken) > 1:
-        raise SettingError(f"activation functions are {' and '.join(sorted(spoken))}; expected one for all layers.")
+        raise SettingError(
+            "activation functions are {spoken}; expected one for all layers.", spoken=" and ".join(sorted(spoken))
+        )
     activation = spoken.pop() if spoken else {PPO: "tanh", DQN: "relu"}[algorithm]
     settings = [f"network.hidden_units={','.join(map(str, units))}", f"network.activation={activation}"]
     if "pre_network_filter.observation_filter" in laid:
@@ -225,7 +231,9 @@ def _head(heads: Any, algorithm: str) -> list[str]:
         return []
     if algorithm != DQN or not isinstance(heads, list | tuple) or [type(one) for one in heads] != [Head]:
         raise SettingError(
-            f"{MAIN}heads_parameters is {heads!r}; expected, of DQN, [QHeadParameters()] or [DuelingQHeadParameters()]."
+            "{main}heads_parameters is {heads!r}; expected, of DQN, [QHeadParameters()] or [DuelingQHeadParameters()].",
+            main=MAIN,
+            heads=heads,
         )
     return [f"dqn.dueling={str(heads[0].is_dueling).lower()}"]
 
@@ -235,7 +243,9 @@ def _units(scheme: Any, named: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]
         return named[scheme]
     if isinstance(scheme, list | tuple) and all(isinstance(layer, Layer) for layer in scheme):
         return tuple(layer.units for layer in scheme)
-    raise SettingError(f"scheme {scheme!r}; expected one of {', '.join(named)}, or a list of Dense(units).")
+    raise SettingError(
+        "scheme {scheme!r}; expected one of {named}, or a list of Dense(units).", scheme=scheme, named=", ".join(named)
+    )
 
 
 def _lay_algorithm(told: Told, laid: Mapping[str, Any], algorithm: str) -> None:
@@ -271,7 +281,7 @@ def _lay_schedule(told: Told, graph: Part, algorithm: str) -> None:
     asked = {**dict(graph.schedule_params.leaves()), **{k: v for k, v in graph.parts.items() if k in SCHEDULE_WORDS}}
     for name in asked:
         if name not in SCHEDULE_WORDS:
-            raise SettingError(f"schedule_params has no '{name}'. {nearest(name, SCHEDULE_WORDS)}")
+            raise SettingError("schedule_params has no '{name}'. {hint}", name=name, hint=nearest(name, SCHEDULE_WORDS))
     improve = asked.get("improve_steps", Amount(TRAININGS, 10_000_000_000))
     heatup = asked.get("heatup_steps", Amount(STEPS, 0))
     told.stop = _stop(told, improve, algorithm)
@@ -301,4 +311,6 @@ def _stop(told: Told, improve: Amount, algorithm: str) -> str:
 
 def _require_word(path: str) -> None:
     if path not in AGENT_WORDS:
-        raise SettingError(f"agent_params.{path} has no meaning that is known here. {nearest(path, AGENT_WORDS)}")
+        raise SettingError(
+            "agent_params.{path} has no meaning that is known here. {hint}", path=path, hint=nearest(path, AGENT_WORDS)
+        )

@@ -89,7 +89,9 @@ def _environment(told: Told) -> str:
         made: Any = getattr(importlib.import_module(module.removesuffix(".py")), name)
     except (ImportError, AttributeError) as error:
         raise SettingError(
-            f"level {told.environment}: {error}; expected a class of that name in a module beside the script."
+            "level {environment}: {error}; expected a class of that name in a module beside the script.",
+            environment=told.environment,
+            error=error,
         ) from error
     register_env(name, lambda context: made(**context))
     return registered(name, told.env_words, LONGEST_EPISODE)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, SettingError, nearest
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import atomic_file, make_folder
 
 
@@ -69,7 +70,9 @@ class Buckets:
         source = self._place(Bucket, Key)
         source = source if source.is_file() else self._left_by_job(Key).get(Key, source)
         if not source.is_file():
-            raise InputFileError(f"s3://{Bucket}/{Key}", f"there is no {source}", "what was uploaded")
+            raise InputFileError(
+                f"s3://{Bucket}/{Key}", Message("there is no {source}", source=source), "what was uploaded"
+            )
         with atomic_file(Filename) as part:
             shutil.copyfile(source, part)
 
@@ -87,15 +90,17 @@ class Buckets:
     def _bucket(self, name: str) -> Path:
         known = [one["Name"] for one in self.list_buckets()["Buckets"]]
         if name not in known:
-            cure = nearest(name, known) if known else "`racecraft sandbox` and Session().default_bucket() make some."
-            raise SettingError(f"s3://{name}: there is no such bucket on this machine. {cure}")
+            hint = nearest(name, known) if known else "`racecraft sandbox` and Session().default_bucket() make some."
+            raise SettingError("s3://{name}: there is no such bucket on this machine. {hint}", name=name, hint=hint)
         return self._folder / name
 
     def _place(self, bucket: str, key: str) -> Path:
         folder = self._bucket(bucket).resolve()
         place = (folder / key).resolve()
         if place == folder or not place.is_relative_to(folder):
-            raise SettingError(f"s3://{bucket}/{key}: the key leads out of the bucket; expected a name in it.")
+            raise SettingError(
+                "s3://{bucket}/{key}: the key leads out of the bucket; expected a name in it.", bucket=bucket, key=key
+            )
         return place
 
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from racecraft.compat.undefined_names import told, unset_names
 from racecraft.contract.errors import InputFileError, SettingError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 
 SUFFIX = ".ipynb"
@@ -72,7 +73,9 @@ def run_notebook(path: Path, goes_on: bool = False, letter_about: LetterAbout = 
             sys.modules["__main__"] = before
     if failed:
         numbers = ", ".join(map(str, failed))
-        raise SettingError(f"{path.name}: cell {numbers} failed, as told above; the others were run.")
+        raise SettingError(
+            "{name}: cell {numbers} failed, as told above; the others were run.", name=path.name, numbers=numbers
+        )
 
 
 def cells_of(path: Path) -> Iterator[Cell]:
@@ -86,7 +89,11 @@ def cells_of(path: Path) -> Iterator[Cell]:
         told = json.loads(path.read_text(encoding="utf-8"))
         cells = [(one["cell_type"], "".join(one["source"])) for one in told["cells"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputFileError(path, f"it cannot be read ({type(error).__name__}: {error})", expected) from error
+        raise InputFileError(
+            path,
+            Message("it cannot be read ({type_name}: {error})", type_name=type(error).__name__, error=error),
+            expected,
+        ) from error
     for number, (kind, source) in enumerate(cells, 1):
         if kind == "code" and source.strip():
             yield Cell(number, python_of(source))

@@ -274,9 +274,11 @@ def _of_functions(said: Mapping[str, Any]) -> dict[str, Callable[..., Any]]:
     """Return functions that are told one dictionary as hooks that are told by keyword."""
     for name, function in said.items():
         if name not in (*CALLED, *NOT_CALLED):
-            raise SettingError(f"config.callbacks has no '{name}'. {nearest(name, CALLED)}")
+            raise SettingError("config.callbacks has no '{name}'. {hint}", name=name, hint=nearest(name, CALLED))
         if not callable(function):
-            raise SettingError(f"config.callbacks: '{name}' is {function!r}; expected a function.")
+            raise SettingError(
+                "config.callbacks: '{name}' is {function!r}; expected a function.", name=name, function=function
+            )
     return {name: partial(_told_one_dictionary, function) for name, function in said.items()}
 
 
@@ -289,7 +291,9 @@ def _told_one_dictionary(function: Callable[[dict[str, Any]], Any], **words: Any
 def _of_class(said: Any) -> dict[str, Callable[..., Any]]:
     """Return the methods that a class of callbacks has of its own."""
     if not callable(said):
-        raise SettingError(f"config.callbacks is {said!r}; expected a class of callbacks, or functions by name.")
+        raise SettingError(
+            "config.callbacks is {said!r}; expected a class of callbacks, or functions by name.", said=said
+        )
     made = _guarded("__init__", said)
     found = {}
     for name in (*CALLED, *NOT_CALLED):
@@ -308,8 +312,10 @@ def _told_what_it_asks(name: str, method: Callable[..., Any], known: tuple[str, 
     for one in asks:
         if one.default is one.empty and one.kind not in (one.VAR_KEYWORD, one.VAR_POSITIONAL) and one.name not in known:
             raise SettingError(
-                f"config.callbacks: {name} asks for '{one.name}', which nothing here knows; it may ask for "
-                f"{', '.join(known)}."
+                "config.callbacks: {name} asks for '{name_2}', which nothing here knows; it may ask for {known}.",
+                name=name,
+                name_2=one.name,
+                known=", ".join(known),
             )
     return lambda **words: method(**{word: value for word, value in words.items() if word in takes})
 
@@ -336,4 +342,6 @@ def _number(name: str, value: Any) -> float:
     try:
         return float(value)
     except (TypeError, ValueError):
-        raise CallbackError(f"custom_metrics['{name}'] is {value!r}; expected a number for each episode.") from None
+        raise CallbackError(
+            "custom_metrics['{name}'] is {value!r}; expected a number for each episode.", name=name, value=value
+        ) from None

@@ -295,18 +295,25 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     _require_experiment_words(experiment, said)
     run = str(experiment.get("run"))
     if run not in RUNS:
-        raise SettingError(f"run: {run!r}; `racecraft run` understands {', '.join(RUNS)} of RLlib's algorithms.")
+        raise SettingError(
+            "run: {run!r}; `racecraft run` understands {runs} of RLlib's algorithms.", run=run, runs=", ".join(RUNS)
+        )
     algorithm = ALGORITHMS[run]
     known = words_of(algorithm)
     config = _by_first_names("config", _part(experiment, "config"), LATER_NAMES)
     environment = config.get("env") or experiment.get("env")
     if not isinstance(environment, str):
-        raise SettingError(f"config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.")
+        raise SettingError(
+            "config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.",
+            environment=environment,
+        )
     settings = [*_worlds(run, config), f"evaluation.episodes={JUDGED_EPISODES}", *RUNS[run]]
     for name, value in config.items():
         if name not in known:
             near = nearest(name, [*known, *LATER_NAMES])
-            raise SettingError(f"config of {run} has no '{name}' that is understood here. {near}")
+            raise SettingError(
+                "config of {run} has no '{name}' that is understood here. {near}", run=run, name=name, near=near
+            )
         word = known[name]
         if not word.setting:
             said.append(f"{name}: {word.doc}")
@@ -364,8 +371,9 @@ def policy_settings(config: Mapping[str, Any], algorithm: str = "ppo") -> tuple[
         elif name not in known or word.setting == ELSEWHERE:
             own = [other for other, one in known.items() if one.setting not in ("", ELSEWHERE)]
             raise SettingError(
-                f"multiagent: a policy's config has '{name}', which is not one policy's own here. "
-                f"{nearest(name, [*own, 'model'])}"
+                "multiagent: a policy's config has '{name}', which is not one policy's own here. {hint}",
+                name=name,
+                hint=nearest(name, [*own, "model"]),
             )
     return tuple(settings)
 
@@ -374,7 +382,9 @@ def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
     """Return what stands under a word, as words and values; none where it is absent."""
     found = whole.get(name)
     if found is not None and not isinstance(found, Mapping):
-        raise SettingError(f"'{name}' is {found!r}; expected words and their values, {{'word': value}}.")
+        raise SettingError(
+            "'{name}' is {found!r}; expected words and their values, {{'word': value}}.", name=name, found=found
+        )
     return dict(found or {})
 
 
@@ -384,7 +394,12 @@ def _by_first_names(place: str, words: Mapping[str, Any], later: Mapping[str, st
     for name, value in words.items():
         first = later.get(name, name)
         if first in found:
-            raise SettingError(f"{place} says '{name}' and {first}, which are one word; give it once.")
+            raise SettingError(
+                "{place} says '{name}' and {first}, which are one word; give it once.",
+                place=place,
+                name=name,
+                first=first,
+            )
         found[first] = value
     return found
 
@@ -397,7 +412,9 @@ def _whole(config: Mapping[str, Any], name: str, otherwise: int, least: int = 0)
         if value is not None and (number != float(value) or number < least):
             raise ValueError
     except (TypeError, ValueError):
-        raise SettingError(f"'{name}' is {value!r}; expected a whole number, {least} or more.") from None
+        raise SettingError(
+            "'{name}' is {value!r}; expected a whole number, {least} or more.", name=name, value=value, least=least
+        ) from None
     return number
 
 
@@ -406,11 +423,13 @@ def _require_experiment_words(experiment: Mapping[str, Any], said: list[str]) ->
     for name, value in experiment.items():
         if name not in EXPERIMENT_WORDS:
             raise SettingError(
-                f"an experiment has no '{name}' that is understood here. {nearest(name, EXPERIMENT_WORDS)}"
+                "an experiment has no '{name}' that is understood here. {hint}",
+                name=name,
+                hint=nearest(name, EXPERIMENT_WORDS),
             )
         meaning = EXPERIMENT_WORDS[name]
         if meaning.startswith("refused") and value not in (None, 1, ""):
-            raise SettingError(f"'{name}' is {value!r}, which is {meaning}.")
+            raise SettingError("'{name}' is {value!r}, which is {meaning}.", name=name, value=value, meaning=meaning)
         if meaning.startswith("nothing"):
             said.append(f"{name}: {meaning.removeprefix('nothing: ')}")
 
@@ -419,10 +438,17 @@ def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None
     for name, value in multiagent.items():
         if name not in MULTI_WORDS:
             raise SettingError(
-                f"config.multiagent has no '{name}' that is understood here. {nearest(name, MULTI_WORDS)}"
+                "config.multiagent has no '{name}' that is understood here. {hint}",
+                name=name,
+                hint=nearest(name, MULTI_WORDS),
             )
         if MULTI_WORDS[name].startswith("refused") and value is not None:
-            raise SettingError(f"config.multiagent.{name} is {value!r}; {MULTI_WORDS[name].removeprefix('refused: ')}.")
+            raise SettingError(
+                "config.multiagent.{name} is {value!r}; {multi_words}.",
+                name=name,
+                value=value,
+                multi_words=MULTI_WORDS[name].removeprefix("refused: "),
+            )
         if MULTI_WORDS[name].startswith("nothing"):
             said.append(f"multiagent.{name}: {MULTI_WORDS[name].removeprefix('nothing: ')}")
 
@@ -463,10 +489,12 @@ def _exploration(run: str, config: Mapping[str, Any]) -> list[str]:
     said = dict(config.get("exploration_config") or {})
     kind = said.pop("type", "EpsilonGreedy")
     if kind not in ("EpsilonGreedy", "PerWorkerEpsilonGreedy"):
-        raise SettingError(f"config.exploration_config is of type {kind!r}; expected EpsilonGreedy.")
+        raise SettingError("config.exploration_config is of type {kind!r}; expected EpsilonGreedy.", kind=kind)
     for name in said:
         if name not in EPSILONS:
-            raise SettingError(f"config.exploration_config has no '{name}'. {nearest(name, EPSILONS)}")
+            raise SettingError(
+                "config.exploration_config has no '{name}'. {hint}", name=name, hint=nearest(name, EPSILONS)
+            )
     if run == "APEX":
         if said:
             raise SettingError(
@@ -480,8 +508,10 @@ def _schedules(run: str, config: Mapping[str, Any]) -> list[str]:
     """Return over how many steps chance grows rarer, and importance is weighed out wholly, as Ray before 0.8.3 said."""
     if _whole(config, "num_atoms", 1) != 1 or config.get("noisy"):
         raise SettingError(
-            f"config: num_atoms is {config.get('num_atoms', 1)} and noisy is {config.get('noisy', False)}; expected 1 "
-            "and False: neither distributions of values nor noisy networks are learned here."
+            "config: num_atoms is {config} and noisy is {config_2}; expected 1 "
+            "and False: neither distributions of values nor noisy networks are learned here.",
+            config=config.get("num_atoms", 1),
+            config_2=config.get("noisy", False),
         )
     whole = _whole(config, "schedule_max_timesteps", 100_000)
     names = {"beta_annealing_fraction": "replay.importance_steps"}
@@ -490,7 +520,9 @@ def _schedules(run: str, config: Mapping[str, Any]) -> list[str]:
     try:
         shares = {ours: float(config[name]) for name, ours in names.items() if name in config}
     except (TypeError, ValueError):
-        raise SettingError(f"{', '.join(names)}: expected shares of schedule_max_timesteps, 0 to 1.") from None
+        raise SettingError(
+            "{names}: expected shares of schedule_max_timesteps, 0 to 1.", names=", ".join(names)
+        ) from None
     return [f"{ours}={max(1, round(share * whole))}" for ours, share in shares.items()]
 
 
@@ -498,8 +530,10 @@ def _model_of_values(run: str, model: Mapping[str, Any], config: Mapping[str, An
     """Return the model with the layers that RLlib lays behind it."""
     if model.get("custom_model") not in NO_MODEL:
         raise SettingError(
-            f"config.model.custom_model is {model['custom_model']!r}, and run is {run}; expected PPO or APPO with a "
-            'model of the script\'s own, or none (the hyperparameter rl.training.config.model.custom_model="").'
+            "config.model.custom_model is {model!r}, and run is {run}; expected PPO or APPO with a "
+            'model of the script\'s own, or none (the hyperparameter rl.training.config.model.custom_model="").',
+            model=model["custom_model"],
+            run=run,
         )
     hiddens = config.get("hiddens")
     if hiddens:
@@ -511,7 +545,11 @@ def _model(model: Mapping[str, Any], said: list[str]) -> list[str]:
     settings: list[str] = []
     for name in model:
         if name not in MODEL_WORDS:
-            raise SettingError(f"config.model has no '{name}' that is understood here. {nearest(name, MODEL_WORDS)}")
+            raise SettingError(
+                "config.model has no '{name}' that is understood here. {hint}",
+                name=name,
+                hint=nearest(name, MODEL_WORDS),
+            )
         if MODEL_WORDS[name].startswith("nothing"):
             said.append(f"model.{name}: {MODEL_WORDS[name].removeprefix('nothing: ')}")
     custom = model.get("custom_model")
@@ -542,11 +580,12 @@ def _convolutions(filters: Any) -> list[str]:
                 for count, kernel, stride in filters]  # fmt: skip
     except (TypeError, ValueError):
         raise SettingError(
-            f"config.model.conv_filters is {filters!r}; expected [[filters, [kernel, kernel], stride], …]."
+            "config.model.conv_filters is {filters!r}; expected [[filters, [kernel, kernel], stride], …].",
+            filters=filters,
         ) from None
     kernels = [kernel if isinstance(kernel, int) else int(max(kernel)) for _, kernel, _ in rows]
     if any(isinstance(kernel, set) and len(kernel) > 1 for _, kernel, _ in rows):
-        raise SettingError(f"config.model.conv_filters is {filters!r}; expected square kernels.")
+        raise SettingError("config.model.conv_filters is {filters!r}; expected square kernels.", filters=filters)
     told = {"filters": [row[0] for row in rows], "kernels": kernels, "strides": [row[2] for row in rows]}
     return [f"network.conv_{name}={','.join(map(str, values))}" for name, values in told.items()]
 
@@ -554,9 +593,9 @@ def _convolutions(filters: Any) -> list[str]:
 def _stop(name: str, amount: Any) -> str:
     if name not in STOPS:
         near = nearest(name, [*STOPS, *LATER_STOPS])
-        raise SettingError(f"stop has no '{name}' that is understood here. {near}")
+        raise SettingError("stop has no '{name}' that is understood here. {near}", name=name, near=near)
     try:
         value = float(amount) / (60.0 if name == "time_total_s" else 1.0)
     except (TypeError, ValueError):
-        raise SettingError(f"stop: '{name}' is {amount!r}; expected a number.") from None
+        raise SettingError("stop: '{name}' is {amount!r}; expected a number.", name=name, amount=amount) from None
     return f"{STOPS[name]}={value:.12g}"

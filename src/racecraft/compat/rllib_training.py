@@ -133,8 +133,9 @@ def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None)
     if told.environment not in _creators:
         if told.multiagent:
             raise SettingError(
-                f"config.multiagent stands beside env {told.environment!r}, which is Gymnasium's; expected a "
-                "MultiAgentEnv given to register_env."
+                "config.multiagent stands beside env {environment!r}, which is Gymnasium's; expected a "
+                "MultiAgentEnv given to register_env.",
+                environment=told.environment,
             )
         return told.environment
     make = _numbered(told.environment, told.env_config)
@@ -144,8 +145,9 @@ def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None)
         return offered(_described(told, lambda: next(kept), tally, calls))
     if told.multiagent:
         raise SettingError(
-            f"config.multiagent stands beside env {told.environment!r}, which makes a {type(first).__name__}; expected "
-            "a MultiAgentEnv."
+            "config.multiagent stands beside env {environment!r}, which makes a {type_name}; expected a MultiAgentEnv.",
+            environment=told.environment,
+            type_name=type(first).__name__,
         )
     if shows_mask(first) and not told.has_own_model:
         return offered(_described(told, lambda: SoleAgent(next(kept)), tally, calls))
@@ -183,7 +185,9 @@ def _described(told: Translated, make: Callable[[], Any], tally: Tally | None, c
     taught = list(policies) if taught is None else list(taught)
     for name in taught:
         if name not in policies:
-            raise SettingError(f"multiagent.policies_to_train has no policy '{name}'. {nearest(name, policies)}")
+            raise SettingError(
+                "multiagent.policies_to_train has no policy '{name}'. {hint}", name=name, hint=nearest(name, policies)
+            )
     if not taught:
         raise SettingError("multiagent.policies_to_train is empty; expected a policy that learns.")
     if mapping is None and len(policies) > 1:
@@ -215,12 +219,16 @@ def _policy(name: str, said: Any, algorithm: str) -> PolicyWords:
     parts = said if isinstance(said, tuple) else [getattr(said, word, None) for word in words]
     if len(parts) != len(words):
         raise SettingError(
-            f"multiagent.policies['{name}'] is {said!r}; expected (None, observation space, action space, config)."
+            "multiagent.policies['{name}'] is {said!r}; expected (None, observation space, action space, config).",
+            name=name,
+            said=said,
         )
     if parts[0] is not None:
         raise SettingError(
-            f"multiagent.policies['{name}'] is of the class {getattr(parts[0], '__name__', parts[0])}; expected None, "
-            "which is that of `run`: classes of RLlib's policies do not run here."
+            "multiagent.policies['{name}'] is of the class {problem}; expected None, "
+            "which is that of `run`: classes of RLlib's policies do not run here.",
+            name=name,
+            problem=getattr(parts[0], "__name__", parts[0]),
         )
     return PolicyWords(parts[1], parts[2], policy_settings(parts[3] or {}, algorithm))
 

@@ -92,16 +92,21 @@ def offered_model(name: str, told: Mapping[str, Any]) -> str:
     made_by = _registered.get(name)
     if made_by is None:
         raise SettingError(
-            f"config.model.custom_model is {name!r}, which nobody gave to ModelCatalog.register_custom_model. "
-            f"{nearest(str(name), _registered)}"
+            "config.model.custom_model is {name!r}, which nobody gave to ModelCatalog.register_custom_model. {hint}",
+            name=name,
+            hint=nearest(str(name), _registered),
         )
     bases = [base.__name__ for base in made_by.__mro__]
     if TORCH not in bases:
         kind = next((f"a TensorFlow model ({base})" for base in TENSORFLOW if base in bases), f"no {TORCH}")
         raise SettingError(
-            f"config.model.custom_model is {name!r}: {made_by.__name__} is {kind}, and networks are PyTorch's here. "
+            "config.model.custom_model is {name!r}: {made_by} is {kind}, and networks are PyTorch's here. "
             'Leave it out, with the hyperparameter rl.training.config.model.custom_model="": our own network follows '
-            f"fcnet_hiddens and conv_filters, and heeds an observation `action_mask`. Or write it as a {TORCH}."
+            "fcnet_hiddens and conv_filters, and heeds an observation `action_mask`. Or write it as a {torch}.",
+            name=name,
+            made_by=made_by.__name__,
+            kind=kind,
+            torch=TORCH,
         )
     known = "".join(letter if letter.isalnum() else "_" for letter in f"{MODULE}{name}_{next(_numbers)}")
     made = types.ModuleType(known)

@@ -167,7 +167,7 @@ class ScriptWorld:
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every copy by one tick; ended ones begin again at once."""
         if not self._begun:
-            raise ContractError(f"{self._spec.name}: step before reset; expected reset first.")
+            raise ContractError("{name}: step before reset; expected reset first.", name=self._spec.name)
         for n in range(self._spec.num_worlds):
             if self._advance(n, actions[n], buffers):
                 self._tell(n)
@@ -252,8 +252,10 @@ class ScriptWorld:
         if set(seen) - set(self._place) - {ALL}:
             new = ", ".join(map(repr, sorted(map(str, set(seen) - set(self._place)))))
             raise SettingError(
-                f"{self._spec.name}: step shows agent {new}, which the first reset did not; expected every agent in "
-                "the first reset, or named by the environment's possible_agents."
+                "{name}: step shows agent {new}, which the first reset did not; expected every agent in "
+                "the first reset, or named by the environment's possible_agents.",
+                name=self._spec.name,
+                new=new,
             )
         going_on = {one: seen[one] for one in shown if not self._over[n, self._place[one]]}
         self._show(n, going_on, self._shown.observations)
@@ -402,8 +404,9 @@ def _agents_of(env: Any) -> list[Any]:
     seen = seen[0] if isinstance(seen, tuple) else seen
     if not isinstance(seen, Mapping):
         raise SettingError(
-            f"{type(env).__name__}.reset gives {type(seen).__name__}; a MultiAgentEnv gives a dictionary of what each "
-            "agent sees."
+            "{type_name}.reset gives {type_name_2}; a MultiAgentEnv gives a dictionary of what each agent sees.",
+            type_name=type(env).__name__,
+            type_name_2=type(seen).__name__,
         )
     named: Sequence[Any] = list(getattr(env, "possible_agents", None) or ())
     if not named and callable(getattr(env, "get_agent_ids", None)):
@@ -420,8 +423,10 @@ def _policy_of(told: Described, agent: Any) -> str:
     name = told.policy_of(agent)
     if name not in told.policies:
         raise SettingError(
-            f"multiagent: policy_mapping_fn gives agent {agent!r} the policy {name!r}; expected one of "
-            f"{', '.join(told.policies)}."
+            "multiagent: policy_mapping_fn gives agent {agent!r} the policy {name!r}; expected one of {policies}.",
+            agent=agent,
+            name=name,
+            policies=", ".join(told.policies),
         )
     return name
 
@@ -430,7 +435,10 @@ def _space_of(env: Any, which: str, agent: Any) -> Any:
     space = getattr(env, which, None)
     if space is None:
         raise SettingError(
-            f"{type(env).__name__} has no {which}, and the policy of agent {agent!r} names none; expected one of them."
+            "{type_name} has no {which}, and the policy of agent {agent!r} names none; expected one of them.",
+            type_name=type(env).__name__,
+            which=which,
+            agent=agent,
         )
     if isinstance(space, spaces.Dict) and agent in space.spaces:
         return space.spaces[agent]

@@ -39,7 +39,13 @@ def role_of(words: Mapping[str, Any]) -> str | None:
     """
     role = words.get(CLUSTER_TYPE)
     if role not in (None, PRIMARY, SECONDARY):
-        raise SettingError(f"{CLUSTER_TYPE} is '{role}'; expected {PRIMARY} or {SECONDARY}.")
+        raise SettingError(
+            "{cluster_type} is '{role}'; expected {primary} or {secondary}.",
+            cluster_type=CLUSTER_TYPE,
+            role=role,
+            primary=PRIMARY,
+            secondary=SECONDARY,
+        )
     return None if role == PRIMARY and not int(words.get(SECONDARIES, 0)) else role
 
 
@@ -54,8 +60,11 @@ def primary_lock(words: Mapping[str, Any]) -> FileLock:
     return FileLock(
         path,
         lambda holder: SettingError(
-            f"{PREFIX} is {words[PREFIX]!r}, and another primary trains with it ({holder}); expected one primary for "
-            f"each {PREFIX}. Wait for it, or give another {PREFIX}."
+            "{prefix} is {words!r}, and another primary trains with it ({holder}); expected one primary for "
+            "each {prefix}. Wait for it, or give another {prefix}.",
+            prefix=PREFIX,
+            words=words[PREFIX],
+            holder=holder,
         ),
     )
 
@@ -73,8 +82,12 @@ def wait_for_primary(words: Mapping[str, Any], seconds: float = WAIT_SECONDS) ->
     while not path.exists():
         if time.monotonic() > until:
             raise PrimaryMissingError(
-                f"{path.name}: no primary started within {seconds:.0f} s; expected a primary job with the same "
-                f"{BUCKET} and {PREFIX}. `racecraft jobs list` shows whether it waits for cores."
+                "{name}: no primary started within {seconds:.0f} s; expected a primary job with the same "
+                "{bucket} and {prefix}. `racecraft jobs list` shows whether it waits for cores.",
+                name=path.name,
+                seconds=seconds,
+                bucket=BUCKET,
+                prefix=PREFIX,
             )
         time.sleep(POLL_SECONDS)
     time.sleep(POLL_SECONDS)  # a lock file is made before it says who holds it
@@ -88,8 +101,10 @@ def wait_for_primary(words: Mapping[str, Any], seconds: float = WAIT_SECONDS) ->
 def _lock_path(words: Mapping[str, Any]) -> Path:
     if not words.get(PREFIX):
         raise SettingError(
-            f"{CLUSTER_TYPE} is given and {PREFIX} is not; expected the same {PREFIX} for the primary and the "
-            "secondary: by it they find each other."
+            "{cluster_type} is given and {prefix} is not; expected the same {prefix} for the primary and the "
+            "secondary: by it they find each other.",
+            cluster_type=CLUSTER_TYPE,
+            prefix=PREFIX,
         )
     name = NOT_A_NAME.sub("-", f"{words.get(BUCKET, '')}-{words[PREFIX]}").strip("-")
     return JobPaths.of_user().path / PRIMARIES / f"{name}.lock"

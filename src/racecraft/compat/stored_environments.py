@@ -91,12 +91,17 @@ def begin_again(beside: str, file: str, words: Sequence[str], variables: Mapping
         return
     except Exception as error:
         raise SettingError(
-            f"{path}: begun again for its environment, it failed ({type(error).__name__}: {error}); expected what it "
-            "came by when its training began."
+            "{path}: begun again for its environment, it failed ({type_name}: {error}); expected what it "
+            "came by when its training began.",
+            path=path,
+            type_name=type(error).__name__,
+            error=error,
         ) from error
     finally:
         _is_begun_again.reset(token)
-    raise SettingError(f"{path}: begun again for its environment, it came to no training; expected it to, as it did.")
+    raise SettingError(
+        "{path}: begun again for its environment, it came to no training; expected it to, as it did.", path=path
+    )
 
 
 @contextlib.contextmanager

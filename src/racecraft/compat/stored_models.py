@@ -73,7 +73,13 @@ def read_class(beside: str, file: str, name: str) -> type:
         with foreign_names(), contextlib.suppress(OnlyReadError):
             exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
     except Exception as error:
-        raise SettingError(f"{path}: reading its class {name} failed ({type(error).__name__}: {error}).") from error
+        raise SettingError(
+            "{path}: reading its class {name} failed ({type_name}: {error}).",
+            path=path,
+            name=name,
+            type_name=type(error).__name__,
+            error=error,
+        ) from error
     finally:
         _reading.reset(token)
         if before is not None:
@@ -84,7 +90,9 @@ def read_class(beside: str, file: str, name: str) -> type:
     for part in name.split("."):
         found = getattr(found, part, None)
     if not isinstance(found, type):
-        raise SettingError(f"{path}: there is no class {name}; expected the file as it was when the run began.")
+        raise SettingError(
+            "{path}: there is no class {name}; expected the file as it was when the run began.", path=path, name=name
+        )
     return found
 
 

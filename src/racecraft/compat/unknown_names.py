@@ -20,6 +20,7 @@ from racecraft.compat.call_errors import about_call
 from racecraft.compat.source_lines import placed
 from racecraft.compat.undefined_names import HINTS, told
 from racecraft.contract.errors import RacecraftError, UserInputError, nearest
+from racecraft.contract.message import Message
 from racecraft.contract.user_code_location import is_user_file, user_code_location
 
 HOME = "racecraft.compat.names"
@@ -51,7 +52,7 @@ def name_error_message(lent: Sequence[str]) -> Iterator[None]:
     except Exception as error:
         letter = letter_about(error, lent)
         if letter and isinstance(error, UserInputError):
-            error.args = (letter,)
+            error.message = Message(letter)
         elif letter:
             raise UnknownNameError(letter) from error
         raise

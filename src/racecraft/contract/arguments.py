@@ -30,7 +30,9 @@ def require_arguments(function: str, given: Iterable[str], known: Iterable[str])
     names = sorted(known)
     for name in given:
         if name not in names and not name.startswith("_"):
-            raise SettingError(f"{function} has no argument '{name}'. {nearest(name, names)}")
+            raise SettingError(
+                "{function} has no argument '{name}'. {hint}", function=function, name=name, hint=nearest(name, names)
+            )
 
 
 def names_of(function: Callable[..., object]) -> list[str]:

@@ -1,4 +1,7 @@
-"""The family of errors: each one a short letter to the person who can act.
+"""All errors of racecraft. An error is data: its kind, a message and named fields.
+
+Its text is made where it is shown: a terminal, `--json`, a page. A message says what was found, what was expected and
+what to do, to the person who can act.
 
 ::
 
@@ -17,23 +20,47 @@
     │   └── MissingExtraError      an optional package is not installed
     └── ContractError              a world or policy broke its promise: a programmer's error
 
-Rooms with errors of their own derive them from this tree.
+Packages derive their own errors from these.
 """
 
 from __future__ import annotations
 
 import contextlib
 import difflib
+import functools
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
+
+from racecraft.contract.message import Message, shortened
 
 MAX_SHOWN_FAULTS = 20
-MAX_SHOWN_CHARACTERS = 300
-"""Of what stands in a user's file; a value may be as long as the file."""
 
 
 class RacecraftError(Exception):
-    """Anything racecraft raises on purpose."""
+    """Anything racecraft raises on purpose.
+
+    >>> error = SettingError("horizon is {found}; expected {expected}.", found=0, expected="1 or more")
+    >>> print(error)
+    horizon is 0; expected 1 or more.
+    >>> error.as_data()["kind"], error.as_data()["fields"]
+    ('SettingError', {'found': 0, 'expected': '1 or more'})
+
+    Args:
+        message: A template in English, as `Message` takes it, or a message.
+        fields: What stands in the template, by name.
+    """
+
+    def __init__(self, message: str | Message = "", /, **fields: Any) -> None:
+        self.message = message if isinstance(message, Message) else Message(message, **fields)
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return str(self.message)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return kind, text, template and fields as JSON takes them."""
+        return {"kind": type(self).__name__, **self.message.as_data(), "message": str(self)}
 
 
 class UserInputError(RacecraftError):
@@ -49,10 +76,20 @@ class SeveralFaultsError(UserInputError):
 
     def __init__(self, faults: Sequence[UserInputError]) -> None:
         self.faults = tuple(faults)
+        super().__init__("{count} faults:", count=len(self.faults))
+
+    def __str__(self) -> str:
         lines = [f"  {fault}" for fault in self.faults[:MAX_SHOWN_FAULTS]]
-        if len(self.faults) > MAX_SHOWN_FAULTS:
-            lines.append(f"  and {len(self.faults) - MAX_SHOWN_FAULTS} more")
-        super().__init__("\n".join([f"{len(self.faults)} faults:", *lines]))
+        if left := len(self.faults) - len(lines):
+            lines.append(f"  {Message('and {count} more', count=left)}")
+        return "\n".join([str(self.message), *lines])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.faults,)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return as every error does, and all faults."""
+        return {**super().as_data(), "faults": [fault.as_data() for fault in self.faults]}
 
 
 class Faults:
@@ -97,7 +134,7 @@ class InputFileError(UserInputError):
         path: The file, as the user named it.
         found: What stands there, with the offending value.
         expected: What should stand there instead.
-        cure: What to do about it; may be empty where `expected` says it all.
+        hint: What to do about it; may be empty where `expected` says it all.
         line: Line in the file, counted from 1, when known.
         key: Key or column in the file, when known.
     """
@@ -105,19 +142,29 @@ class InputFileError(UserInputError):
     def __init__(
         self,
         path: str | Path,
-        found: str,
-        expected: str,
-        cure: str = "",
+        found: str | Message,
+        expected: str | Message,
+        hint: str | Message = "",
         *,
         line: int | None = None,
         key: str | None = None,
     ) -> None:
         self.path = Path(path)
-        self.found, self.expected, self.cure = found, expected, cure
+        self.found, self.expected, self.hint = _message(found), _message(expected), _message(hint)
         self.line, self.key = line, key
         place = f"{path}" + (f":{line}" if line is not None else "") + (f": {shortened(key)}" if key else "")
-        letter = f"{place}: {shortened(found)}; expected {expected}."
-        super().__init__(f"{letter} {cure}" if cure else letter)
+        super().__init__(
+            "{place}: {found}; expected {expected}. {hint}" if hint else "{place}: {found}; expected {expected}.",
+            place=place, path=self.path, line=line, key=key, found=self.found, expected=self.expected, hint=self.hint,
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        found = shortened(str(self.found))
+        return str(Message(self.message.template, **{**self.message.fields, "found": found}))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        placed = functools.partial(type(self), line=self.line, key=self.key)
+        return placed, (self.path, self.found, self.expected, self.hint)
 
 
 class TrackError(InputFileError):
@@ -156,17 +203,6 @@ class ContractError(RacecraftError):
     """A world or a policy broke its promise."""
 
 
-def shortened(text: str, most: int = MAX_SHOWN_CHARACTERS) -> str:
-    r"""Return a text with its middle left out where it is long, and with what no terminal can show escaped.
-
-    >>> shortened("a" * 1000, 9), shortened("half " + chr(0xD83D))
-    ('aaaa…aaaa', 'half \\ud83d')
-    """
-    if len(text) > most:
-        text = f"{text[: most // 2]}…{text[-(most // 2) :]}"
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
-
-
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a clause that names the nearest known name, the first of several as near, or lists all when none is.
 
@@ -193,3 +229,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def _likeness(name: str, other: str) -> float:
     return difflib.SequenceMatcher(None, name, other).ratio()
+
+
+def _message(text: str | Message) -> Message:
+    return text if isinstance(text, Message) else Message(text)

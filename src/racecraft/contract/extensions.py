@@ -30,6 +30,10 @@ def load_offered(group: str, name: str) -> Any:
         return entry.load()
     except Exception as error:
         raise SettingError(
-            f"{entry.group}: {name} = {entry.value} cannot be imported ({error!r}); expected a package that is whole. "
-            "Install it again, or remove it."
+            "{group}: {name} = {value} cannot be imported ({error!r}); expected a package that is whole. "
+            "Install it again, or remove it.",
+            group=entry.group,
+            name=name,
+            value=entry.value,
+            error=error,
         ) from error

@@ -8,6 +8,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kind import WorldKind
+from racecraft.contract.message import Message
 
 GROUP = "racecraft.worlds"
 """The entry point group; each entry names the `WorldKind` of its package."""
@@ -30,7 +31,12 @@ def find_kind(name: str, whose: str = "") -> WorldKind:
     entries = _entries()
     where = f"{whose}: " if whose else ""
     if name not in entries:
-        raise MissingWorldError(f"{where}found the kind of world {name!r}; expected an installed one. {_hint(name)}")
+        raise MissingWorldError(
+            "{where}found the kind of world {name!r}; expected an installed one. {hint}",
+            where=where,
+            name=name,
+            hint=_hint(name),
+        )
     return _loaded(entries[name], where)
 
 
@@ -60,13 +66,29 @@ def _loaded(entry: EntryPoint, where: str) -> WorldKind:
     except ModuleNotFoundError as error:
         if error.name and entry.module.startswith(error.name):
             raise MissingWorldError(
-                f"{where}found a {entry.name.capitalize()} run; the package {package} is not installed."
+                Message(
+                    "{where}found a {capitalize} run; the package {package} is not installed.",
+                    where=where,
+                    capitalize=entry.name.capitalize(),
+                    package=package,
+                )
                 if where
-                else f"the kind of world {entry.name!r} is not available; the package {package} is not installed."
+                else Message(
+                    "the kind of world {name!r} is not available; the package {package} is not installed.",
+                    name=entry.name,
+                    package=package,
+                )
             ) from error
-        raise MissingWorldError(f"{where}the package {package} cannot be imported: {error}.") from error
+        raise MissingWorldError(
+            "{where}the package {package} cannot be imported: {error}.", where=where, package=package, error=error
+        ) from error
     if not isinstance(kind, WorldKind):
-        raise MissingWorldError(f"{where}{entry.value} is {type(kind).__name__}; expected a WorldKind.")
+        raise MissingWorldError(
+            "{where}{value} is {type_name}; expected a WorldKind.",
+            where=where,
+            value=entry.value,
+            type_name=type(kind).__name__,
+        )
     return kind
 
 

@@ -38,22 +38,40 @@ def load_class(name: str, asked_by: str) -> Any:
     """
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
-        raise SettingError(f"{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.")
+        raise SettingError(
+            "{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.",
+            asked_by=asked_by,
+            name=name,
+        )
     add_cwd_to_path()
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
         raise SettingError(
-            f"{asked_by} {name}: there is no module '{error.name}'; expected one in this folder or installed."
+            "{asked_by} {name}: there is no module '{name_2}'; expected one in this folder or installed.",
+            asked_by=asked_by,
+            name=name,
+            name_2=error.name,
         ) from error
     except Exception as error:
         raise SettingError(
-            f"{asked_by} {name}: importing {module_name} failed ({error!r}). Mend the module."
+            "{asked_by} {name}: importing {module_name} failed ({error!r}). Mend the module.",
+            asked_by=asked_by,
+            name=name,
+            module_name=module_name,
+            error=error,
         ) from error
     found = getattr(module, attribute, None)
     if found is None:
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
-        raise SettingError(f"{asked_by} {name}: {module_name} has no '{attribute}'. {nearest(attribute, classes)}")
+        raise SettingError(
+            "{asked_by} {name}: {module_name} has no '{attribute}'. {hint}",
+            asked_by=asked_by,
+            name=name,
+            module_name=module_name,
+            attribute=attribute,
+            hint=nearest(attribute, classes),
+        )
     return found
 
 

@@ -46,7 +46,12 @@ def evaluate_run(run: str | Path, which: str = "", **words: Any) -> dict[str, An
     kind = find_kind(str(folder.read_job().get("kind")), str(folder.path))
     for word in words:
         if word not in kind.evaluate_words:
-            raise SettingError(f"a {kind.name} run is not judged by '{word}'. {nearest(word, kind.evaluate_words)}")
+            raise SettingError(
+                "a {name} run is not judged by '{word}'. {hint}",
+                name=kind.name,
+                word=word,
+                hint=nearest(word, kind.evaluate_words),
+            )
     evaluate = kind.piece("evaluate") or _evaluate
     figures: dict[str, Any] = evaluate(folder, which or named, **words)
     return figures
@@ -61,7 +66,11 @@ def _evaluate(run: RunFolder, which: str, episodes: int = EPISODES, seed: int = 
     kind = find_kind(run.read_job()["kind"], str(run.path))
     judging_world = kind.piece("judging_world")
     if judging_world is None:
-        raise SettingError(f"{run.path}: the kind {kind.name!r} has no judging_world; expected one to judge it in.")
+        raise SettingError(
+            "{path}: the kind {name!r} has no judging_world; expected one to judge it in.",
+            path=run.path,
+            name=kind.name,
+        )
     policy = load_policy(run, which)
     with judging_world(run, min(episodes, JUDGING_WORLDS)) as world:
         return what_is_judged(run, policy) | judge_episodes(policy, world, episodes, seed)

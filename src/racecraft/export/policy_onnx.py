@@ -148,5 +148,6 @@ _ACTIVATIONS = {"relu": "Relu", "tanh": "Tanh"}
 
 def _missing(package: str) -> MissingExtraError:
     return MissingExtraError(
-        f"Exporting to ONNX needs the package '{package}', which is not installed. pip install 'racecraft[onnx]'"
+        "Exporting to ONNX needs the package '{package}', which is not installed. pip install 'racecraft[onnx]'",
+        package=package,
     )

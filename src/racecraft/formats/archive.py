@@ -25,6 +25,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO, BinaryIO
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import atomic_file, make_folder
 from racecraft.formats.user_file import other_content, require_regular_file
 
@@ -58,9 +59,13 @@ class Limits:
         """
         if unpacked > self.max_bytes:
             limit = f"{self.max_bytes >> 30} GiB" if self.max_bytes >= 2**30 else f"{self.max_bytes >> 20} MiB"
-            raise ArchiveError(path, f"it unpacks to more than {limit}", kind)
+            raise ArchiveError(path, Message("it unpacks to more than {limit}", limit=limit), kind)
         if unpacked > self.free_bytes and unpacked > self.max_ratio * packed:
-            found = f"its {packed} bytes unpack to more than {self.max_ratio} times as many"
+            found = Message(
+                "its {packed} bytes unpack to more than {max_ratio} times as many",
+                packed=packed,
+                max_ratio=self.max_ratio,
+            )
             raise ArchiveError(path, found, kind, "It was made to fill a disk.")
 
 
@@ -97,7 +102,9 @@ class Member:
         with _told_of_damage(self.archive, self.kind), atomic_file(target) as part, open(part, "wb") as file:
             shutil.copyfileobj(self.stream, file, PIECE)
             if file.tell() != self.size:
-                found = f"'{target.name}' ends after {file.tell()} of {self.size} bytes"
+                found = Message(
+                    "'{name}' ends after {tell} of {size} bytes", name=target.name, tell=file.tell(), size=self.size
+                )
                 raise ArchiveError(self.archive, found, self.kind)
         return target
 
@@ -153,11 +160,13 @@ def unpack(
         if limit is None:
             continue
         if member.size > limit:
-            found = f"'{member.place}' has {member.size} bytes"
-            raise ArchiveError(path, found, f"{limit} at most for such a file")
+            found = Message("'{place}' has {size} bytes", place=member.place, size=member.size)
+            raise ArchiveError(path, found, Message("{limit} at most for such a file", limit=limit))
         target = Path(into) / member.place
         if target in written:
-            raise ArchiveError(path, f"'{target.name}' stands in it twice at the same place", "each file once")
+            raise ArchiveError(
+                path, Message("'{name}' stands in it twice at the same place", name=target.name), "each file once"
+            )
         written[member.write(target)] = None
     return list(written)
 
@@ -200,11 +209,15 @@ def _told_of_damage(path: Path, kind: str) -> Iterator[None]:
     except FileNotFoundError:
         raise ArchiveError(path, "there is no such file", kind) from None
     except (tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, gzip.BadGzipFile, struct.error) as error:
-        raise ArchiveError(path, f"damaged ({error})", kind, "Copy or download it again.") from error
+        raise ArchiveError(
+            path, Message("damaged ({error})", error=error), kind, "Copy or download it again."
+        ) from error
     except (NotImplementedError, RuntimeError) as error:  # zipfile's, of a password or an unknown packing
-        raise ArchiveError(path, f"cannot be unpacked ({error})", kind) from error
+        raise ArchiveError(path, Message("cannot be unpacked ({error})", error=error), kind) from error
     except OSError as error:
-        raise ArchiveError(path, f"cannot be read ({error.strerror or error})", kind) from error
+        raise ArchiveError(
+            path, Message("cannot be read ({strerror})", strerror=error.strerror or error), kind
+        ) from error
 
 
 class _Guard(io.RawIOBase):
@@ -216,7 +229,7 @@ class _Guard(io.RawIOBase):
     def read(self, size: int = -1) -> bytes:
         """Return the next bytes."""
         if not 0 <= size <= MAX_HEADER:
-            raise ArchiveError(self._path, f"a header in it asks for {size} bytes", self._kind)
+            raise ArchiveError(self._path, Message("a header in it asks for {size} bytes", size=size), self._kind)
         data = self._stream.read(size)
         self._count(len(data))
         return data
@@ -258,10 +271,14 @@ def _tarred(guard: _Guard, path: Path, kind: str, limits: Limits) -> Iterator[Me
                 continue
             place = _safe_place(path, member.name)
             if member.issym() or member.islnk():
-                raise ArchiveError(path, f"'{member.name}' is a link to '{member.linkname}'", "plain files only")
+                raise ArchiveError(
+                    path,
+                    Message("'{name}' is a link to '{linkname}'", name=member.name, linkname=member.linkname),
+                    "plain files only",
+                )
             if not member.isreg() or member.issparse():
                 what = "a sparse file" if member.issparse() else "a device or a pipe"
-                raise ArchiveError(path, f"'{member.name}' is {what}", "plain files only")
+                raise ArchiveError(path, Message("'{name}' is {what}", name=member.name, what=what), "plain files only")
             stream = tar.extractfile(member)
             assert stream is not None
             yield Member(path, kind, place, member.size, stream)
@@ -277,7 +294,9 @@ def _zipped(file: IO[bytes], path: Path, kind: str, limits: Limits, check: Calla
         files = [(info, _safe_place(path, info.filename)) for info in infos if not info.is_dir()]
         for info, _ in files:
             if stat.S_IFMT(info.external_attr >> 16) not in (0, stat.S_IFREG):
-                raise ArchiveError(path, f"'{info.filename}' is a link or a device", "plain files only")
+                raise ArchiveError(
+                    path, Message("'{filename}' is a link or a device", filename=info.filename), "plain files only"
+                )
         for info, place in files:
             with archive.open(info) as stream:
                 yield Member(path, kind, place, info.file_size, stream)
@@ -285,7 +304,9 @@ def _zipped(file: IO[bytes], path: Path, kind: str, limits: Limits, check: Calla
 
 def _require_few(path: Path, kind: str, count: int, limits: Limits) -> None:
     if count > limits.max_members:
-        raise ArchiveError(path, f"it holds more than {limits.max_members} members", kind)
+        raise ArchiveError(
+            path, Message("it holds more than {max_members} members", max_members=limits.max_members), kind
+        )
 
 
 def _safe_place(path: Path, name: str) -> PurePosixPath:
@@ -296,5 +317,7 @@ def _safe_place(path: Path, name: str) -> PurePosixPath:
     """
     place = PurePosixPath(name.replace("\\", "/"))
     if place.is_absolute() or ".." in place.parts or re.match(r"[A-Za-z]:", name) or "\0" in name:
-        raise ArchiveError(path, f"'{name}' leads out of the archive", "names inside it", "It was made to do harm.")
+        raise ArchiveError(
+            path, Message("'{name}' leads out of the archive", name=name), "names inside it", "It was made to do harm."
+        )
     return place

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import ContractError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import parse_json
@@ -201,7 +202,9 @@ class Checkpoints:
                 return CheckpointEntry(**entry)
         there = _in_rows([int(entry["iteration"]) for entry in index["checkpoints"]]) or "none yet"
         raise CheckpointError(
-            self.folder, f"there is no checkpoint '{which}'", f"best, last, or one of the iterations: {there}"
+            self.folder,
+            Message("there is no checkpoint '{which}'", which=which),
+            Message("best, last, or one of the iterations: {there}", there=there),
         )
 
     def load_policy(self, which: str) -> tuple[dict[str, Array], dict[str, Any]]:
@@ -223,8 +226,8 @@ class Checkpoints:
             kept = _in_rows([other.iteration for other in self.entries() if other.state]) or "none"
             raise CheckpointError(
                 self.folder,
-                f"the state of checkpoint {entry.iteration} was not kept",
-                f"one of the iterations: {kept}",
+                Message("the state of checkpoint {iteration} was not kept", iteration=entry.iteration),
+                Message("one of the iterations: {kept}", kept=kept),
                 "Its weights can still begin a new training.",
             )
         return load_state(self.folder / entry.state)
@@ -258,15 +261,22 @@ class Checkpoints:
             if isinstance(error, FileNotFoundError):
                 return self._index_of_files()
             raise CheckpointError(
-                path, f"cannot be read ({error.strerror})", "the index that racecraft wrote"
+                path, Message("cannot be read ({strerror})", strerror=error.strerror), "the index that racecraft wrote"
             ) from error
         except (ValueError, KeyError, TypeError) as error:
             rebuilt = self._index_of_files()
             if rebuilt["checkpoints"]:
                 return rebuilt
-            raise CheckpointError(path, f"damaged ({error})", "the index that racecraft wrote") from error
+            raise CheckpointError(
+                path, Message("damaged ({error})", error=error), "the index that racecraft wrote"
+            ) from error
         if not known:
-            raise CheckpointError(path, f"version is {index['version']!r}", f"version {VERSION}", "Upgrade racecraft.")
+            raise CheckpointError(
+                path,
+                Message("version is {index!r}", index=index["version"]),
+                Message("version {version}", version=VERSION),
+                "Upgrade racecraft.",
+            )
         return dict(index)
 
     def _index_of_files(self) -> dict[str, Any]:
@@ -328,7 +338,11 @@ def _folded(value: Any, place: str, arrays: dict[str, Array]) -> Any:
         return value
     if isinstance(value, np.ndarray | np.generic):
         if value.dtype.kind not in "biuf":
-            raise ContractError(f"{place} is an array of {value.dtype}; a checkpoint holds numbers and booleans.")
+            raise ContractError(
+                "{place} is an array of {dtype}; a checkpoint holds numbers and booleans.",
+                place=place,
+                dtype=value.dtype,
+            )
         name = place if place not in arrays else f"{place}#{len(arrays)}"  # "a.b" may be one key or two
         arrays[name] = np.asarray(value)
         return {"$array" if isinstance(value, np.ndarray) else "$number": name}
@@ -341,8 +355,10 @@ def _folded(value: Any, place: str, arrays: dict[str, Array]) -> Any:
         parts = [_folded(part, f"{place}.{number}", arrays) for number, part in enumerate(value)]
         return parts if isinstance(value, list) else {"$tuple": parts}
     raise ContractError(
-        f"{place} is of type {type(value).__name__}; a checkpoint holds arrays, numbers, texts, booleans, None, "
-        "and dictionaries, lists and tuples of them. Convert it before saving."
+        "{place} is of type {type_name}; a checkpoint holds arrays, numbers, texts, booleans, None, "
+        "and dictionaries, lists and tuples of them. Convert it before saving.",
+        place=place,
+        type_name=type(value).__name__,
     )
 
 

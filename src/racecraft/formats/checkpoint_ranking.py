@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecraft.contract.errors import RunFolderError, SettingError, nearest
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import BEST, LAST, CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -63,7 +64,7 @@ def ranked(run: RunFolder, by: str = "progress") -> list[RankedCheckpoint]:
         RunFolderError: The metrics are damaged.
     """
     if by not in MERITS:
-        raise SettingError(f"--by {by!r}: is nothing checkpoints are ranked by. {nearest(by, MERITS)}")
+        raise SettingError("--by {by!r}: is nothing checkpoints are ranked by. {hint}", by=by, hint=nearest(by, MERITS))
     rewards = {row["iteration"]: row.get("mean_reward") for row in run.read_metrics()}
     found = [_with_merits(run, entry, rewards) for entry in Checkpoints(run.checkpoints).entries()]
     merit = MERITS[by][1]
@@ -104,9 +105,9 @@ def find_checkpoint(run: RunFolder, which: str) -> CheckpointEntry:
     if not first or MERITS[which][1](first[0])[0] == -math.inf:
         raise CheckpointError(
             run.checkpoints,
-            f"no checkpoint has what '{which}' asks for ({MERITS[which][0]})",
+            Message("no checkpoint has what '{which}' asks for ({merits})", which=which, merits=MERITS[which][0]),
             "an evaluation that tells it",
-            f"racecraft checkpoints {run.path} shows what is known of each.",
+            Message("racecraft checkpoints {path} shows what is known of each.", path=run.path),
         )
     return first[0].entry
 
@@ -140,7 +141,9 @@ def _laps_of(run: RunFolder, iteration: int) -> list[dict[str, Any]]:
     except FileNotFoundError:
         return []
     except (OSError, ValueError, AttributeError, TypeError) as error:
-        raise RunFolderError(f"{path}: damaged ({error}); expected what racecraft wrote. Take it away.") from error
+        raise RunFolderError(
+            "{path}: damaged ({error}); expected what racecraft wrote. Take it away.", path=path, error=error
+        ) from error
 
 
 def _high(value: float | None) -> float:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import ContractError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
 
@@ -75,7 +76,9 @@ def write_demonstrations(path: str | Path, shown: Demonstrations) -> None:
         arrays["action_mask"] = shown.action_mask
     lengths = {name: len(array) for name, array in arrays.items()}
     if len(set(lengths.values())) > 1:
-        raise ContractError(f"demonstrations hold arrays of the lengths {lengths}; expected one length.")
+        raise ContractError(
+            "demonstrations hold arrays of the lengths {lengths}; expected one length.", lengths=lengths
+        )
     write_tensors(path, KIND, arrays, {"spec": dict(shown.spec), "source": dict(shown.source)})
 
 
@@ -89,10 +92,16 @@ def read_demonstrations(path: str | Path) -> Demonstrations:
     arrays, told = read_tensors(path, KIND)
     missing = [name for name in ("actions", "reward", "episode") if name not in arrays]
     if missing or "spec" not in told:
-        raise CheckpointError(path, f"it lacks {', '.join(missing) or 'its spec'}", f"what a {KIND} holds")
+        raise CheckpointError(
+            path,
+            Message("it lacks {missing}", missing=", ".join(missing) or "its spec"),
+            Message("what a {kind} holds", kind=KIND),
+        )
     if len({len(array) for array in arrays.values()}) > 1 or not len(arrays["actions"]):
         lengths = {name: len(array) for name, array in arrays.items()}
-        raise CheckpointError(path, f"its arrays have the lengths {lengths}", "one length, 1 or more")
+        raise CheckpointError(
+            path, Message("its arrays have the lengths {lengths}", lengths=lengths), "one length, 1 or more"
+        )
     return Demonstrations(
         observations={name.removeprefix(SEEN): array for name, array in arrays.items() if name.startswith(SEEN)},
         actions=arrays["actions"],

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.contract.errors import ContractError, InputFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 
@@ -145,7 +146,11 @@ def write_episodes(path: str | Path, columns: Mapping[str, Array]) -> None:
     missing = [column.name for column in EPISODE_COLUMNS if column.required and column.name not in columns]
     shapes = {name: np.shape(values) for name, values in columns.items()}
     if missing or len(set(shapes.values())) > 1 or any(len(shape) != 1 for shape in shapes.values()):
-        raise ContractError(f"Episodes need {missing or 'columns of one length'}; got columns of the shapes {shapes}.")
+        raise ContractError(
+            "Episodes need {missing}; got columns of the shapes {shapes}.",
+            missing=missing or "columns of one length",
+            shapes=shapes,
+        )
     ordered = [name for name in known if name in columns] + [name for name in columns if name not in known]
     frame = pl.DataFrame({name: _typed(columns[name], known.get(name)) for name in ordered})
     whole = BytesIO()
@@ -162,25 +167,32 @@ def read_episodes(path: str | Path, columns: list[str] | None = None) -> pl.Data
     import polars as pl
 
     path = Path(path)
-    expected = f"a Parquet file of {FORMAT}"
+    expected = Message("a Parquet file of {format}", format=FORMAT)
     if not path.is_file():
         raise EpisodeFileError(path, "there is no such file", expected)
     try:
         metadata = pl.read_parquet_metadata(path)
         names = list(pl.read_parquet_schema(path))
     except (pl.exceptions.PolarsError, OSError) as error:
-        raise EpisodeFileError(path, f"damaged or half written ({error})", expected) from error
+        raise EpisodeFileError(path, Message("damaged or half written ({error})", error=error), expected) from error
     if metadata.get("format") != FORMAT:
         raise EpisodeFileError(path, "a Parquet file of another kind", expected)
     if metadata.get("version") != str(VERSION):
-        raise EpisodeFileError(path, f"version {metadata.get('version')}", f"version {VERSION}", "Upgrade racecraft.")
+        raise EpisodeFileError(
+            path,
+            Message("version {metadata}", metadata=metadata.get("version")),
+            Message("version {version}", version=VERSION),
+            "Upgrade racecraft.",
+        )
     for name in columns or []:
         if name not in names:
-            raise EpisodeFileError(path, "there is no such column", f"one of {', '.join(names)}", key=name)
+            raise EpisodeFileError(
+                path, "there is no such column", Message("one of {names}", names=", ".join(names)), key=name
+            )
     try:
         return pl.read_parquet(path, columns=columns)
     except (pl.exceptions.PolarsError, OSError) as error:
-        raise EpisodeFileError(path, f"damaged or half written ({error})", expected) from error
+        raise EpisodeFileError(path, Message("damaged or half written ({error})", error=error), expected) from error
 
 
 def episode_columns_markdown() -> str:

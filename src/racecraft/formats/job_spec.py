@@ -27,6 +27,7 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError, nearest
 from racecraft.contract.kinds import kinds
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import kind_of, read_json
 
@@ -114,27 +115,38 @@ def read_job_spec(path: str | Path) -> JobSpec:
     """
     document = read_json(path, JobSpecError, "a JSON object with a command, such as racecraft writes")
     if not isinstance(document.value, dict):
-        raise document.letter(found=kind_of(document.value), expected='an object with "command"')
+        raise document.error_at(found=kind_of(document.value), expected='an object with "command"')
     told = dict(document.value)
     told_format, version = told.pop("format", FORMAT), told.pop("version", VERSION)
     if told_format != FORMAT:
-        raise document.letter("format", found=f"{told_format!r}", expected=f"{FORMAT!r}")
+        raise document.error_at(
+            "format",
+            found=Message("{told_format!r}", told_format=told_format),
+            expected=Message("{format!r}", format=FORMAT),
+        )
     if version != VERSION:
-        raise document.letter(
-            "version", found=repr(version), expected=f"{VERSION}", cure="A newer racecraft wrote it: upgrade."
+        raise document.error_at(
+            "version",
+            found=repr(version),
+            expected=Message("{version}", version=VERSION),
+            hint="A newer racecraft wrote it: upgrade.",
         )
     for name, value in told.items():
         if name not in _LEGAL:
-            raise document.letter(name, found="an unknown field", expected="one of a job's", cure=nearest(name, _LEGAL))
+            raise document.error_at(
+                name, found="an unknown field", expected="one of a job's", hint=nearest(name, _LEGAL)
+            )
         expected, is_legal = _LEGAL[name]
         if not is_legal(value):
-            raise document.letter(name, found=f"{value!r}", expected=expected)
+            raise document.error_at(name, found=Message("{value!r}", value=value), expected=expected)
     if "command" not in told:
-        raise document.letter(found='no "command"', expected='one, such as "command": ["gym", "train", "CartPole-v1"]')
+        raise document.error_at(
+            found='no "command"', expected='one, such as "command": ["gym", "train", "CartPole-v1"]'
+        )
     try:
         return spec_of(told)
     except JobNameError as error:
-        raise document.letter("name", found=repr(told["name"]), expected=str(error)) from None
+        raise document.error_at("name", found=repr(told["name"]), expected=str(error)) from None
 
 
 def spec_of(told: Mapping[str, Any]) -> JobSpec:
@@ -157,7 +169,9 @@ def require_legal_name(name: str) -> str:
         JobNameError: It is none.
     """
     if not LEGAL_NAME.fullmatch(name):
-        raise JobNameError(f"{name!r} is no name of a job; expected 1 to 63 letters, digits and -, no - at the ends.")
+        raise JobNameError(
+            "{name!r} is no name of a job; expected 1 to 63 letters, digits and -, no - at the ends.", name=name
+        )
     return name
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.user_file import read_user_text, typing_hint
 
 Step = str | int
@@ -56,10 +57,12 @@ class JsonDocument:
                 return self.lines[steps[:length]]
         return None
 
-    def letter(self, *steps: Step, found: str, expected: str, cure: str = "") -> InputFileError:
+    def error_at(
+        self, *steps: Step, found: str | Message, expected: str | Message, hint: str | Message = ""
+    ) -> InputFileError:
         """Return the error about the value the steps lead to, with its line and key."""
         key = key_text(*steps) or None
-        return self.error(self.path, found, expected, cure, line=self.line_of(*steps), key=key)
+        return self.error(self.path, found, expected, hint, line=self.line_of(*steps), key=key)
 
 
 def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonDocument:
@@ -83,7 +86,7 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
     except json.JSONDecodeError as wrong:
         comma = _trailing_comma(plain, wrong)
         line = wrong.lineno if comma is None else plain[:comma].count("\n") + 1
-        found = f"no valid JSON, {_what_is_wrong(plain, wrong)}"
+        found = Message("no valid JSON, {what_is_wrong}", what_is_wrong=_what_is_wrong(plain, wrong))
         raise error(path, found, kind, _what_to_do(plain, wrong), line=line) from None
     except (RecursionError, ValueError):
         raise error(path, "values nested too deeply, or a number too long, to be read", kind) from None

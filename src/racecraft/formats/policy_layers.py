@@ -108,8 +108,15 @@ def flattened_size(sensor: SensorLayers) -> int:
         high, wide, _, channels = layer.kernel.shape
         if min(rows - high, columns - wide) < 0:
             raise PolicyLayersError(
-                f"{sensor.name}: a convolution of {high} x {wide} px finds no room at {rows} x {columns} px; expected "
-                f"a network for images of {IMAGE[1]} x {IMAGE[0]} px."
+                "{name}: a convolution of {high} x {wide} px finds no room at {rows} x {columns} px; expected "
+                "a network for images of {image} x {image_2} px.",
+                name=sensor.name,
+                high=high,
+                wide=wide,
+                rows=rows,
+                columns=columns,
+                image=IMAGE[1],
+                image_2=IMAGE[0],
             )
         rows, columns = (rows - high) // layer.stride + 1, (columns - wide) // layer.stride + 1
     return rows * columns * channels

@@ -116,4 +116,6 @@ def read_population(folder: Path) -> PopulationRecord | None:
         told["members"] = tuple(MemberRound(**one) for one in told["members"])
         return PopulationRecord(**told)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RunFolderError(f"{path}: {error}; expected {FILE} of version {VERSION}.") from error
+        raise RunFolderError(
+            "{path}: {error}; expected {file} of version {version}.", path=path, error=error, file=FILE, version=VERSION
+        ) from error

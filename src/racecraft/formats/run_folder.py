@@ -140,11 +140,15 @@ class RunFolder:
         if not path.exists():
             _require_no_checkpoint(path)
             raise RunFolderError(
-                f"{path}: there is no such folder; expected a run folder, such as runs/reinvent_base-1."
+                "{path}: there is no such folder; expected a run folder, such as runs/reinvent_base-1.", path=path
             )
         _require_no_file(path)
         if not (path / JOB).is_file():
-            raise RunFolderError(f"{path}: holds no {JOB}; expected a run folder of racecraft. Name the folder itself.")
+            raise RunFolderError(
+                "{path}: holds no {job}; expected a run folder of racecraft. Name the folder itself.",
+                path=path,
+                job=JOB,
+            )
         run = cls(path)
         run.read_job()
         return run
@@ -252,7 +256,9 @@ class RunFolder:
         job = self.read_job()
         if job.get("kind") != kind:
             made, expected = (_made_by(str(one)) for one in (job.get("kind"), kind))
-            raise RunFolderError(f"{self.path}: the run is {made}; expected {expected}.")
+            raise RunFolderError(
+                "{path}: the run is {made}; expected {expected}.", path=self.path, made=made, expected=expected
+            )
         return job
 
     def read_job(self) -> dict[str, Any]:
@@ -265,19 +271,31 @@ class RunFolder:
         try:
             job = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
-            raise RunFolderError(f"{path}: there is no such file; expected a run folder of racecraft.") from None
+            raise RunFolderError(
+                "{path}: there is no such file; expected a run folder of racecraft.", path=path
+            ) from None
         except json.JSONDecodeError as error:
             raise RunFolderError(
-                f"{path}:{error.lineno}: no valid JSON ({error.msg}); expected what racecraft wrote. Restore the file."
+                "{path}:{lineno}: no valid JSON ({msg}); expected what racecraft wrote. Restore the file.",
+                path=path,
+                lineno=error.lineno,
+                msg=error.msg,
             ) from None
         except (OSError, UnicodeDecodeError) as error:
-            raise RunFolderError(f"{path}: cannot be read ({error}); expected what racecraft wrote.") from error
+            raise RunFolderError(
+                "{path}: cannot be read ({error}); expected what racecraft wrote.", path=path, error=error
+            ) from error
         if not isinstance(job, dict) or job.get("format") != FORMAT:
-            raise RunFolderError(f'{path}: not written by racecraft; expected "format": "{FORMAT}".')
+            raise RunFolderError(
+                '{path}: not written by racecraft; expected "format": "{format}".', path=path, format=FORMAT
+            )
         version = job.get("version")
         if not isinstance(version, int) or not 1 <= version <= VERSION:
             raise RunFolderError(
-                f"{path}: format version is {version!r}; expected 1 to {VERSION}. A newer racecraft wrote it: upgrade."
+                "{path}: format version is {version!r}; expected 1 to {newest}. A newer racecraft wrote it: upgrade.",
+                path=path,
+                version=version,
+                newest=VERSION,
             )
         return job
 
@@ -317,14 +335,19 @@ class RunFolder:
         except FileNotFoundError:
             return []
         except OSError as error:
-            raise RunFolderError(f"{path}: cannot be read ({error.strerror}); expected a metrics file.") from error
+            raise RunFolderError(
+                "{path}: cannot be read ({strerror}); expected a metrics file.", path=path, strerror=error.strerror
+            ) from error
         rows = []
         for number, line in enumerate(lines[:-1], start=1):
             try:
                 rows.append(json.loads(line))
             except ValueError:
                 raise RunFolderError(
-                    f"{path}:{number}: {line[:60]!r} is no JSON; expected one object a line. Take the line out."
+                    "{path}:{number}: {line!r} is no JSON; expected one object a line. Take the line out.",
+                    path=path,
+                    number=number,
+                    line=line[:60],
                 ) from None
         return rows
 
@@ -383,11 +406,14 @@ def _require_free(path: Path) -> None:
     """Refuse a place where a run stands, a file, or what is not ours; a run that was never born is none."""
     if (path / JOB).exists():
         raise RunFolderError(
-            f"{path}: a run stands here already; expected a new place. Give another name, or open it to go on."
+            "{path}: a run stands here already; expected a new place. Give another name, or open it to go on.",
+            path=path,
         )
     _require_no_file(path)
     if path.is_dir() and any(path.iterdir()) and not _is_unborn(path):
-        raise RunFolderError(f"{path}: holds files that are no run; expected a new or empty folder. Give another.")
+        raise RunFolderError(
+            "{path}: holds files that are no run; expected a new or empty folder. Give another.", path=path
+        )
 
 
 def _is_unborn(path: Path) -> bool:
@@ -403,15 +429,18 @@ def _require_no_checkpoint(path: Path) -> None:
     run, colon, word = str(path).rpartition(":")
     if colon and (Path(run) / JOB).is_file():
         raise RunFolderError(
-            f"{path}: {run} is a run, and nothing here is called '{word}'; expected the run alone or, where a command "
+            "{path}: {run} is a run, and nothing here is called '{word}'; expected the run alone or, where a command "
             "takes a checkpoint, best, last, an iteration's number or a merit such as laptime behind the colon. "
-            f"racecraft checkpoints {run} lists them."
+            "racecraft checkpoints {run} lists them.",
+            path=path,
+            run=run,
+            word=word,
         )
 
 
 def _require_no_file(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise RunFolderError(f"{path}: a file stands in its place; expected a folder. Give another name.")
+        raise RunFolderError("{path}: a file stands in its place; expected a folder. Give another name.", path=path)
 
 
 def _cut_torn_line(file: IO[bytes]) -> None:

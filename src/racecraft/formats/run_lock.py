@@ -81,8 +81,10 @@ class RunLock(FileLock):
         super().__init__(
             folder / LOCK,
             lambda holder: RunFolderError(
-                f"{folder}: another training holds it ({holder}); expected a free folder. "
-                "Wait for it, stop it, or train into another folder."
+                "{folder}: another training holds it ({holder}); expected a free folder. "
+                "Wait for it, stop it, or train into another folder.",
+                folder=folder,
+                holder=holder,
             ),
         )
 
@@ -163,6 +165,8 @@ def holder_of(lock: Path) -> int | None:
 def unwritable(path: Path, error: OSError) -> RunFolderError:
     """Return the letter about a place that cannot be written to."""
     return RunFolderError(
-        f"{path}: cannot be written ({error.strerror or error}); expected a place that you may write to. "
-        "Give another place, or mend its permissions."
+        "{path}: cannot be written ({strerror}); expected a place that you may write to. "
+        "Give another place, or mend its permissions.",
+        path=path,
+        strerror=error.strerror or error,
     )

@@ -18,6 +18,7 @@ import safetensors
 import safetensors.numpy
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import atomic_file
 
@@ -61,26 +62,35 @@ def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
     Raises:
         CheckpointError: The file is missing, damaged, or of another kind or version.
     """
-    expected = f"a {kind} in safetensors"
+    expected = Message("a {kind} in safetensors", kind=kind)
     try:
         data = path.read_bytes()
     except FileNotFoundError:
         raise CheckpointError(path, "there is no such file", expected) from None
     except OSError as error:
-        raise CheckpointError(path, f"the file cannot be read ({error.strerror})", expected) from error
-    cure = "Take another checkpoint; this file cannot be mended."
+        raise CheckpointError(
+            path, Message("the file cannot be read ({strerror})", strerror=error.strerror), expected
+        ) from error
+    hint = "Take another checkpoint; this file cannot be mended."
     try:
         arrays = safetensors.numpy.load(data)
         (length,) = struct.unpack_from("<Q", data)
         metadata = json.loads(data[8 : 8 + length]).get("__metadata__", {})
     except (safetensors.SafetensorError, ValueError, struct.error) as error:
-        raise CheckpointError(path, f"damaged or half written ({error})", expected, cure) from None
+        raise CheckpointError(path, Message("damaged or half written ({error})", error=error), expected, hint) from None
     if metadata.get("format") != kind:
-        raise CheckpointError(path, f"it says it is '{metadata.get('format', 'unnamed')}'", expected)
+        raise CheckpointError(
+            path, Message("it says it is '{metadata}'", metadata=metadata.get("format", "unnamed")), expected
+        )
     if metadata.get("version") != str(VERSION):
-        raise CheckpointError(path, f"version {metadata.get('version')}", f"version {VERSION}", "Upgrade racecraft.")
+        raise CheckpointError(
+            path,
+            Message("version {metadata}", metadata=metadata.get("version")),
+            Message("version {version}", version=VERSION),
+            "Upgrade racecraft.",
+        )
     if metadata.get("digest") != digest(arrays):
-        raise CheckpointError(path, "damaged (its digest does not match)", expected, cure)
+        raise CheckpointError(path, "damaged (its digest does not match)", expected, hint)
     return dict(arrays), json.loads(metadata["card"])
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 
 E = TypeVar("E", bound=InputFileError)
 
@@ -66,9 +67,9 @@ def read_user_file(
         with path.open("rb") as file:
             data = file.read(max_bytes + 1)
     except OSError as wrong:
-        raise error(path, f"the file cannot be read ({wrong.strerror})", kind) from wrong
+        raise error(path, Message("the file cannot be read ({strerror})", strerror=wrong.strerror), kind) from wrong
     if len(data) > max_bytes:
-        raise error(path, f"more than {max_bytes // 2**20} MiB", kind)
+        raise error(path, Message("more than {max_bytes} MiB", max_bytes=max_bytes // 2**20), kind)
     require_content(path, data, error, kind, hint)
     return data
 
@@ -84,12 +85,14 @@ def require_regular_file(path: Path, error: type[InputFileError], kind: str, hin
     except (FileNotFoundError, NotADirectoryError):
         raise error(path, "there is no such file", kind, hint) from None
     except (OSError, ValueError) as wrong:  # ValueError: a NUL in the name
-        raise error(path, f"the file cannot be read ({getattr(wrong, 'strerror', wrong)})", kind) from wrong
+        raise error(
+            path, Message("the file cannot be read ({problem})", problem=getattr(wrong, "strerror", wrong)), kind
+        ) from wrong
     if stat.S_ISDIR(mode):
-        raise error(path, "a folder", f"a file with {kind}")
+        raise error(path, "a folder", Message("a file with {kind}", kind=kind))
     for is_kind, name in _KINDS.items():
         if is_kind(mode):
-            raise error(path, name, f"a regular file with {kind}")
+            raise error(path, name, Message("a regular file with {kind}", kind=kind))
 
 
 def require_content(path: Path, data: bytes, error: type[InputFileError], kind: str, hint: str = "") -> None:

@@ -48,8 +48,13 @@ class Capacity:
         wanted = self.taken_by(spec)
         if not self.has(wanted):
             raise JobError(
-                f"Job {spec.name} takes {wanted.cores} cores and {wanted.memory_mib} MiB; this machine has "
-                f"{self.cores} and {self.memory_mib}. Ask for less with --cores and --memory."
+                "Job {name} takes {cores} cores and {memory_mib} MiB; this machine has "
+                "{cores_2} and {memory_mib_2}. Ask for less with --cores and --memory.",
+                name=spec.name,
+                cores=wanted.cores,
+                memory_mib=wanted.memory_mib,
+                cores_2=self.cores,
+                memory_mib_2=self.memory_mib,
             )
 
 

@@ -75,7 +75,9 @@ no 'num_sgd_itr'. Did you mean 'num_sgd_iter'?
             continue
         steps = name.removeprefix(PREFIX).split(".")
         if any("__" in step for step in steps):
-            raise SettingError(f"hyperparameter '{name}': names with '__' are refused, here as by the launcher.")
+            raise SettingError(
+                "hyperparameter '{name}': names with '__' are refused, here as by the launcher.", name=name
+            )
         if steps[0] != "training":
             continue  # Coach presets have names of their own: rl.agent_params.…
         if steps == ["training", "config", "num_cpus"]:
@@ -114,7 +116,9 @@ def encoded(hyperparameters: Mapping[str, Any]) -> dict[str, str]:
     try:
         return {str(name): json.dumps(value) for name, value in hyperparameters.items()}
     except (TypeError, ValueError) as error:
-        raise SettingError(f"hyperparameters: {error}; expected numbers, words, lists and objects.") from None
+        raise SettingError(
+            "hyperparameters: {error}; expected numbers, words, lists and objects.", error=error
+        ) from None
 
 
 def decoded(told: Mapping[str, str]) -> dict[str, Any]:
@@ -130,9 +134,19 @@ def decoded(told: Mapping[str, str]) -> dict[str, Any]:
 
 def _require(name: str, steps: list[str], at: int, known: tuple[str, ...], whose: str) -> None:
     if len(steps) <= at:
-        raise SettingError(f"hyperparameter '{name}' stops too early; expected a word behind it: {', '.join(known)}.")
+        raise SettingError(
+            "hyperparameter '{name}' stops too early; expected a word behind it: {known}.",
+            name=name,
+            known=", ".join(known),
+        )
     if steps[at] not in known:
-        raise SettingError(f"hyperparameter '{name}': {whose} has no '{steps[at]}'. {nearest(steps[at], known)}")
+        raise SettingError(
+            "hyperparameter '{name}': {whose} has no '{steps}'. {hint}",
+            name=name,
+            whose=whose,
+            steps=steps[at],
+            hint=nearest(steps[at], known),
+        )
 
 
 def _text(value: Any) -> str:

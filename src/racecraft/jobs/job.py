@@ -136,7 +136,9 @@ class Job:
         """
         if not self.ended:
             raise JobError(
-                f"Job {self.name} is {self.state}; expected one that has ended. `racecraft jobs stop` ends it."
+                "Job {name} is {state}; expected one that has ended. `racecraft jobs stop` ends it.",
+                name=self.name,
+                state=self.state,
             )
         return replace(self.moved(State.PENDING, now, "resumed"), barren=0, spec=spec or self.spec)
 

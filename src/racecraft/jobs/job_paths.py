@@ -26,6 +26,7 @@ from racecraft.formats.user_folder import data_folder
 
 if TYPE_CHECKING:
     from racecraft.jobs.sql_store import SqlStore
+    from racecraft.jobs.sqlite_store import SqliteStore
 
 FOLDER_VARIABLE, STORE_VARIABLE = "RACECRAFT_JOBS", "RACECRAFT_JOB_STORE"
 
@@ -54,16 +55,20 @@ class JobPaths:
         """Whether the store may be other machines', too."""
         return not self.store_url.startswith(f"sqlite:///{self.path}")
 
-    def store(self) -> SqlStore:
+    def store(self) -> SqliteStore | SqlStore:
         """Open the store.
 
         Raises:
-            DatabaseError: It cannot be opened.
+            JobStoreError: It cannot be opened.
             OutputFileError: The folder cannot be made.
         """
-        from racecraft.jobs.sql_store import SqlStore
+        from racecraft.jobs.sqlite_store import SqliteStore, file_of
 
         make_folder(self.path)
+        if (file := file_of(self.store_url)) is not None:
+            return SqliteStore(file)
+        from racecraft.jobs.sql_store import SqlStore
+
         return SqlStore(self.store_url)
 
     def folder(self, name: str) -> Path:

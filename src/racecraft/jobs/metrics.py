@@ -37,17 +37,20 @@ def check_definitions(definitions: Sequence[Mapping[str, str]]) -> tuple[dict[st
     checked = []
     for one in definitions:
         if not isinstance(one, Mapping) or set(one) != {"Name", "Regex"}:
-            raise SettingError(f"metric_definitions: {one!r}; expected {{'Name': …, 'Regex': …}}.")
+            raise SettingError("metric_definitions: {one!r}; expected {{'Name': …, 'Regex': …}}.", one=one)
         try:
             groups = re.compile(one["Regex"]).groups
         except re.error as error:
             raise SettingError(
-                f"metric_definitions: the Regex of {one['Name']!r} is none ({error}); expected a regular expression."
+                "metric_definitions: the Regex of {one!r} is none ({error}); expected a regular expression.",
+                one=one["Name"],
+                error=error,
             ) from None
         if groups < 1:
             raise SettingError(
-                f"metric_definitions: the Regex of {one['Name']!r} has no group; expected the figure in brackets, such "
-                "as 'reward=([0-9.]+)'."
+                "metric_definitions: the Regex of {one!r} has no group; expected the figure in brackets, such "
+                "as 'reward=([0-9.]+)'.",
+                one=one["Name"],
             )
         checked.append({"Name": str(one["Name"]), "Regex": str(one["Regex"])})
     return tuple(checked)

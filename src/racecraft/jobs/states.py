@@ -69,7 +69,13 @@ def require_move(job: str, now: State, to: State) -> None:
 Stopped; asked for Training.
     """
     if to not in MOVES[now]:
-        raise IllegalMove(f"Job {job} is {now} and can become {', '.join(sorted(MOVES[now]))}; asked for {to}.")
+        raise IllegalMove(
+            "Job {job} is {now} and can become {moves}; asked for {to}.",
+            job=job,
+            now=now,
+            moves=", ".join(sorted(MOVES[now])),
+            to=to,
+        )
 
 
 def status_of(state: State) -> str:

@@ -108,7 +108,7 @@ def get(store: JobStore, name: str) -> Job:
     if job is None:
         names = [one.name for one in store.jobs()]
         known = nearest(name, names) if names else "There are none yet; `--detach` behind a training makes one."
-        raise JobError(f"There is no job '{name}'. {known}")
+        raise JobError("There is no job '{name}'. {known}", name=name, known=known)
     return job
 
 
@@ -135,5 +135,6 @@ def change(store: JobStore, name: str, how: Callable[[Job], Job]) -> Job:
 def name_taken(name: str) -> NameTakenError:
     """Return the letter about a name that is taken."""
     return NameTakenError(
-        f"There is a job '{name}' already; expected a new name. Give another, or `racecraft jobs delete {name}`."
+        "There is a job '{name}' already; expected a new name. Give another, or `racecraft jobs delete {name}`.",
+        name=name,
     )

@@ -33,7 +33,7 @@ def submit(home: JobPaths, spec: JobSpec) -> Job:
     Raises:
         NameTakenError: There is a job of that name.
         JobError: This machine could never start it, or it may wait for less time than it may run.
-        DatabaseError: The store cannot be opened or written.
+        JobStoreError: The store cannot be opened or written.
     """
     require_legal_name(spec.name)
     _require_time_to_run(spec)
@@ -52,8 +52,11 @@ def _require_time_to_run(spec: JobSpec) -> None:
     run, wait = spec.max_run_seconds, spec.max_wait_seconds
     if run is not None and wait is not None and wait < run:
         raise JobError(
-            f"Job {spec.name} may run for {run} s and must be over {wait} s from now; expected at least as much to "
-            "wait as to run, for the time that it runs counts, too."
+            "Job {name} may run for {run} s and must be over {wait} s from now; expected at least as much to "
+            "wait as to run, for the time that it runs counts, too.",
+            name=spec.name,
+            run=run,
+            wait=wait,
         )
 
 
@@ -111,7 +114,9 @@ def resume(home: JobPaths, store: JobStore, name: str, stops: tuple[str, ...] = 
     def again(job: Job) -> Job:
         spec = job.spec
         if stops and not spec.resume:
-            raise JobError(f"Job {name} is no training of racecraft's, so it has no --stop; resume it without.")
+            raise JobError(
+                "Job {name} is no training of racecraft's, so it has no --stop; resume it without.", name=name
+            )
         if stops:
             kept = tuple(word for word in spec.resume if not word.startswith("--stop="))
             spec = replace(spec, resume=(*kept, *(f"--stop={stop}" for stop in stops)))
@@ -132,7 +137,12 @@ def wait(home: JobPaths, store: JobStore, name: str, seconds: float | None = Non
     looked = 0.0
     while not (job := get(store, name)).ended:
         if until is not None and time.monotonic() > until:
-            raise JobError(f"Job {name} is {job.state} after {seconds:g} s; expected its end. It goes on.")
+            raise JobError(
+                "Job {name} is {state} after {seconds:g} s; expected its end. It goes on.",
+                name=name,
+                state=job.state,
+                seconds=seconds,
+            )
         if time.monotonic() - looked > LOOK_AGAIN_SECONDS:  # a supervisor may have been killed
             ensure_supervisor(home)
             looked = time.monotonic()
@@ -161,5 +171,9 @@ def delete(home: JobPaths, store: JobStore, name: str) -> None:
     """
     job = get(store, name)
     if not job.ended or not store.remove(job):
-        raise JobError(f"Job {name} is {job.state}; expected one that has ended. `racecraft jobs stop {name}` ends it.")
+        raise JobError(
+            "Job {name} is {state}; expected one that has ended. `racecraft jobs stop {name}` ends it.",
+            name=name,
+            state=job.state,
+        )
     home.forget(name)

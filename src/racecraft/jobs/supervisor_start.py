@@ -75,7 +75,11 @@ def _tell_of_failed(home: JobPaths) -> None:
 
         log = home.path / SUPERVISOR_LOG
         letter = last_letter(log) or f"the supervisor ended with code {failed[-1][2].returncode}; see {log}."
-        raise JobError(f"nobody can work at the jobs of {home.path}: {letter} Jobs are kept, and go on afterwards.")
+        raise JobError(
+            "nobody can work at the jobs of {path}: {letter} Jobs are kept, and go on afterwards.",
+            path=home.path,
+            letter=letter,
+        )
 
 
 def _leave_them() -> None:

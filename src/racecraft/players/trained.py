@@ -119,8 +119,9 @@ def spec_in(run: RunFolder, metadata: Mapping[str, Any]) -> PolicySpec:
     """
     if SPEC not in metadata:
         raise RunFolderError(
-            f"{run.path}: its checkpoint says neither what the policy sees nor what it decides; expected a policy "
-            "spec. It was not written by racecraft, or is damaged."
+            "{path}: its checkpoint says neither what the policy sees nor what it decides; expected a policy "
+            "spec. It was not written by racecraft, or is damaged.",
+            path=run.path,
         )
     return PolicySpec.from_dictionary(metadata[SPEC])
 

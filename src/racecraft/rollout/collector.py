@@ -203,8 +203,10 @@ class Collector:
         for name, shown in state["shown"].items():
             if not np.array_equal(view.observations[name], shown, equal_nan=True):
                 raise ContractError(
-                    f"{self.world.spec.name}: after load_state the observation '{name}' is not what it was at "
-                    "save_state; expected the same numbers."
+                    "{name}: after load_state the observation '{name_2}' is not what it was at "
+                    "save_state; expected the same numbers.",
+                    name=self.world.spec.name,
+                    name_2=name,
                 )
         self.counter.restore(state["episodes"])
 

@@ -32,6 +32,7 @@ from types import FrameType
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import OutputFileError, atomic_file, make_folder, output_letter, write_atomic
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import OWN_KEYS, as_arguments, decoded, encoded
@@ -109,7 +110,9 @@ def lay_out(
     try:
         return _laid_out(folder, entry_point, source_dir, dependencies, hyperparameters, channels)
     except shutil.Error as error:  # several files at once
-        raise OutputFileError(f"{folder}: the code cannot be copied there ({str(error)[:200]}).") from error
+        raise OutputFileError(
+            "{folder}: the code cannot be copied there ({error}).", folder=folder, error=str(error)[:200]
+        ) from error
     except OSError as error:
         raise OutputFileError(output_letter(folder, error)) from error
 
@@ -173,10 +176,12 @@ def check_code(entry_point: str, source_dir: str | None, dependencies: Sequence[
             script,
             "there is no such file",
             "entry_point, a Python script",
-            f"There are: {', '.join(beside) or 'none'}.",
+            Message("There are: {beside}.", beside=", ".join(beside) or "none"),
         )
     if script.suffix != ".py":
-        raise CodeError(script, f"a {script.suffix or 'file'}", "a Python script, such as train.py")
+        raise CodeError(
+            script, Message("a {suffix}", suffix=script.suffix or "file"), "a Python script, such as train.py"
+        )
     kept = []
     for dependency in dependencies:
         if Path(dependency).exists():
@@ -288,12 +293,17 @@ def channels_of(inputs: Any, buckets: Path) -> dict[str, Path]:
     for name, said in named.items():
         address = said if isinstance(said, str | Path) else getattr(said, "address", None)
         if address is None:
-            raise ChannelError(f"fit(inputs): channel '{name}' is {said!r}; expected a path, file://… or s3://….")
+            raise ChannelError(
+                "fit(inputs): channel '{name}' is {said!r}; expected a path, file://… or s3://….", name=name, said=said
+            )
         place = local_path(str(address), buckets)
         if not place.exists():
             raise ChannelError(
-                f"fit(inputs): channel '{name}' names {address}, and there is no {place}; expected a folder or a file. "
-                "Session().upload_data puts files into a bucket's folder."
+                "fit(inputs): channel '{name}' names {address}, and there is no {place}; expected a folder or a file. "
+                "Session().upload_data puts files into a bucket's folder.",
+                name=name,
+                address=address,
+                place=place,
             )
         found[name] = place.absolute()
     return found

@@ -133,9 +133,16 @@ class Predictor:
                 said, kind = answer.read(), answer.headers.get("Content-Type", "")
         except urllib.error.HTTPError as error:
             with error:
-                raise EndpointAnswer(f"{self.endpoint_name}: {_letter_in(error.read())}") from None
+                raise EndpointAnswer(
+                    "{endpoint_name}: {letter_in}", endpoint_name=self.endpoint_name, letter_in=_letter_in(error.read())
+                ) from None
         except OSError as error:
-            raise EndpointError(f"{self.endpoint_name} does not answer at {self.url} ({error}).") from error
+            raise EndpointError(
+                "{endpoint_name} does not answer at {url} ({error}).",
+                endpoint_name=self.endpoint_name,
+                url=self.url,
+                error=error,
+            ) from error
         return self.deserializer.deserialize(said, kind)
 
     def delete_model(self) -> None:
@@ -233,8 +240,10 @@ def trained_run_in(model: Path) -> Path:
             continue
     there = ", ".join(sorted(path.name for path in model.iterdir())) if model.is_dir() else ""
     raise EndpointError(
-        f"{model}: holds {there or 'nothing'}; expected a run folder of racecraft's. A script leaves one with "
-        'rc.train(…, run=os.environ["SM_MODEL_DIR"] + "/run"); what other libraries trained cannot be served here.'
+        "{model}: holds {there}; expected a run folder of racecraft's. A script leaves one with "
+        'rc.train(…, run=os.environ["SM_MODEL_DIR"] + "/run"); what other libraries trained cannot be served here.',
+        model=model,
+        there=there or "nothing",
     )
 
 
@@ -253,7 +262,12 @@ def _wait_until_it_answers(home: JobPaths, name: str) -> None:
     try:
         while not _pings(home, name, store):
             if time.monotonic() > until:
-                raise EndpointError(f"{name} does not answer after {WAIT_SECONDS:.0f} s; its log: {home.log(name)}")
+                raise EndpointError(
+                    "{name} does not answer after {wait_seconds:.0f} s; its log: {log}",
+                    name=name,
+                    wait_seconds=WAIT_SECONDS,
+                    log=home.log(name),
+                )
             time.sleep(0.1)
     finally:
         store.close()
@@ -262,7 +276,7 @@ def _wait_until_it_answers(home: JobPaths, name: str) -> None:
 def _pings(home: JobPaths, name: str, store: JobStore) -> bool:
     job = get(store, name)
     if job.ended:
-        raise EndpointError(f"{name}: {job.state}: {job.reason}")
+        raise EndpointError("{name}: {state}: {reason}", name=name, state=job.state, reason=job.reason)
     try:
         with _opener.open(f"{_address(home, name)}/ping", timeout=5.0):
             return True
@@ -274,7 +288,9 @@ def _address(home: JobPaths, name: str) -> str:
     try:
         return str(json.loads((home.folder(name) / READY).read_text(encoding="utf-8"))["url"])
     except (OSError, ValueError, KeyError):
-        raise EndpointError(f"There is no endpoint '{name}' that answers; `racecraft jobs list` shows them.") from None
+        raise EndpointError(
+            "There is no endpoint '{name}' that answers; `racecraft jobs list` shows them.", name=name
+        ) from None
 
 
 def _serialized(serializer: Any, data: Any) -> tuple[Any, str]:

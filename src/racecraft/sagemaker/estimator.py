@@ -117,7 +117,9 @@ class TrainingJob:
         finally:
             store.close()
         if job.status == "Failed":
-            raise UnexpectedStatusException(f"Error for Training job {job.name}: Failed. Reason: {job.reason}")
+            raise UnexpectedStatusException(
+                "Error for Training job {name}: Failed. Reason: {reason}", name=job.name, reason=job.reason
+            )
 
     def stop(self) -> None:
         """Ask it to end."""
@@ -220,7 +222,11 @@ class RLEstimator:
         self.max_wait: int | None = given.pop("max_wait", None)
         self.use_spot_instances = bool(given.pop("use_spot_instances", False))
         if self.max_wait is not None and self.max_run is not None and self.max_wait < self.max_run:
-            raise SettingError(f"RLEstimator: max_wait {self.max_wait} is less than max_run {self.max_run}.")
+            raise SettingError(
+                "RLEstimator: max_wait {max_wait} is less than max_run {max_run}.",
+                max_wait=self.max_wait,
+                max_run=self.max_run,
+            )
         self.environment = {str(name): str(value) for name, value in (given.pop("environment", None) or {}).items()}
         self.cores: int | None = given.pop("cores", None)
         self.memory_mib: int = given.pop("memory_mib", 1024)
@@ -245,7 +251,10 @@ class RLEstimator:
         job = TrainingJob(training_job_name, JobPaths.of_user())
         told = job.describe()["Recorded"].get("estimator")
         if told is None:
-            raise SettingError(f"Job {training_job_name} was not begun by an estimator; expected one that was.")
+            raise SettingError(
+                "Job {training_job_name} was not begun by an estimator; expected one that was.",
+                training_job_name=training_job_name,
+            )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what is worth saying was said when the job began
             found = cls(**told)
@@ -317,7 +326,11 @@ class RLEstimator:
         """
         path = container_in(self._home.folder(self._latest().name)).model_data
         if not path.is_file():
-            raise SettingError(f"Job {self._latest().name} has left no model yet; expected {path}. Wait for its end.")
+            raise SettingError(
+                "Job {name} has left no model yet; expected {path}. Wait for its end.",
+                name=self._latest().name,
+                path=path,
+            )
         return str(path)
 
     @property

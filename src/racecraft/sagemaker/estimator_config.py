@@ -97,7 +97,9 @@ def second_names(words: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in words.items():
         new = FIRST_NAMES.get(name, name)
         if new in given:
-            raise SettingError(f"RLEstimator: {given[new]} and {name} are one word; give it once.")
+            raise SettingError(
+                "RLEstimator: {given} and {name} are one word; give it once.", given=given[new], name=name
+            )
         renamed[new], given[new] = value, name
     return renamed
 
@@ -110,7 +112,9 @@ def require_known(words: Mapping[str, Any], known: tuple[str, ...]) -> None:
     """
     for name in words:
         if name not in known:
-            raise SettingError(f"RLEstimator has no '{name}'. {nearest(name, [*known, *FIRST_NAMES])}")
+            raise SettingError(
+                "RLEstimator has no '{name}'. {hint}", name=name, hint=nearest(name, [*known, *FIRST_NAMES])
+            )
 
 
 def check_image(image_uri: Any, toolkit: Any, version: Any, framework: Any) -> dict[str, Any]:
@@ -127,15 +131,25 @@ def check_image(image_uri: Any, toolkit: Any, version: Any, framework: Any) -> d
         return {"image_uri": image_uri}
     missing = [name for name, value in told.items() if value is None]
     if missing:
-        raise ImageMissingError(f"RLEstimator: {', '.join(missing)} missing; expected them all, or image_uri.")
+        raise ImageMissingError(
+            "RLEstimator: {missing} missing; expected them all, or image_uri.", missing=", ".join(missing)
+        )
     for name, known in (("toolkit", RLToolkit), ("framework", RLFramework)):
         values = [str(one.value) for one in known]
         if told[name] not in values:
-            raise SettingError(f"RLEstimator: there is no {name} '{told[name]}'. {nearest(told[name], values)}")
+            raise SettingError(
+                "RLEstimator: there is no {name} '{told}'. {hint}",
+                name=name,
+                told=told[name],
+                hint=nearest(told[name], values),
+            )
     versions = TOOLKIT_VERSIONS[told["toolkit"]]
     if version not in versions:
         raise SettingError(
-            f"RLEstimator: there was no {told['toolkit']} {version} at SageMaker; expected {', '.join(versions)}."
+            "RLEstimator: there was no {told} {version} at SageMaker; expected {versions}.",
+            told=told["toolkit"],
+            version=version,
+            versions=", ".join(versions),
         )
     return told
 
@@ -157,7 +171,7 @@ def default_metric_definitions(toolkit: RLToolkit | str) -> list[dict[str, str]]
             {"Name": metric, "Regex": f"{metric}: ({FLOAT})"}
             for metric in ("episode_reward_mean", "episode_reward_max")
         ]
-    raise SettingError(f"There is no toolkit '{name}'. {nearest(str(name), ['coach', 'ray'])}")
+    raise SettingError("There is no toolkit '{name}'. {hint}", name=name, hint=nearest(str(name), ["coach", "ray"]))
 
 
 def _word(value: Any) -> Any:

@@ -88,7 +88,10 @@ class HyperparameterTuner:
         if not hyperparameter_ranges:
             raise SettingError("hyperparameter_ranges is empty; expected what is varied, such as {'lr': …}.")
         if not isinstance(warm_start_config, WarmStartConfig | None):
-            raise SettingError(f"warm_start_config is {warm_start_config!r}; expected a WarmStartConfig, or None.")
+            raise SettingError(
+                "warm_start_config is {warm_start_config!r}; expected a WarmStartConfig, or None.",
+                warm_start_config=warm_start_config,
+            )
         for word in sorted(recorded):
             warnings.warn(
                 f"HyperparameterTuner: {word} has no meaning on this machine and is not followed", stacklevel=2
@@ -255,16 +258,23 @@ class HyperparameterTuner:
             theirs, ours = asked.tuner[word], getattr(self, word)
             if theirs != ours:
                 raise SettingError(
-                    f"warm_start_config: the search {parent} had {word} {theirs!r} and this one has {ours!r}; expected "
-                    "the same, for otherwise its figures say nothing here."
+                    "warm_start_config: the search {parent} had {word} {theirs!r} and this one has {ours!r}; expected "
+                    "the same, for otherwise its figures say nothing here.",
+                    parent=parent,
+                    word=word,
+                    theirs=theirs,
+                    ours=ours,
                 )
         warm = self.warm_start_config
         assert warm is not None
         script, theirs = self.estimator.words()["entry_point"], asked.estimator["entry_point"]
         if warm.type is WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM and script != theirs:
             raise SettingError(
-                f"warm_start_config: the search {parent} trained {theirs} and this one trains {script}; expected the "
-                "same of IDENTICAL_DATA_AND_ALGORITHM. Name WarmStartTypes.TRANSFER_LEARNING."
+                "warm_start_config: the search {parent} trained {theirs} and this one trains {script}; expected the "
+                "same of IDENTICAL_DATA_AND_ALGORITHM. Name WarmStartTypes.TRANSFER_LEARNING.",
+                parent=parent,
+                theirs=theirs,
+                script=script,
             )
 
     def _study_in(self, folder: Path) -> Study:
@@ -329,7 +339,13 @@ class _EstimatorTrial:
 
 def _require(word: str, value: str, known: Sequence[str]) -> None:
     if value not in known:
-        raise SettingError(f"{word} is {value!r}; expected one of {', '.join(known)}. {nearest(value, known)}")
+        raise SettingError(
+            "{word} is {value!r}; expected one of {known}. {hint}",
+            word=word,
+            value=value,
+            known=", ".join(known),
+            hint=nearest(value, known),
+        )
 
 
 def _stamped(base: str) -> str:

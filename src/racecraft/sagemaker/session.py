@@ -9,6 +9,7 @@ from typing import Any
 
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import make_folder
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.container import local_path
@@ -90,7 +91,9 @@ class Session:
         require_arguments("download_data", recorded, ("path", "bucket", "key_prefix", "extra_args"))
         source = local_path(f"s3://{bucket}/{key_prefix}", buckets_of(self._home))
         if not source.exists():
-            raise UploadError(f"s3://{bucket}/{key_prefix}", f"there is no {source}", "what was uploaded")
+            raise UploadError(
+                f"s3://{bucket}/{key_prefix}", Message("there is no {source}", source=source), "what was uploaded"
+            )
         make_folder(path)
         if source.is_dir():
             shutil.copytree(source, path, dirs_exist_ok=True)

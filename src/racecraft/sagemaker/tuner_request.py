@@ -79,11 +79,19 @@ def read_asked(name: str) -> TunerRequest:
         known = sorted(one.parent.name for one in path.parents[1].glob(f"*/{FILE}"))
         there = f"There are {', '.join(known)}." if known else "There is none yet."
         raise SettingError(
-            f"No search is named {name!r}; expected that of an earlier fit. {there} {nearest(name, known)}"
+            "No search is named {name!r}; expected that of an earlier fit. {there} {hint}",
+            name=name,
+            there=there,
+            hint=nearest(name, known),
         )
     told = json.loads(path.read_text(encoding="utf-8"))
     if told.get("version") != VERSION:
-        raise SettingError(f"{path} is of version {told.get('version')}; expected {VERSION}. Search anew.")
+        raise SettingError(
+            "{path} is of version {told}; expected {version}. Search anew.",
+            path=path,
+            told=told.get("version"),
+            version=VERSION,
+        )
     ranges = {name: _of_json(one) for name, one in told["tuner"][RANGES].items()}
     return TunerRequest(told["estimator"], {**told["tuner"], RANGES: ranges})
 

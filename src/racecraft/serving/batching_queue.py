@@ -98,7 +98,9 @@ class BatchingQueue(Generic[Question, Answer]):
         try:
             answers = task.result()
             if len(answers) != len(batch):
-                raise ContractError(f"{len(answers)} answers were given to {len(batch)} questions.")
+                raise ContractError(
+                    "{count} answers were given to {count_2} questions.", count=len(answers), count_2=len(batch)
+                )
         except (Exception, CancelledError) as error:
             for _, answer in batch:
                 if not answer.done():

@@ -46,9 +46,17 @@ class AccessKey:
         if not key and not secret:
             return cls(f"racecraft-{secrets.token_hex(4)}", secrets.token_urlsafe(30))
         if not key or not secret:
-            raise SettingError(f"only one of {KEY} and {SECRET} is set; expected both, or neither for a random pair.")
+            raise SettingError(
+                "only one of {key} and {secret} is set; expected both, or neither for a random pair.",
+                key=KEY,
+                secret=SECRET,
+            )
         if set(key + secret) & set(',"\n\r'):
-            raise SettingError(f"{KEY} or {SECRET} holds a comma, a quote or a line break; expected a pair without.")
+            raise SettingError(
+                "{key} or {secret} holds a comma, a quote or a line break; expected a pair without.",
+                key=KEY,
+                secret=SECRET,
+            )
         return cls(key, secret)
 
 
@@ -70,7 +78,9 @@ class BucketServer:
         program = find_rclone()
         port = port or _free_port(host)
         if not is_free(port, host):
-            raise UserInputError(f"{host}:{port}: is taken or not allowed; choose another --port, such as 0.")
+            raise UserInputError(
+                "{host}:{port}: is taken or not allowed; choose another --port, such as 0.", host=host, port=port
+            )
         self.url = f"http://{host if host != '0.0.0.0' else socket.gethostname()}:{port}"
         words = [program, "serve", "s3", "--config", os.devnull, "--log-level", "ERROR", "--addr", f"{host}:{port}"]
         self._process = subprocess.Popen([*words, "served:"], env=_environment(folders, access))
@@ -88,7 +98,7 @@ class BucketServer:
         """
         if (code := self._process.poll()) is not None:
             raise UserInputError(
-                f"rclone serve s3 ended with exit code {code}; expected it to serve. See its lines above."
+                "rclone serve s3 ended with exit code {code}; expected it to serve. See its lines above.", code=code
             )
 
     def close(self) -> None:
@@ -104,7 +114,12 @@ class BucketServer:
             with suppress(OSError), socket.create_connection((host, port), timeout=1.0):
                 return
             time.sleep(LOOK_SECONDS)
-        raise UserInputError(f"rclone serve s3 did not listen on {host}:{port} within {START_SECONDS:.0f} s.")
+        raise UserInputError(
+            "rclone serve s3 did not listen on {host}:{port} within {start_seconds:.0f} s.",
+            host=host,
+            port=port,
+            start_seconds=START_SECONDS,
+        )
 
 
 def find_rclone() -> str:
@@ -116,10 +131,17 @@ def find_rclone() -> str:
     places = os.pathsep.join((os.environ.get("PATH", ""), str(Path(sys.executable).parent)))
     program = shutil.which("rclone", path=places)
     if program is None:
-        raise RcloneMissingError(f"rclone is not on PATH; expected it, since it serves the folder. {HOW_TO_GET_RCLONE}")
+        raise RcloneMissingError(
+            "rclone is not on PATH; expected it, since it serves the folder. {how_to_get_rclone}",
+            how_to_get_rclone=HOW_TO_GET_RCLONE,
+        )
     asked = subprocess.run([program, "serve", "s3", "--help"], capture_output=True, text=True, check=False)
     if "--auth-key" not in asked.stdout:
-        raise RcloneMissingError(f"{program} has no `serve s3`; expected one that has it. {HOW_TO_GET_RCLONE}")
+        raise RcloneMissingError(
+            "{program} has no `serve s3`; expected one that has it. {how_to_get_rclone}",
+            program=program,
+            how_to_get_rclone=HOW_TO_GET_RCLONE,
+        )
     return program
 
 

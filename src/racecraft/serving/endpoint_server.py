@@ -137,11 +137,14 @@ def _decider_of(policy: TrainedPolicy, member: str) -> tuple[PolicySpec, Any]:
             )
         spec, decider = spec.policies[member], decider.members[member]
     elif member:
-        raise EndpointError(f"{policy.run.path}: one policy for all; expected no --policy, found '{member}'.")
+        raise EndpointError(
+            "{path}: one policy for all; expected no --policy, found '{member}'.", path=policy.run.path, member=member
+        )
     if spec.stack_size > 1 or spec.network.get("memory", "none") not in ("none", None):
         raise EndpointError(
-            f"{policy.run.path}: this policy remembers what it saw before, and an endpoint is asked about single "
-            "moments; expected one without network.memory and network.stack_size. `rc.load_policy` plays it."
+            "{path}: this policy remembers what it saw before, and an endpoint is asked about single "
+            "moments; expected one without network.memory and network.stack_size. `rc.load_policy` plays it.",
+            path=policy.run.path,
         )
     return spec, decider
 

@@ -21,9 +21,9 @@ from racecraft.contract.errors import UserInputError
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.web.ports import LOOPBACK
 from racecraft.serving.query import whole_number
 from racecraft.serving.service_thread import ServiceThread
+from racecraft.web.ports import LOOPBACK
 
 Answer = Callable[[Request], Any]
 """Answers a request with a value for JSON, or with a whole `Reply`."""

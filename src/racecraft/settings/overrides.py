@@ -28,7 +28,8 @@ def apply_overrides(settings: Settings, overrides: Iterable[str]) -> Settings:
         full_name, equals, text = override.partition("=")
         if not equals:
             raise SettingError(
-                f"--set {override!r} has no '='; expected group.name=value, such as rollout.num_worlds=16."
+                "--set {override!r} has no '='; expected group.name=value, such as rollout.num_worlds=16.",
+                override=override,
             )
         row = find_setting(settings, full_name.strip())
         settings = with_values(settings, row.group, {row.name: parse_value(row, text)})
@@ -44,11 +45,11 @@ def find_setting(settings: Settings, full_name: str) -> Setting:
         hint = f"Did you mean '{elsewhere[0]}'?" if elsewhere else nearest(full_name, known)
         if hint.startswith("Known:"):
             hint = f"Groups of this training: {', '.join(settings)}; `racecraft settings` lists them all."
-        raise SettingError(f"There is no setting '{full_name}' here. {hint}")
+        raise SettingError("There is no setting '{full_name}' here. {hint}", full_name=full_name, hint=hint)
     rows = {row.name: row for row in rows_of(getattr(settings, group), group)}
     if name not in rows:
         hint = f"Did you mean '{elsewhere[0]}'?" if elsewhere else nearest(name, rows)
-        raise SettingError(f"{group} has no setting '{name}'. {hint}")
+        raise SettingError("{group} has no setting '{name}'. {hint}", group=group, name=name, hint=hint)
     return rows[name]
 
 

@@ -156,16 +156,18 @@ def make_request(request: type[T], *arguments: Any, **values: Any) -> T:
     rows = options_of(request)
     positions = [row.name for row in rows if row.is_argument]
     if len(arguments) > len(positions):
-        raise SettingError(f"{len(arguments)} arguments were given; expected at most {len(positions)}.")
+        raise SettingError(
+            "{count} arguments were given; expected at most {count_2}.", count=len(arguments), count_2=len(positions)
+        )
     values |= dict(zip(positions, arguments, strict=False))
     known = {row.name.strip("_"): row.name for row in rows}
     for name in values:
         if name.strip("_") not in known:
-            raise SettingError(f"there is no option '{name}'. {nearest(name, sorted(known))}")
+            raise SettingError("there is no option '{name}'. {hint}", name=name, hint=nearest(name, sorted(known)))
     named = {known[name.strip("_")]: value for name, value in values.items()}
     missing = [row.full_name for row in rows if row.is_required and row.name not in named]
     if missing:
-        raise SettingError(f"{', '.join(missing)} was not given; expected a value.")
+        raise SettingError("{missing} was not given; expected a value.", missing=", ".join(missing))
     return _built(request, named)
 
 

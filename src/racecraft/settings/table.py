@@ -87,18 +87,34 @@ def check_group(group: Any) -> None:
 def check_value(row: Setting, value: Any) -> None:
     """Refuse a value of the wrong type or outside the setting's range."""
     if not _is_kind(value, row.kind):
-        raise SettingError(f"{row.full_name} is {value!r}; expected {kind_text(row.kind)}.")
+        raise SettingError(
+            "{full_name} is {value!r}; expected {kind_text}.",
+            full_name=row.full_name,
+            value=value,
+            kind_text=kind_text(row.kind),
+        )
     if value is None:
         return
     for part in value if isinstance(value, tuple) else (value,):
         if row.choices and part not in row.choices:
-            raise SettingError(f"{row.full_name} is {part!r}. {nearest(str(part), row.choices)}")
+            raise SettingError(
+                "{full_name} is {part!r}. {hint}",
+                full_name=row.full_name,
+                part=part,
+                hint=nearest(str(part), row.choices),
+            )
         if isinstance(part, int | float) and not isinstance(part, bool):
             too_low = row.low is not None and not part >= row.low
             too_high = row.high is not None and not part <= row.high
             if too_low or too_high:
                 unit = f" {row.unit}" if row.unit else ""
-                raise SettingError(f"{row.full_name} is {part!r}; expected {row.range_text}{unit}.")
+                raise SettingError(
+                    "{full_name} is {part!r}; expected {range_text}{unit}.",
+                    full_name=row.full_name,
+                    part=part,
+                    range_text=row.range_text,
+                    unit=unit,
+                )
 
 
 def parse_value(row: Setting, text: str) -> Any:
@@ -112,7 +128,12 @@ def parse_value(row: Setting, text: str) -> Any:
     try:
         value = _parse(text.strip(), row.kind)
     except ValueError:
-        raise SettingError(f"{row.full_name} is {text!r}; expected {kind_text(row.kind)}.") from None
+        raise SettingError(
+            "{full_name} is {text!r}; expected {kind_text}.",
+            full_name=row.full_name,
+            text=text,
+            kind_text=kind_text(row.kind),
+        ) from None
     check_value(row, value)
     return value
 

@@ -64,14 +64,22 @@ def require_endpoint(text: str, named: str) -> str:
         parts = urlsplit(text)
         if "@" in parts.netloc:
             raise BucketError(
-                f"{named}: it holds the keys before its '@', which would be printed and written down; expected the "
-                f"address alone, {parts.scheme}://{parts.netloc.rpartition('@')[2]}. {WHERE_KEYS_ARE}"
+                "{named}: it holds the keys before its '@', which would be printed and written down; expected the "
+                "address alone, {scheme}://{rpartition}. {where_keys_are}",
+                named=named,
+                scheme=parts.scheme,
+                rpartition=parts.netloc.rpartition("@")[2],
+                where_keys_are=WHERE_KEYS_ARE,
             )
         usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
     except ValueError:  # of a port
         usable = False
     if not usable:
-        raise BucketError(f"{named} {text!r}: is no address of a store; expected one such as http://localhost:9000.")
+        raise BucketError(
+            "{named} {text!r}: is no address of a store; expected one such as http://localhost:9000.",
+            named=named,
+            text=text,
+        )
     return text
 
 

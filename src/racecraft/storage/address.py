@@ -48,11 +48,12 @@ class Address:
         bucket, _, prefix = text.removeprefix(SCHEME).partition("/")
         if not text.startswith(SCHEME) or not _BUCKET.fullmatch(bucket):
             raise BucketError(
-                f"{text!r}: is no address of a bucket; expected s3://BUCKET/PREFIX, such as s3://models/fast-car-1."
+                "{text!r}: is no address of a bucket; expected s3://BUCKET/PREFIX, such as s3://models/fast-car-1.",
+                text=text,
             )
         prefix = prefix.rstrip("/")
         if prefix and (why := _why_hostile(prefix)):
-            raise BucketError(f"{text!r}: {why}; expected a prefix such as fast-car-1.")
+            raise BucketError("{text!r}: {why}; expected a prefix such as fast-car-1.", text=text, why=why)
         return cls(bucket, prefix)
 
     def __str__(self) -> str:
@@ -89,7 +90,9 @@ def file_of(folder: Path, name: str) -> Path:
         BucketError: It would be no file below that folder.
     """
     if why := _why_hostile(name):
-        raise BucketError(f"object {name!r}: {why}; nothing of it is written. Rename the object, or take it away.")
+        raise BucketError(
+            "object {name!r}: {why}; nothing of it is written. Rename the object, or take it away.", name=name, why=why
+        )
     return folder / name
 
 
@@ -108,21 +111,26 @@ def require_files(names: Iterable[str]) -> None:
         file_of(Path(), name)
         if (other := by_folded.setdefault(name.casefold(), name)) != name:
             raise BucketError(
-                f"objects {other!r} and {name!r}: differ in case only, and many disks take them for one file; "
-                "expected names that differ otherwise. Rename one of them."
+                "objects {other!r} and {name!r}: differ in case only, and many disks take them for one file; "
+                "expected names that differ otherwise. Rename one of them.",
+                other=other,
+                name=name,
             )
         for parent in PurePosixPath(name).parents:
             written = folders.setdefault(str(parent).casefold(), str(parent))
             if written != str(parent):
                 raise BucketError(
-                    f"objects below {written!r} and {str(parent)!r}: differ in case only, and many disks take them "
-                    "for one folder; expected names that differ otherwise. Rename one of them."
+                    "objects below {written!r} and {parent!r}: differ in case only, and many disks take them "
+                    "for one folder; expected names that differ otherwise. Rename one of them.",
+                    written=written,
+                    parent=str(parent),
                 )
     for folded in folders:
         if folded in by_folded:
             raise BucketError(
-                f"object {by_folded[folded]!r}: others lie below it as if it were a folder; a disk cannot hold both. "
-                "Rename it, or take it away."
+                "object {by_folded!r}: others lie below it as if it were a folder; a disk cannot hold both. "
+                "Rename it, or take it away.",
+                by_folded=by_folded[folded],
             )
 
 

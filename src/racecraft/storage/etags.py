@@ -34,7 +34,9 @@ def is_same(path: Path, size: int, etag: str) -> bool:
     except ValueError:
         return False
     except OSError as error:
-        raise UserInputError(f"{path}: cannot be read ({error.strerror}); expected a file to compare.") from error
+        raise UserInputError(
+            "{path}: cannot be read ({strerror}); expected a file to compare.", path=path, strerror=error.strerror
+        ) from error
 
 
 def md5_of(path: Path) -> str:

@@ -60,8 +60,10 @@ def noted_place(run: Path) -> Place | None:
         raise
     except (ValueError, KeyError, TypeError, OSError) as error:
         raise UserInputError(
-            f"{path}: damaged ({error}); expected what racecraft wrote. Take the file away: the run is then kept in no "
-            "bucket, until --mirror names one."
+            "{path}: damaged ({error}); expected what racecraft wrote. Take the file away: the run is then kept in no "
+            "bucket, until --mirror names one.",
+            path=path,
+            error=error,
         ) from error
 
 
@@ -70,6 +72,10 @@ def _require_no_keys(path: Path, noted: object) -> None:
     more = sorted(set(noted) - {"address", "installation", *_NAMED}) if isinstance(noted, dict) else []
     if more:
         raise BucketError(
-            f"{path}: holds '{more[0]}', which is not read there; expected address, installation, {', '.join(_NAMED)}. "
-            f"{WHERE_KEYS_ARE}"
+            "{path}: holds '{more}', which is not read there; expected address, installation, {named}. "
+            "{where_keys_are}",
+            path=path,
+            more=more[0],
+            named=", ".join(_NAMED),
+            where_keys_are=WHERE_KEYS_ARE,
         )

@@ -99,7 +99,7 @@ class ObjectStore:
             from botocore.config import Config
         except ImportError:
             raise MissingExtraError(
-                f"boto3 is not installed; expected it for buckets elsewhere. Run: {INSTALL}"
+                "boto3 is not installed; expected it for buckets elsewhere. Run: {install}", install=INSTALL
             ) from None
         self.access, self._attempts = access, attempts
         with self._letters(""):
@@ -165,7 +165,9 @@ class ObjectStore:
             with self._letters(bucket):
                 self._s3.upload_file(str(path), bucket, key, Config=self._transfers)
         except OSError as error:
-            raise UserInputError(f"{path}: cannot be read ({error.strerror}); expected a file to put.") from error
+            raise UserInputError(
+                "{path}: cannot be read ({strerror}); expected a file to put.", path=path, strerror=error.strerror
+            ) from error
 
     def get(self, bucket: str, key: str, told: StoredObject, path: Path) -> None:
         """Fetch an object into a file, which takes its place in one move when all of it has come.
@@ -183,8 +185,12 @@ class ObjectStore:
             if not is_same(part, told.size, told.etag) and not self._is_still(bucket, key, told, part):
                 part.unlink()
                 raise NetworkError(
-                    f"s3://{bucket}/{key}: what came is not the object of {told.size} bytes and ETag {told.etag}; "
-                    "expected an object that stays as it is meanwhile."
+                    "s3://{bucket}/{key}: what came is not the object of {size} bytes and ETag {etag}; "
+                    "expected an object that stays as it is meanwhile.",
+                    bucket=bucket,
+                    key=key,
+                    size=told.size,
+                    etag=told.etag,
                 )
             os.replace(part, path)
         except OSError as error:
@@ -210,8 +216,12 @@ class ObjectStore:
         """
         if not 1 <= seconds <= MAX_LINK_SECONDS:
             raise BucketError(
-                f"s3://{bucket}/{key}: a link of {seconds} s; expected 1 to {MAX_LINK_SECONDS} s, which is 7 days: "
-                "stores refuse an older signature. Make a new link then."
+                "s3://{bucket}/{key}: a link of {seconds} s; expected 1 to {max_link_seconds} s, which is 7 days: "
+                "stores refuse an older signature. Make a new link then.",
+                bucket=bucket,
+                key=key,
+                seconds=seconds,
+                max_link_seconds=MAX_LINK_SECONDS,
             )
         with self._letters(bucket):
             asked = {"Bucket": bucket, "Key": key}
@@ -272,39 +282,76 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
     kind = type(error).__name__
     if kind in ("ProfileNotFound", "NoCredentialsError", "PartialCredentialsError", "CredentialRetrievalError"):
         return BucketError(
-            f"{where}: who asks is not known ({_short(error)}); expected the keys of an account of it. {WHERE_KEYS_ARE}"
+            "{where}: who asks is not known ({short}); expected the keys of an account of it. {where_keys_are}",
+            where=where,
+            short=_short(error),
+            where_keys_are=WHERE_KEYS_ARE,
         )
     if kind == "NoRegionError":
-        return BucketError(f"{where}: no region is known; expected --region, AWS_REGION or DR_AWS_APP_REGION.")
+        return BucketError(
+            "{where}: no region is known; expected --region, AWS_REGION or DR_AWS_APP_REGION.", where=where
+        )
     if code == "NoSuchBucket":
         return NoSuchObjectError(
-            f"{place}: there is no such bucket at {where}; expected one that stands. `racecraft bucket "
-            f"list{access.words}` names those that do."
+            "{place}: there is no such bucket at {where}; expected one that stands. `racecraft bucket "
+            "list{words}` names those that do.",
+            place=place,
+            where=where,
+            words=access.words,
         )
     if code in _SIGNED_WRONG:
         return BucketError(
-            f"{place}: {where} does not take the keys ({code}); expected those of an account of it. "
-            f"Look at this machine's clock, too. {WHERE_KEYS_ARE}"
+            "{place}: {where} does not take the keys ({code}); expected those of an account of it. "
+            "Look at this machine's clock, too. {where_keys_are}",
+            place=place,
+            where=where,
+            code=code,
+            where_keys_are=WHERE_KEYS_ARE,
         )
     if status == 403 or code == "AccessDenied":
         return BucketError(
-            f"{place}: {where} refuses it ({code if code not in ('', '403') else 'forbidden'}); expected the right to "
-            "list, read and write there. Look at the profile and at the bucket's policy."
+            "{place}: {where} refuses it ({note}); expected the right to "
+            "list, read and write there. Look at the profile and at the bucket's policy.",
+            place=place,
+            where=where,
+            note=code if code not in ("", "403") else "forbidden",
         )
     if status == 501 or code == "NotImplemented":
         return UnknownRequestError(
-            f"{place}: {where} does not know what it was asked for ({_short(error)}); expected one that does. What is "
-            "asked of a store stands in docs/racing/buckets.md."
+            "{place}: {where} does not know what it was asked for ({short}); expected one that does. What is "
+            "asked of a store stands in docs/racing/buckets.md.",
+            place=place,
+            where=where,
+            short=_short(error),
         )
     if status >= 500 or status == 429 or code in _BUSY:
-        return NetworkError(f"{place}: {where} cannot answer just now ({code or status}); expected an answer.")
+        return NetworkError(
+            "{place}: {where} cannot answer just now ({code}); expected an answer.",
+            place=place,
+            where=where,
+            code=code or status,
+        )
     if status == 404:
-        return NoSuchObjectError(f"{place}: there is no such object; expected one that stands.")
+        return NoSuchObjectError("{place}: there is no such object; expected one that stands.", place=place)
     if status == 412:
-        return NetworkError(f"{place}: an object was changed while it was read; expected it to stay as it is.")
+        return NetworkError(
+            "{place}: an object was changed while it was read; expected it to stay as it is.", place=place
+        )
     if response:
-        return BucketError(f"{place}: {where} refuses it ({code or status}: {_short(error)}); expected it to be done.")
-    return NetworkError(f"{place}: {where} does not answer ({kind}: {_short(error)}); expected a store there.")
+        return BucketError(
+            "{place}: {where} refuses it ({code}: {short}); expected it to be done.",
+            place=place,
+            where=where,
+            code=code or status,
+            short=_short(error),
+        )
+    return NetworkError(
+        "{place}: {where} does not answer ({kind}: {short}); expected a store there.",
+        place=place,
+        where=where,
+        kind=kind,
+        short=_short(error),
+    )
 
 
 def _short(error: Exception) -> str:

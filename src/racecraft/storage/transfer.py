@@ -68,7 +68,9 @@ def push(
     files = {source.name: source} if source.is_file() else files_below(source)
     if not files:
         what = "holds no files" if source.is_dir() else "there is no such folder or file"
-        raise UserInputError(f"{source}: {what}; expected what is to be put into {target}.")
+        raise UserInputError(
+            "{source}: {what}; expected what is to be put into {target}.", source=source, what=what, target=target
+        )
     require_files(files)
     there = store.listed(target)
     mover = _Mover(len(files), dry_run, say, f"from {source} to {target}")
@@ -112,7 +114,9 @@ def pull(
     names = [name for name in found if chosen(name) and PurePosixPath(name).name not in PASSED_OVER]
     wanted = {name: found[name][1] for name in names}
     if not wanted:
-        raise BucketError(f"{source}: there is nothing; expected a prefix that holds objects, or an object.")
+        raise BucketError(
+            "{source}: there is nothing; expected a prefix that holds objects, or an object.", source=source
+        )
     require_files(wanted)
     if target.is_dir() and (target / LOCK).exists():
         RunFolder(target).lock().release()  # refused while somebody trains there
@@ -181,7 +185,7 @@ class _Mover:
             except NetworkError as error:
                 stand = self._skipped + len(self._moved)
                 far = f"On the way {self._way}, {stand} of {self._total} stand; the same command goes on from there."
-                raise NetworkError(f"{error} {far}") from error
+                raise NetworkError("{error} {far}", error=error, far=far) from error
         self._moved.append(name)
         self._bytes += size
 

@@ -30,7 +30,9 @@ def record_run(
     policy = load_policy(run)
     if policy.spec.policies:
         raise SettingError(
-            f"{run} holds {len(policy.spec.policies)} policies, one for each group of agents; expected a run of one."
+            "{run} holds {count} policies, one for each group of agents; expected a run of one.",
+            run=run,
+            count=len(policy.spec.policies),
         )
     kind = policy.run.read_job()["kind"]
     module = training_in(kind)

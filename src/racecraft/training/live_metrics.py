@@ -70,7 +70,9 @@ class LiveMetrics(Collector):
 
     def __init__(self, port: int, model: str) -> None:
         if not 0 <= port <= HIGHEST_PORT:
-            raise LiveMetricsError(f"--metrics-port is {port}; expected 0 to {HIGHEST_PORT}.")
+            raise LiveMetricsError(
+                "--metrics-port is {port}; expected 0 to {highest_port}.", port=port, highest_port=HIGHEST_PORT
+            )
         self._labels = {"model": model, "worker": "0"}
         self._status_labels: Mapping[str, str] = {}
         self._values: dict[str, float] = {"racecraft_training_running": 0.0}
@@ -85,8 +87,11 @@ class LiveMetrics(Collector):
             self._server, self._thread = start_http_server(port, HOST, self.registry)
         except OSError as error:
             raise LiveMetricsError(
-                f"--metrics-port {port} cannot be opened on {HOST} ({error.strerror or error}); expected a free port. "
-                "Choose another; 0 takes any."
+                "--metrics-port {port} cannot be opened on {host} ({strerror}); expected a free port. "
+                "Choose another; 0 takes any.",
+                port=port,
+                host=HOST,
+                strerror=error.strerror or error,
             ) from error
         self.port = int(self._server.server_address[1])
 

@@ -201,8 +201,9 @@ def tracking_uri(address: str, folder: Path) -> str:
         return os.environ.get("MLFLOW_TRACKING_URI") or beside
     if not address.startswith(ADDRESSES):
         raise SettingError(
-            f"runtime.mlflow={address}: no address of MLflow; expected true, http://HOST:PORT or sqlite:///FILE. "
-            "(Its folders of files are no longer kept up by MLflow itself.)"
+            "runtime.mlflow={address}: no address of MLflow; expected true, http://HOST:PORT or sqlite:///FILE. "
+            "(Its folders of files are no longer kept up by MLflow itself.)",
+            address=address,
         )
     return address
 
@@ -220,8 +221,9 @@ def client_class(address: str) -> Any:
         from mlflow.tracking import MlflowClient
     except ImportError as cause:
         raise MissingExtraError(
-            f"runtime.mlflow={address} needs the package 'mlflow-skinny', which is not installed. "
-            "pip install 'racecraft[mlflow]'"
+            "runtime.mlflow={address} needs the package 'mlflow-skinny', which is not installed. "
+            "pip install 'racecraft[mlflow]'",
+            address=address,
         ) from cause
     return MlflowClient
 

@@ -103,8 +103,9 @@ def tell_resumed(iteration: int, why_anew: str, say: Say) -> None:
 def _require_known(run: RunFolder, loop: Mapping[str, Any]) -> None:
     if "solved_in_a_row" not in loop:
         raise RunFolderError(
-            f"{run.path}: its trainer state was written by an older racecraft, in another order; expected one of this "
-            f"version. Begin a new run with its weights: --from {run.path}:last."
+            "{path}: its trainer state was written by an older racecraft, in another order; expected one of this "
+            "version. Begin a new run with its weights: --from {path}:last.",
+            path=run.path,
         )
 
 

@@ -109,13 +109,15 @@ def share_done(stops: Iterable[StopCondition], progress: Progress) -> float | No
 def _parse(text: str, known: Mapping[str, str]) -> StopCondition:
     kind, equals, amount = text.strip().partition("=")
     if kind not in KINDS:
-        raise SettingError(f"--stop {text!r} is no stop. {nearest(kind, known)}")
+        raise SettingError("--stop {text!r} is no stop. {hint}", text=text, hint=nearest(kind, known))
     if kind not in known:
-        raise SettingError(f"--stop {text!r} can never hold here; expected {', '.join(known)}.")
+        raise SettingError("--stop {text!r} can never hold here; expected {known}.", text=text, known=", ".join(known))
     if kind in BARE:
         if equals:
             raise SettingError(
-                f"--stop {text!r}: {kind} takes no amount; evaluation.stable_after says how many in a row."
+                "--stop {text!r}: {kind} takes no amount; evaluation.stable_after says how many in a row.",
+                text=text,
+                kind=kind,
             )
         return StopCondition(kind)
     try:
@@ -124,7 +126,12 @@ def _parse(text: str, known: Mapping[str, str]) -> StopCondition:
         value = float("nan")
     is_legal, number = _AMOUNTS.get(kind, _POSITIVE)
     if not is_legal(value):
-        raise SettingError(f"--stop {text!r}: expected {number} after '{kind}=', such as {kind}=10.")
+        raise SettingError(
+            "--stop {text!r}: expected {number} after '{kind}=', such as {kind}=10.",
+            text=text,
+            number=number,
+            kind=kind,
+        )
     return StopCondition(kind, value)
 
 

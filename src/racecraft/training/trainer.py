@@ -365,9 +365,13 @@ def weights_to_begin_with(
         there = weights[name].shape if name in weights else "absent"
         if here != there:
             raise RunFolderError(
-                f"{path}: its network is of another shape ({name} is {there} there and {here} here); expected the "
+                "{path}: its network is of another shape ({name} is {there} there and {here} here); expected the "
                 "same algorithm, observations, actions and network settings. Give --set network.… as it was, or train "
-                "afresh."
+                "afresh.",
+                path=path,
+                name=name,
+                there=there,
+                here=here,
             )
     return weights, (*notes, *more, *metadata.get(IMPORTED, ()))
 

@@ -25,7 +25,9 @@ def port_error(host: str, port: int, error: OSError | OverflowError) -> PortErro
     127.0.0.1:8000: cannot be listened on (Address already in use); choose another --port.
     """
     why = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-    return PortError(f"{host}:{port}: cannot be listened on ({why}); choose another --port.")
+    return PortError(
+        "{host}:{port}: cannot be listened on ({why}); choose another --port.", host=host, port=port, why=why
+    )
 
 
 def is_free(port: int, host: str = LOOPBACK) -> bool:
@@ -61,7 +63,9 @@ def choose_port(asked: int | None, usual: int) -> tuple[int, str]:
     free = next_free(port) if 0 < port < 65536 else None
     if asked is not None or free is None:
         offer = f"--port {free} is free" if free else "choose another --port, such as 0 for any free one"
-        raise PortError(f"{LOOPBACK}:{port}: is taken or not allowed; {offer}.")
+        raise PortError(
+            "{loopback}:{port}: is taken or not allowed; {offer}.", loopback=LOOPBACK, port=port, offer=offer
+        )
     return free, f"port {usual} is taken; the page stands on {free}"
 
 

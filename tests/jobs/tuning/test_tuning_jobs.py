@@ -90,11 +90,11 @@ def test_a_database_that_is_damaged_or_full_is_a_letter(home, tmp_path, monkeypa
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "study.sqlite").write_bytes(b"this is no database, and it is longer than a header" * 9)
     asked = ["--param", "ppo.epochs=1..2", "gym", "train", "CartPole-v1", *TINY]
-    for where, cure in (("--run", "Give another --run"), ("--from", "or put a sound file there")):
+    for where, hint in (("--run", "Give another --run"), ("--from", "or put a sound file there")):
         done = CliRunner().invoke(app, ["tune", where, "there", *asked])
         assert isinstance(done.exception, TuningError)
         assert "there/study.sqlite: file is not a database" in str(done.exception)
-        assert cure in str(done.exception)
+        assert hint in str(done.exception)
 
     def full(*_, **__):
         try:

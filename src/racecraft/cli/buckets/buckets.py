@@ -120,7 +120,7 @@ def list_(
     place = Address.parse(address)
     found = way.open(place).listed(place)
     if not found and place.prefix:
-        raise BucketError(f"{place}: there is nothing; expected a prefix that holds objects.")
+        raise BucketError("{place}: there is nothing; expected a prefix that holds objects.", place=place)
     if json:
         print_json({"objects": {name: {"size": told.size, "etag": told.etag} for name, told in found.items()}})
         return
@@ -145,7 +145,7 @@ def link(
     place = Address.parse(address)
     store = way.open(place)
     if not place.prefix or store.find(place.bucket, place.prefix) is None:
-        raise BucketError(f"{place}: there is no such object; expected the key of one.")
+        raise BucketError("{place}: there is no such object; expected the key of one.", place=place)
     url = store.link(place.bucket, place.prefix, round(hours * 3600))
     if json:
         print_json({"url": url})
@@ -204,7 +204,7 @@ def _folders(folder: Path) -> dict[str, Path]:
     if installation is None:
         path = folder.resolve()
         if not path.is_dir() or not path.name:
-            raise UserInputError(f"{folder}: there is no such folder; expected one to serve as a bucket.")
+            raise UserInputError("{folder}: there is no such folder; expected one to serve as a bucket.", folder=folder)
         return {path.name: path}
     found = installation.folders()
     for path in found.values():

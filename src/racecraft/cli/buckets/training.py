@@ -160,8 +160,10 @@ def _require_room(store: ObjectStore, place: Place, run: Path | None, tell: Tell
     is_ours = run is not None and (told is None or is_same(run / JOB, told.size, told.etag))
     if found and not is_ours:
         raise BucketError(
-            f"{place.address}: holds {len(found)} objects already; expected a free prefix for this run. Give another "
-            "one (DR_LOCAL_S3_MODEL_PREFIX, --mirror)."
+            "{address}: holds {count} objects already; expected a free prefix for this run. Give another "
+            "one (DR_LOCAL_S3_MODEL_PREFIX, --mirror).",
+            address=place.address,
+            count=len(found),
         )
 
 

@@ -74,7 +74,9 @@ def submit_training(
     if goes_on and run is not None:
         RunFolder.open(run)
     elif run is not None and (run / JOB).exists():
-        raise RunFolderError(f"{run}: a run stands here already; expected a new place. Give another, or --resume.")
+        raise RunFolderError(
+            "{run}: a run stands here already; expected a new place. Give another, or --resume.", run=run
+        )
 
     def spec(name: str) -> JobSpec | None:
         place = run or Path("runs", name)

@@ -247,7 +247,11 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
     commands = sorted(commands_of_worlds() | set(COMMANDS) - {"jobs"})
     if words[0] not in commands:
         known = nearest(words[0], commands)
-        raise SettingError(f"'{words[0]}' cannot be a job. {known} Options of `jobs run` itself stand before it.")
+        raise SettingError(
+            "'{words}' cannot be a job. {known} Options of `jobs run` itself stand before it.",
+            words=words[0],
+            known=known,
+        )
     behind = next((at + 1 for at, word in enumerate(words[:2]) if word == "train"), 0)
     if behind:
         rest, run = _without_run(words[behind:])

@@ -44,9 +44,9 @@ def sandbox(
     for word in parameter or ():
         key, equals, value = word.partition("=")
         if not equals or not key:
-            raise SettingError(f"--parameter {word}: no value; expected KEY=VALUE.")
+            raise SettingError("--parameter {word}: no value; expected KEY=VALUE.", word=word)
         if key in given:
-            raise SettingError(f"--parameter {key}: given twice; expected it once.")
+            raise SettingError("--parameter {key}: given twice; expected it once.", key=key)
         given[key] = value
     planned = plan(template, given, stack_name, region or REGION)
     made = make(planned, folder or Path(planned.name), JobPaths.of_user())

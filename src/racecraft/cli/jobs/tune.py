@@ -87,7 +87,7 @@ class Choice:
 
         if aim.last and self.pruner not in (None, "none"):
             raise SettingError(
-                f"--last gives nothing up early, and --pruner {self.pruner} would; expected one of them."
+                "--last gives nothing up early, and --pruner {pruner} would; expected one of them.", pruner=self.pruner
             )
         return self.pruner or ("none" if aim.last else "median")
 
@@ -213,7 +213,7 @@ def _refuse_given(context: typer.Context, names: tuple[str, ...], because: str) 
     for name in names:
         source = context.get_parameter_source(name)
         if source is not None and source.name == "COMMANDLINE":
-            raise SettingError(f"--{name.strip('_')}: {because}; expected it left out.")
+            raise SettingError("--{name}: {because}; expected it left out.", name=name.strip("_"), because=because)
 
 
 def _next_folder(place: Path) -> Path:

@@ -45,7 +45,7 @@ def export(
         racecraft export runs/reinvent_base-1:laptime --to onnx --output policy.onnx
     """
     if to not in TARGETS:
-        raise SettingError(f"--to {to!r} is not known. {nearest(to, TARGETS)}")
+        raise SettingError("--to {to!r} is not known. {hint}", to=to, hint=nearest(to, TARGETS))
     export_run(*named_run(run, checkpoint), to, output, check, json)
 
 

@@ -60,4 +60,4 @@ def refuse_words(kind: str, words: Mapping[str, Any]) -> None:
     """
     for option, value in words.items():
         if value is not None:
-            raise SettingError(f"{option} says nothing of a {kind} run; expected it left out.")
+            raise SettingError("{option} says nothing of a {kind} run; expected it left out.", option=option, kind=kind)

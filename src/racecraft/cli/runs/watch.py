@@ -92,8 +92,8 @@ def serve(run: Path, port: int | None, tell: Callable[[str], None]) -> tuple[Cal
         PortError: The port asked for cannot be listened on.
     """
     from racecraft.formats.run_folder import RunFolder
-    from racecraft.web.ports import choose_port
     from racecraft.serving.watch_server import WatchServer
+    from racecraft.web.ports import choose_port
 
     if hasattr(os, "nice"):
         os.nice(BEHIND)

@@ -40,8 +40,8 @@ def watched(
     if not wanted:
         yield callback
         return
-    from racecraft.web.ports import choose_port
     from racecraft.training.callbacks import Callbacks
+    from racecraft.web.ports import choose_port
 
     port, note = choose_port(None, PORT)
     if note:

@@ -52,7 +52,7 @@ def require_understood(words: Sequence[str], parameters: Mapping[str, Parameter]
     corners = [{name: _ends(one)[at] for name, one in parameters.items()} for at in (0, 1)]
     letter = _refusal(words, corners[0])
     if letter and _refusal(words, corners[1]):
-        raise SettingError(f"no trial could be begun: {letter}")
+        raise SettingError("no trial could be begun: {letter}", letter=letter)
 
 
 def _ends(parameter: Parameter) -> tuple[Any, Any]:

@@ -78,8 +78,11 @@ def train(
         record = _round(folder, record, number, launch, parallel, told)
         if all(one.state == FAILED for one in record.of_round(number)):
             raise TuningError(
-                f"every member of round {number} failed. Last: {record.of_round(number)[-1].note}; "
-                f"{folder} holds their runs, and `racecraft jobs logs` says what they said."
+                "every member of round {number} failed. Last: {note}; "
+                "{folder} holds their runs, and `racecraft jobs logs` says what they said.",
+                number=number,
+                note=record.of_round(number)[-1].note,
+                folder=folder,
             )
     return record
 
@@ -91,7 +94,11 @@ def check_population(size: int, rounds: int) -> None:
         SettingError: Too few members or rounds.
     """
     if size < 2 or rounds < 2:
-        raise SettingError(f"{size} members, {rounds} rounds; expected at least 2 of each: who is worse takes over.")
+        raise SettingError(
+            "{size} members, {rounds} rounds; expected at least 2 of each: who is worse takes over.",
+            size=size,
+            rounds=rounds,
+        )
 
 
 def first_values(parameters: Mapping[str, Parameter], rng: np.random.Generator) -> dict[str, Any]:
@@ -116,8 +123,12 @@ def _begun(folder: Path, record: PopulationRecord) -> PopulationRecord:
         return record
     if replace(there, members=(), rounds=record.rounds) != record:
         raise TuningError(
-            f"{folder}: another population lies here ({there.size} members of {' '.join(there.command)} over "
-            f"{', '.join(there.parameters)}); expected the same, to go on with it, or more rounds. Give another --run."
+            "{folder}: another population lies here ({size} members of {command} over "
+            "{parameters}); expected the same, to go on with it, or more rounds. Give another --run.",
+            folder=folder,
+            size=there.size,
+            command=" ".join(there.command),
+            parameters=", ".join(there.parameters),
         )
     return replace(there, rounds=max(there.rounds, record.rounds))
 

@@ -100,14 +100,17 @@ def check_round(words: Sequence[str], parameters: Mapping[str, Parameter]) -> No
     stops = [word.removeprefix("--stop=") for word in words if word.startswith("--stop=")]
     if not any(stop.partition("=")[0] in ADDING_UP for stop in stops):
         raise SettingError(
-            f"a round needs a --stop of {', '.join(ADDING_UP)}; found {', '.join(stops)}. Expected one, such as "
-            "--stop minutes=1: as much is trained in every round."
+            "a round needs a --stop of {adding_up}; found {stops}. Expected one, such as "
+            "--stop minutes=1: as much is trained in every round.",
+            adding_up=", ".join(ADDING_UP),
+            stops=", ".join(stops),
         )
     for name in parameters:
         if name.startswith(FIXED):
             raise SettingError(
-                f"--param {name}: a member takes over another's weights, which hang on it; expected settings that may "
-                "change in the middle of a training, such as ppo.learning_rate. The other samplers vary any."
+                "--param {name}: a member takes over another's weights, which hang on it; expected settings that may "
+                "change in the middle of a training, such as ppo.learning_rate. The other samplers vary any.",
+                name=name,
             )
 
 

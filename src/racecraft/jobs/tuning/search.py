@@ -120,4 +120,9 @@ def _require_hope(study: Study) -> None:
     """Raise where nothing but failures has come: what was asked for cannot be trained."""
     ended = [one for one in _tried(study) if one.state != RUNNING and one.note != BROKEN_OFF]
     if len(ended) >= 2 and all(one.state == FAILED for one in ended):
-        raise TuningError(f"The first {len(ended)} trials failed. Number {ended[-1].number}: {ended[-1].note}")
+        raise TuningError(
+            "The first {count} trials failed. Number {number}: {note}",
+            count=len(ended),
+            number=ended[-1].number,
+            note=ended[-1].note,
+        )

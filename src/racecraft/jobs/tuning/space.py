@@ -58,7 +58,9 @@ class IntegerParameter:
     def __post_init__(self) -> None:
         _check(self.min_value, self.max_value, self.scaling_type)
         if int(self.min_value) != self.min_value or int(self.max_value) != self.max_value:
-            raise SettingError(f"{self.min_value}..{self.max_value}: expected whole numbers.")
+            raise SettingError(
+                "{min_value}..{max_value}: expected whole numbers.", min_value=self.min_value, max_value=self.max_value
+            )
 
     @property
     def is_log(self) -> bool:
@@ -100,18 +102,18 @@ def read_parameter(text: str) -> tuple[str, Parameter]:
     """
     name, sign, range_text = text.partition("=")
     if not sign or not name.strip() or not range_text.strip():
-        raise SettingError(f"--param {text}: {_EXPECTED}")
+        raise SettingError("--param {text}: {expected}", text=text, expected=_EXPECTED)
     name, range_text = name.strip(), range_text.strip()
     if ".." not in range_text:
         return name, CategoricalParameter(tuple(one.strip() for one in range_text.split(",") if one.strip()))
     bounds, _, scale = range_text.partition(":")
     if scale not in ("", LOG):
-        raise SettingError(f"--param {text}: no scale '{scale}'; {_EXPECTED}")
+        raise SettingError("--param {text}: no scale '{scale}'; {expected}", text=text, scale=scale, expected=_EXPECTED)
     ends = [one.strip() for one in bounds.split("..")]
     try:
         low, high = (float(one) for one in ends)
     except ValueError:
-        raise SettingError(f"--param {text}: {_EXPECTED}") from None
+        raise SettingError("--param {text}: {expected}", text=text, expected=_EXPECTED) from None
     scaling = "Logarithmic" if scale else "Auto"
     if all(_WHOLE.fullmatch(one) for one in ends):
         return name, IntegerParameter(int(low), int(high), scaling)
@@ -132,8 +134,10 @@ _EXPECTED = "expected NAME=LOW..HIGH, NAME=LOW..HIGH:log or NAME=ONE,OTHER, such
 
 def _check(low: float, high: float, scale: str) -> None:
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise SettingError(f"{low:g}..{high:g} is no range; expected two numbers, the lesser first.")
+        raise SettingError("{low:g}..{high:g} is no range; expected two numbers, the lesser first.", low=low, high=high)
     if scale not in SCALES:
-        raise SettingError(f"scaling_type {scale!r}; expected one of {', '.join(SCALES)}.")
+        raise SettingError("scaling_type {scale!r}; expected one of {scales}.", scale=scale, scales=", ".join(SCALES))
     if scale == "Logarithmic" and low <= 0:
-        raise SettingError(f"{low:g}..{high:g} on a logarithmic scale; expected a lower end above 0.")
+        raise SettingError(
+            "{low:g}..{high:g} on a logarithmic scale; expected a lower end above 0.", low=low, high=high
+        )

@@ -63,10 +63,13 @@ def database_letters(folder: Path) -> Iterator[None]:
             first = first.__cause__ or first.__context__
         if first is None:
             raise
-        cure = "Free some space" if "full" in str(first) else "Give another --run, or put a sound file there"
+        hint = "Free some space" if "full" in str(first) else "Give another --run, or put a sound file there"
         raise TuningError(
-            f"{folder / FILE}: {first}; expected a search's database that can be read and written. {cure} and run the "
-            "same command again."
+            "{folder}: {first}; expected a search's database that can be read and written. {hint} and run the "
+            "same command again.",
+            folder=folder / FILE,
+            first=first,
+            hint=hint,
         ) from error
 
 
@@ -84,7 +87,13 @@ def check_choices(sampler: str, pruner: str, *other_samplers: str) -> None:
     samplers = (*SAMPLERS, *other_samplers)
     for chosen, known, option in ((sampler, samplers, "sampler"), (pruner, tuple(PRUNERS), "pruner")):
         if chosen not in known:
-            raise SettingError(f"no {option} '{chosen}'; expected one of {', '.join(known)}. {nearest(chosen, known)}")
+            raise SettingError(
+                "no {option} '{chosen}'; expected one of {known}. {hint}",
+                option=option,
+                chosen=chosen,
+                known=", ".join(known),
+                hint=nearest(chosen, known),
+            )
 
 
 def require_search(folder: Path) -> None:
@@ -94,7 +103,9 @@ def require_search(folder: Path) -> None:
         TuningError: No search lies there.
     """
     if not (folder / FILE).is_file():
-        raise TuningError(f"{folder}: holds no {FILE}; expected the folder of an earlier `racecraft tune`.")
+        raise TuningError(
+            "{folder}: holds no {file}; expected the folder of an earlier `racecraft tune`.", folder=folder, file=FILE
+        )
 
 
 class Study:
@@ -227,8 +238,10 @@ class Study:
             self._study.set_user_attr("parameters", mine)
         elif known != mine or self._study.direction.name.lower() != direction:
             raise TuningError(
-                f"{folder}: a search over {', '.join(known)} lies here already, with other bounds or another aim; "
-                "expected the same, to go on with it. Give another --run, and --from to begin with what it found."
+                "{folder}: a search over {known} lies here already, with other bounds or another aim; "
+                "expected the same, to go on with it. Give another --run, and --from to begin with what it found.",
+                folder=folder,
+                known=", ".join(known),
             )
 
 
@@ -266,7 +279,7 @@ def _grid(parameters: Mapping[str, Parameter]) -> list[dict[str, Any]]:
     """Return every combination of values."""
     for name, one in parameters.items():
         if not isinstance(one, CategoricalParameter):
-            raise SettingError(f"{name} is a range, and a grid has values; expected {name}=ONE,OTHER,….")
+            raise SettingError("{name} is a range, and a grid has values; expected {name}=ONE,OTHER,….", name=name)
     values = [one.values for one in parameters.values() if isinstance(one, CategoricalParameter)]
     return [dict(zip(parameters, chosen, strict=True)) for chosen in itertools.product(*values)]
 

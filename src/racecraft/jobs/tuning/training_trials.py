@@ -152,7 +152,9 @@ def column_of(path: Path, name: str) -> list[tuple[int, float]]:
             figures = [column for column, value in row.items() if isinstance(value, int | float | None)]
             hint = nearest(name, figures)
             hint = f" {hint}" if hint.startswith("Did") else ""  # otherwise it names them all, as is done here
-            raise SettingError(f"--objective {name}: expected one of {', '.join(figures)}.{hint}")
+            raise SettingError(
+                "--objective {name}: expected one of {figures}.{hint}", name=name, figures=", ".join(figures), hint=hint
+            )
         if isinstance(row[name], int | float) and math.isfinite(row[name]):
             found.append((int(row["iteration"]), float(row[name])))
     return found
@@ -168,11 +170,12 @@ def check_command(words: Sequence[str]) -> tuple[str, ...]:
     verb, rest = split_verb(words)
     if verb[-1] != "train":
         raise SettingError(
-            f"'{' '.join(words)}' trains nothing; expected a training command, such as gym train Pendulum-v1."
+            "'{words}' trains nothing; expected a training command, such as gym train Pendulum-v1.",
+            words=" ".join(words),
         )
     for taken in ("--run", "--resume", "--detach"):
         if any(word.partition("=")[0] == taken for word in rest):
-            raise SettingError(f"{taken}: every trial has a run of its own; expected it left out.")
+            raise SettingError("{taken}: every trial has a run of its own; expected it left out.", taken=taken)
     if not any(word.partition("=")[0] == "--stop" for word in rest):
         raise SettingError(
             "the command has no --stop; expected one, such as --stop minutes=2, so that every trial ends alike."

@@ -31,7 +31,11 @@ class WarmStartConfig:
     def __init__(self, warm_start_type: WarmStartTypes, parents: Collection[str]) -> None:
         if not isinstance(warm_start_type, WarmStartTypes):
             known = ", ".join(f"WarmStartTypes.{one.name}" for one in WarmStartTypes)
-            raise SettingError(f"warm_start_type is {warm_start_type!r}; expected one of {known}.")
+            raise SettingError(
+                "warm_start_type is {warm_start_type!r}; expected one of {known}.",
+                warm_start_type=warm_start_type,
+                known=known,
+            )
         if not parents:
             raise SettingError("WarmStartConfig has no parents; expected the names of one or more earlier searches.")
         self.type = warm_start_type

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from typing import Any, NoReturn, Protocol
 
 from racecraft.contract.errors import UserInputError, nearest
+from racecraft.contract.message import Message
 from racecraft.sagemaker.cloudformation.source import At
 from racecraft.sagemaker.cloudformation.template import Template
 
@@ -146,17 +147,32 @@ class Functions:
         names = [self.text(part, (*at, str(place))) for place, part in enumerate(self._parts(inside, 3, at))]
         rows = self._template.mappings.get(names[0])
         if rows is None:
-            self._refuse((*at, "0"), f"'{names[0]}'", "a mapping", nearest(names[0], self._template.mappings))
+            self._refuse(
+                (*at, "0"),
+                Message("'{names}'", names=names[0]),
+                "a mapping",
+                nearest(names[0], self._template.mappings),
+            )
         row = rows.get(names[1])
         if row is None and names[1] == self._parameters["AWS::Region"] and STAND_IN_REGION in rows:
             row = rows[STAND_IN_REGION]
             note = f"mapping {names[0]} has no region '{names[1]}'; its row {STAND_IN_REGION} is taken"
             self.notes += [] if note in self.notes else [note]
         if row is None:
-            self._refuse((*at, "1"), f"'{names[1]}'", f"a row of {names[0]}", nearest(names[1], rows))
+            self._refuse(
+                (*at, "1"),
+                Message("'{names}'", names=names[1]),
+                Message("a row of {names}", names=names[0]),
+                nearest(names[1], rows),
+            )
         columns = row if isinstance(row, dict) else {}
         if names[2] not in columns:
-            self._refuse((*at, "2"), f"'{names[2]}'", f"a column of {names[0]}", nearest(names[2], columns))
+            self._refuse(
+                (*at, "2"),
+                Message("'{names}'", names=names[2]),
+                Message("a column of {names}", names=names[0]),
+                nearest(names[2], columns),
+            )
         return columns[names[2]]
 
     def _if(self, inside: Any, at: At) -> Any:
@@ -182,7 +198,7 @@ class Functions:
 
     def _not_here(self, inside: Any, at: At) -> Any:
         place = f"{self._template.path}:{self._template.source.line(at)}"
-        raise NotHereError(f"{place}: {at[-1]} is not here")
+        raise NotHereError("{place}: {at} is not here", place=place, at=at[-1])
 
     def _truth(self, told: Any, at: At) -> bool:
         worked = self.value(told, at)
@@ -192,7 +208,7 @@ class Functions:
 
     def _parts(self, inside: Any, count: int, at: At) -> list[Any]:
         if not isinstance(inside, list) or len(inside) != count:
-            self._refuse(at, _kind(inside), f"a list of {count}")
+            self._refuse(at, _kind(inside), Message("a list of {count}", count=count))
         return list(inside)
 
     def _name(self, inside: Any, at: At) -> str:
@@ -200,8 +216,8 @@ class Functions:
             self._refuse(at, _kind(inside), "a name")
         return str(inside)
 
-    def _refuse(self, at: At, found: str, expected: str, cure: str = "") -> NoReturn:
-        self._template.source.refuse(at, found, expected, cure)
+    def _refuse(self, at: At, found: str | Message, expected: str | Message, hint: str | Message = "") -> NoReturn:
+        self._template.source.refuse(at, found, expected, hint)
 
 
 _NOT_HERE = (

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from racecraft.contract.errors import UserInputError, nearest
+from racecraft.contract.message import Message
 from racecraft.sagemaker.cloudformation.source import At
 from racecraft.sagemaker.cloudformation.template import Template
 
@@ -33,12 +34,17 @@ def settled(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
     for name in given:
         if name not in template.parameters:
             known = nearest(name, template.parameters) if template.parameters else "It has none."
-            raise ParameterError(f"--parameter {name}: {template.path} has no such parameter. {known}")
+            raise ParameterError(
+                "--parameter {name}: {path} has no such parameter. {known}", name=name, path=template.path, known=known
+            )
     missing = [name for name, said in template.parameters.items() if name not in given and "Default" not in said]
     if missing:
         words = " ".join(f"--parameter {name}=…" for name in missing)
         raise ParameterError(
-            f"{template.path}: {', '.join(missing)}: no value and no default; expected one for each. Add {words}"
+            "{path}: {missing}: no value and no default; expected one for each. Add {words}",
+            path=template.path,
+            missing=", ".join(missing),
+            words=words,
         )
     return {name: _value(template, name, said, given) for name, said in template.parameters.items()}
 
@@ -81,4 +87,4 @@ def _refusal(template: Template, name: str, said: Mapping[str, Any], value: str,
     shown_value = HIDDEN if said.get("NoEcho") == "true" else repr(value)
     why = str(said.get("ConstraintDescription") or "").strip()
     letter = f"{template.path}: parameter {name} is {shown_value}; expected {expected}. Give --parameter {name}=…"
-    return ParameterError(f"{letter} ({why})" if why else letter)
+    return ParameterError(Message("{letter} ({why})", letter=letter, why=why) if why else letter)

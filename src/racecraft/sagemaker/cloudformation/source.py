@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.contract.message import Message
 
 At = tuple[str, ...]
 """Where something stands: keys and list places from the top."""
@@ -51,13 +52,13 @@ class Source:
                 return self.lines[at[:length]]
         return None
 
-    def refuse(self, at: At, found: str, expected: str, cure: str = "") -> NoReturn:
+    def refuse(self, at: At, found: str | Message, expected: str | Message, hint: str | Message = "") -> NoReturn:
         """Raise the letter about a place.
 
         Raises:
             TemplateError: Always.
         """
-        raise TemplateError(self.path, found, expected, cure, line=self.line(at), key=".".join(at) or None)
+        raise TemplateError(self.path, found, expected, hint, line=self.line(at), key=".".join(at) or None)
 
 
 def read_source(path: str | Path) -> Source:
@@ -75,9 +76,11 @@ def read_source(path: str | Path) -> Source:
     except (yaml.YAMLError, ValueError, RecursionError) as cause:
         mark = getattr(cause, "problem_mark", None)
         raise TemplateError(
-            path, f"not YAML: {getattr(cause, 'problem', None) or type(cause).__name__}", "a CloudFormation template",
+            path,
+            Message("not YAML: {problem}", problem=getattr(cause, "problem", None) or type(cause).__name__),
+            "a CloudFormation template",
             line=None if mark is None else mark.line + 1,
-        ) from cause  # fmt: skip
+        ) from cause
     source.values = None if node is None else _Values(source).of(node, ())
     return source
 
@@ -87,9 +90,15 @@ def _text(source: Source) -> str:
         text = source.path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as cause:
         reason = getattr(cause, "strerror", None) or cause
-        raise TemplateError(source.path, f"cannot be read ({reason})", "a CloudFormation template") from cause
+        raise TemplateError(
+            source.path, Message("cannot be read ({reason})", reason=reason), "a CloudFormation template"
+        ) from cause
     if len(text) > MOST_LETTERS:
-        source.refuse((), f"{len(text)} letters", f"a template of at most {MOST_LETTERS}, as CloudFormation takes it")
+        source.refuse(
+            (),
+            Message("{count} letters", count=len(text)),
+            Message("a template of at most {most_letters}, as CloudFormation takes it", most_letters=MOST_LETTERS),
+        )
     return text.replace("\t", " ") if text.lstrip().startswith("{") else text
 
 
@@ -105,14 +114,16 @@ class _Values:
         if id(node) in self._seen:
             self._source.refuse(at, "an alias (*…)", "the value itself: CloudFormation knows no aliases")
         if len(at) > MOST_LEVELS:
-            self._source.refuse(at, f"more than {MOST_LEVELS} levels", "a template")
+            self._source.refuse(at, Message("more than {most_levels} levels", most_levels=MOST_LEVELS), "a template")
         self._seen.add(id(node))
         tag = str(node.tag)
         if tag.removeprefix(YAML) in PLAIN_TAGS:
             return self._plain(node, tag.removeprefix(YAML), at)
         name = tag.removeprefix("!")
         if name not in SHORT_TAGS:
-            self._source.refuse(at, f"the tag {tag}", "a function of CloudFormation", nearest(name, SHORT_TAGS))
+            self._source.refuse(
+                at, Message("the tag {tag}", tag=tag), "a function of CloudFormation", nearest(name, SHORT_TAGS)
+            )
         long = name if name in BARE else f"Fn::{name}"
         self._source.lines.setdefault((*at, long), node.start_mark.line + 1)
         inside = self._plain(node, "", (*at, long))
@@ -141,6 +152,8 @@ class _Values:
             first = self._source.lines.get(here)
             self._source.lines[here] = key.start_mark.line + 1
             if str(key.value) in found:
-                self._source.refuse(here, f"the key stands twice (first in line {first})", "each key once")
+                self._source.refuse(
+                    here, Message("the key stands twice (first in line {first})", first=first), "each key once"
+                )
             found[str(key.value)] = self.of(part, here)
         return found

@@ -111,12 +111,16 @@ def make(plan: Plan, folder: Path, home: JobPaths) -> Sandbox:
 
 def _require_free(plan: Plan, folder: Path, home: JobPaths) -> None:
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        raise SandboxError(f"{folder}: stands already; expected a new folder. Name another one, or take it away first.")
+        raise SandboxError(
+            "{folder}: stands already; expected a new folder. Name another one, or take it away first.", folder=folder
+        )
     for told in recorded_stacks(home):
         if told["stack"] == plan.name:
             raise SandboxError(
-                f"stack '{plan.name}' stands already in {told['folder']}; expected a name of its own. "
-                "Give --stack-name, or take that folder away first."
+                "stack '{name}' stands already in {told}; expected a name of its own. "
+                "Give --stack-name, or take that folder away first.",
+                name=plan.name,
+                told=told["folder"],
             )
 
 
@@ -135,7 +139,7 @@ def _in_one_move(folder: Path) -> Iterator[Path]:
             folder.rmdir()
         os.replace(part, folder)
     except shutil.Error as error:  # several files at once
-        raise OutputFileError(f"{folder}: cannot be filled ({str(error)[:200]}).") from error
+        raise OutputFileError("{folder}: cannot be filled ({error}).", folder=folder, error=str(error)[:200]) from error
     except OSError as error:
         raise OutputFileError(output_letter(folder, error)) from error
     finally:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import UserInputError, nearest
+from racecraft.contract.message import Message
 from racecraft.sagemaker.cloudformation.functions import Functions, NotHereError
 from racecraft.sagemaker.cloudformation.parameters import settled, shown
 from racecraft.sagemaker.cloudformation.source import At
@@ -99,7 +100,7 @@ def plan(path: str | Path, given: Mapping[str, str], name: str | None = None, re
     name = name or stack_name_of(template.path)
     if not STACK_NAME.fullmatch(name):
         raise StackError(
-            f"--stack-name {name!r}: no name of a stack; expected a letter, then letters, digits and hyphens."
+            "--stack-name {name!r}: no name of a stack; expected a letter, then letters, digits and hyphens.", name=name
         )
     values = settled(template, given)
     whole = Plan(name, template, shown(template, values))
@@ -169,14 +170,23 @@ class _Stack:
         if resource not in self._template.resources:
             known = [*self._template.parameters, *self._template.resources]
             self._template.source.refuse(
-                at, f"points to '{resource}', which is not there", "a parameter or a resource", nearest(resource, known)
+                at,
+                Message("points to '{resource}', which is not there", resource=resource),
+                "a parameter or a resource",
+                nearest(resource, known),
             )
         condition = self._template.resources[resource].condition
         if not self._functions.holds(condition):
             self._template.source.refuse(
-                at, f"'{resource}', which is not made: condition {condition} does not hold", "a resource that is made",
+                at,
+                Message(
+                    "'{resource}', which is not made: condition {condition} does not hold",
+                    resource=resource,
+                    condition=condition,
+                ),
+                "a resource that is made",
                 "Give the place that names it the same condition.",
-            )  # fmt: skip
+            )
 
     def _physical(self, resource: str) -> str:
         """Return what a resource is called: as it says itself, else after the stack."""
@@ -205,7 +215,7 @@ class _Stack:
             expected = (
                 "3 to 63 of a-z, 0-9, '-' and '.'" if pattern is BUCKET_NAME else "at most 63 letters, digits, '-'"
             )
-            self._template.source.refuse((*resource.at, str(key)), f"the name {name!r}", expected)
+            self._template.source.refuse((*resource.at, str(key)), Message("the name {name!r}", name=name), expected)
 
     def _made_of(self, resource: Resource) -> tuple[str | None, str]:
         """Return what stands for a resource, and why nothing does."""
@@ -218,6 +228,10 @@ class _Stack:
         kind = "bucket" if resource.type == BUCKET else "notebook"
         made = self._whole.buckets if resource.type == BUCKET else self._whole.notebooks
         if name in made:
-            self._template.source.refuse(resource.at, f"{kind} '{name}' stands twice", f"one {kind} of a name")
+            self._template.source.refuse(
+                resource.at,
+                Message("{kind} '{name}' stands twice", kind=kind, name=name),
+                Message("one {kind} of a name", kind=kind),
+            )
         made.append(name)
         return f"{kind} {name}", ""

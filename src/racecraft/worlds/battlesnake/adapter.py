@@ -53,7 +53,7 @@ def parallel_env(
     known = asdict(RewardWeights())
     for name in prizes or {}:
         if name not in known:
-            raise SettingError(f"There is no prize '{name}'. {nearest(name, known)}")
+            raise SettingError("There is no prize '{name}'. {hint}", name=name, hint=nearest(name, known))
     game = GameSettings(width, height, snakes, ruleset, map)
     settings = WorldSettings(game, 1, max_turns, view, outlook, RewardWeights(**{**known, **(prizes or {})}))
     return pettingzoo_parallel(BattlesnakeWorld(settings))

@@ -59,7 +59,7 @@ class DeepRacerEnv(WorldEnv):
 
     def __init__(self, render_mode: str | None = None, **options: Any) -> None:
         if render_mode not in (None, "rgb_array"):
-            raise SettingError(f"render_mode is {render_mode!r}; expected None or 'rgb_array'.")
+            raise SettingError("render_mode is {render_mode!r}; expected None or 'rgb_array'.", render_mode=render_mode)
         self.cars = race_world(num_cars=1, **options)
         super().__init__(self.cars)
         self.render_mode = render_mode
@@ -137,12 +137,14 @@ def _action_space(actions: Sequence[tuple[float, float]] | Mapping[str, tuple[fl
 def _box(ranges: Mapping[str, tuple[float, float]]) -> ActionBox:
     expected = 'expected {"steering_angle": (low, high), "speed": (low, high)} in degrees and m/s'
     if set(ranges) != {"steering_angle", "speed"} or any(len(ends) != 2 for ends in ranges.values()):
-        raise SettingError(f"actions is {dict(ranges)}; {expected}.")
+        raise SettingError("actions is {dict}; {expected}.", dict=dict(ranges), expected=expected)
     (right, left), (slow, fast) = ranges["steering_angle"], ranges["speed"]
     for name, degrees, speed in (("the low end of actions", right, slow), ("the high end of actions", left, fast)):
         _check(name, degrees, speed)
     if not (right < left and slow < fast):
-        raise SettingError(f"actions is {dict(ranges)}; {expected}, each low below its high.")
+        raise SettingError(
+            "actions is {dict}; {expected}, each low below its high.", dict=dict(ranges), expected=expected
+        )
     return ActionBox((math.radians(right), math.radians(left)), (float(slow), float(fast)))
 
 
@@ -150,6 +152,12 @@ def _check(name: str, degrees: float, speed: float) -> None:
     top = math.degrees(MAX_STEERING_RAD)
     if not (abs(degrees) <= top + 1e-9 and MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS):
         raise SettingError(
-            f"{name} is ({degrees}, {speed}); expected -{top:g} to {top:g} degrees and {MIN_SPEED_MPS:g} to "
-            f"{MAX_SPEED_MPS:g} m/s."
+            "{name} is ({degrees}, {speed}); expected -{top:g} to {top:g} degrees and {min_speed_mps:g} to "
+            "{max_speed_mps:g} m/s.",
+            name=name,
+            degrees=degrees,
+            speed=speed,
+            top=top,
+            min_speed_mps=MIN_SPEED_MPS,
+            max_speed_mps=MAX_SPEED_MPS,
         )

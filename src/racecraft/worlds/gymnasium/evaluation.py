@@ -50,8 +50,10 @@ def open_world(environment: str, num_worlds: int) -> World:
     missing = [part for part in WORLD_PARTS if not hasattr(world, part)]
     if missing:
         raise SettingError(
-            f"{environment} lacks {', '.join(missing)}; expected a subclass of gymnasium.Env, or a class as "
-            "`racecraft.contract.world.World` describes it."
+            "{environment} lacks {missing}; expected a subclass of gymnasium.Env, or a class as "
+            "`racecraft.contract.world.World` describes it.",
+            environment=environment,
+            missing=", ".join(missing),
         )
     return world
 
@@ -80,7 +82,11 @@ def _require_num_worlds(own: type, environment: str) -> None:
     try:
         inspect.signature(own).bind(num_worlds=1)
     except TypeError as error:
-        raise SettingError(f"{environment}: {error}; expected a World that is made with num_worlds=N.") from error
+        raise SettingError(
+            "{environment}: {error}; expected a World that is made with num_worlds=N.",
+            environment=environment,
+            error=error,
+        ) from error
     except ValueError:
         pass  # a compiled class hides its parameters; its making will tell
 
@@ -118,10 +124,11 @@ def _require_its_script(environment: str) -> None:
     """
     if not _is_known(environment):
         raise SettingError(
-            f"{environment}: a script made this environment (register_env), which is not in this run; expected to be "
+            "{environment}: a script made this environment (register_env), which is not in this run; expected to be "
             "opened in that script: write `import racecraft as rc; print(rc.evaluate(RUN))` behind its train_main() "
             "and begin it with `racecraft run`. The policy alone goes anywhere: `racecraft serve RUN`, "
-            "rc.load_policy(RUN)."
+            "rc.load_policy(RUN).",
+            environment=environment,
         )
 
 
@@ -139,7 +146,11 @@ def own_class(environment: str) -> Any:
         return None  # "module:Name-v0" is an id; Gymnasium imports the module itself
     found = load_class(environment, "gym train")
     if not isinstance(found, type):
-        raise SettingError(f"{environment} is {type(found).__name__}, no class; expected a gymnasium.Env or a World.")
+        raise SettingError(
+            "{environment} is {type_name}, no class; expected a gymnasium.Env or a World.",
+            environment=environment,
+            type_name=type(found).__name__,
+        )
     return found
 
 
@@ -169,12 +180,18 @@ def _spec_of(environment: str) -> EnvSpec:
         return gymnasium.spec(name)
     except ModuleNotFoundError as error:
         raise SettingError(
-            f"{environment}: there is no module '{error.name}'; expected the package that registers the environment, "
-            "installed or in this folder."
+            "{environment}: there is no module '{name}'; expected the package that registers the environment, "
+            "installed or in this folder.",
+            environment=environment,
+            name=error.name,
         ) from error
     except gymnasium.error.Error as error:
         known = sorted(gymnasium.registry)
-        raise UserInputError(f"There is no Gymnasium environment '{environment}'. {_hint(name, known)}") from error
+        raise UserInputError(
+            "There is no Gymnasium environment '{environment}'. {hint}",
+            environment=environment,
+            hint=_hint(name, known),
+        ) from error
 
 
 def _hint(name: str, known: list[str]) -> str:

@@ -104,7 +104,7 @@ def test_the_cure_is_not_to_turn_there(why):
     assert best.instead_of == "left 30° at 1 m/s"
     assert best.action in ("straight at 1 m/s", "right 15° at 1 m/s", "right 30° at 1 m/s")
     assert WRONG_M[0] - 0.1 <= TRACK.arc[best.waypoint] <= WRONG_M[1] + 0.1
-    assert all(cure.saved < best.saved for cure in place.cures if cure.action.startswith("left"))
+    assert all(hint.saved < best.saved for hint in place.cures if hint.action.startswith("left"))
     assert place.last_chance is not None
     assert f"saves {best.saved} of 6" in best.words
 

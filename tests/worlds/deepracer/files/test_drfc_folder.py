@@ -148,7 +148,7 @@ def test_the_shell_counts_before_the_files_where_they_are_as_it_read_them(tmp_pa
         drfc = open_drfc_folder(tmp_path, shell=shell | loaded)
         assert (drfc.text("DR_CAR_NAME"), drfc.run_id, drfc.text("DR_DIR")) == ("Two", 1, "")
         assert drfc.notes == ("set in the shell, which counts before the files: DR_CAR_NAME",)
-        assert str(drfc.letter("DR_CAR_NAME", "another")) == "the shell: DR_CAR_NAME: 'Two'; expected another."
+        assert str(drfc.error_at("DR_CAR_NAME", "another")) == "the shell: DR_CAR_NAME: 'Two'; expected another."
     edited = open_drfc_folder(tmp_path, shell=shell | {LOADED: "of another day"})
     assert edited.text("DR_CAR_NAME") == "One"
     assert edited.notes[0].startswith("the files were changed since dr-update-env")

@@ -58,7 +58,7 @@ def test_a_figure_beyond_its_border_is_refused(tmp_path, key, value, expected):
     with pytest.raises(MetadataError) as caught:
         config_of(tmp_path, {key: value})
     assert (caught.value.key, caught.value.line) == (f"lidar_config.{key}", 1)
-    assert caught.value.expected.startswith(expected)
+    assert str(caught.value.expected).startswith(expected)
 
 
 def test_a_config_that_is_no_object_is_refused(tmp_path):

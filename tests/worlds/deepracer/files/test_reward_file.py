@@ -241,8 +241,8 @@ UNLOADABLE = [  # text, line, found, helped by
 ]
 
 
-@pytest.mark.parametrize(("text", "line", "found", "cure"), UNLOADABLE)
-def test_a_file_that_cannot_be_loaded_gets_a_letter(tmp_path, text, line, found, cure):
+@pytest.mark.parametrize(("text", "line", "found", "hint"), UNLOADABLE)
+def test_a_file_that_cannot_be_loaded_gets_a_letter(tmp_path, text, line, found, hint):
     path = written(tmp_path, text)
     with pytest.raises(RewardFileError) as caught:
         load_reward_function(path)
@@ -250,7 +250,7 @@ def test_a_file_that_cannot_be_loaded_gets_a_letter(tmp_path, text, line, found,
     assert letter.startswith(str(path) + (f":{line}: " if line else ""))
     assert found in letter
     assert "expected" in letter
-    assert cure in letter
+    assert hint in letter
 
 
 def test_a_missing_file_and_a_file_that_is_no_text_get_letters(tmp_path):

@@ -48,7 +48,9 @@ def check_film(path: str | Path) -> Path:
     """Return the path of a film that is yet to be made; raises VideoError where it ends neither in .mp4 nor in .gif."""
     path = Path(path)
     if path.suffix.lower() not in (".mp4", ".gif"):
-        raise VideoError(f"{path}: a game is filmed as MP4 or GIF; expected a name that ends in .mp4 or .gif.")
+        raise VideoError(
+            "{path}: a game is filmed as MP4 or GIF; expected a name that ends in .mp4 or .gif.", path=path
+        )
     return path
 
 

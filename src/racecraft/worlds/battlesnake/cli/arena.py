@@ -118,7 +118,9 @@ def add(
 
     if len(name or []) > len(who):
         players = "1 player" if len(who) == 1 else f"{len(who)} players"
-        raise PlayerError(f"{len(name or [])} names for {players}; expected one player for every --name.")
+        raise PlayerError(
+            "{count} names for {players}; expected one player for every --name.", count=len(name or []), players=players
+        )
     store, told = ArenaStore(arena), []
     names = [*(name or []), *who[len(name or []) :]]
     entrants = [entrant_of(what, called) for what, called in zip(who, names, strict=True)]
@@ -147,7 +149,7 @@ def remove(
     found = [store.find(one) for one in who]
     for one in found:
         if one.is_anchor:
-            raise ArenaError(f"{one.name} is an anchor: the scale hangs on it; expected another player.")
+            raise ArenaError("{name} is an anchor: the scale hangs on it; expected another player.", name=one.name)
     for one in found:
         store.set_rest(one, True)
     if json:
@@ -246,7 +248,9 @@ def show(
     store = ArenaStore(arena)
     if snakes not in (0, *store.terms.snakes):
         there = ", ".join(map(str, store.terms.snakes))
-        raise ArenaError(f"--snakes {snakes}: nobody plays that here; expected {there}, or 0 for all.")
+        raise ArenaError(
+            "--snakes {snakes}: nobody plays that here; expected {there}, or 0 for all.", snakes=snakes, there=there
+        )
     one = None if name is None else store.find(name)
     games, ladder = store.games(), Ladder(store.terms.snakes)
     ladder.hear(games)

@@ -39,7 +39,9 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_
 
     if len(names) > len(who):
         players = "1 player" if len(who) == 1 else f"{len(who)} players"
-        raise PlayerError(f"{len(names)} names for {players}; expected one player for every --name.")
+        raise PlayerError(
+            "{count} names for {players}; expected one player for every --name.", count=len(names), players=players
+        )
     if any(one in ("area_control", "search") or one.startswith(("search+", "search:")) for one in who):
         say("Getting the players ready …", quiet_stdout=quiet)
     given = names + who[len(names) :]
@@ -76,4 +78,6 @@ def check_folder(path: Path | None) -> None:
     from racecraft.formats.atomic import OutputFileError
 
     if path is not None and not path.parent.is_dir():
-        raise OutputFileError(f"{path}: its folder does not exist. Create {path.parent} first.")
+        raise OutputFileError(
+            "{path}: its folder does not exist. Create {parent} first.", path=path, parent=path.parent
+        )

@@ -109,7 +109,9 @@ def _let_use(player: SnakePlayer | JsonPlayer, cores: int, name: str) -> None:
         player.cores = cores
     elif cores > 1:
         raise PlayerError(
-            f"--cores is {cores}, and {name} thinks with one; expected search, search:RUN or search+ one."
+            "--cores is {cores}, and {name} thinks with one; expected search, search:RUN or search+ one.",
+            cores=cores,
+            name=name,
         )
 
 

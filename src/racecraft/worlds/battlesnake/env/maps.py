@@ -59,13 +59,24 @@ class GameMap:
         size = (settings.width, settings.height)
         if self.strict and size not in self.sizes:
             known = ", ".join(f"{w}x{h}" for w, h in self.sizes)
-            raise BoardError(f"map {self.id} on {size[0]}x{size[1]}; expected {known}.")
+            raise BoardError(
+                "map {id} on {size}x{size_2}; expected {known}.", id=self.id, size=size[0], size_2=size[1], known=known
+            )
         if settings.players > self.most_players:
-            raise BoardError(f"map {self.id} with {settings.players} snakes; expected at most {self.most_players}.")
+            raise BoardError(
+                "map {id} with {players} snakes; expected at most {most_players}.",
+                id=self.id,
+                players=settings.players,
+                most_players=self.most_players,
+            )
         if self.id == "solo_maze" and min(size) < 7:
-            raise BoardError(f"map solo_maze on {size[0]}x{size[1]}; expected at least 7x7.")
+            raise BoardError("map solo_maze on {size}x{size_2}; expected at least 7x7.", size=size[0], size_2=size[1])
         if settings.shrink_every < 1 and (self.id in ("royale", "hz_hazard_pits") or settings.ruleset == "royale"):
-            raise BoardError(f"{self.id}: hazards every {settings.shrink_every} turns; expected at least 1.")
+            raise BoardError(
+                "{id}: hazards every {shrink_every} turns; expected at least 1.",
+                id=self.id,
+                shrink_every=settings.shrink_every,
+            )
 
 
 @dataclass
@@ -80,7 +91,7 @@ class MapState:
 def find_map(name: str) -> GameMap:
     """Return a map by its id; an unknown id is refused with the nearest known one."""
     if name not in MAPS:
-        raise BoardError(f"There is no map '{name}'. {nearest(name, MAPS)}")
+        raise BoardError("There is no map '{name}'. {hint}", name=name, hint=nearest(name, MAPS))
     return MAPS[name]
 
 

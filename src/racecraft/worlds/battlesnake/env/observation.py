@@ -64,7 +64,7 @@ def default_view(width: int, height: int) -> int:
 def observation_specs(view: int, outlook: bool = False) -> dict[str, ArraySpec]:
     """Return the specs of the observation for a window of `view` squares a side, with or without the outlook."""
     if view < 3 or view % 2 == 0:
-        raise BoardError(f"view is {view}; expected an odd number of squares, at least 3.")
+        raise BoardError("view is {view}; expected an odd number of squares, at least 3.", view=view)
     specs = {
         "planes": ArraySpec(
             (NUM_PLANES, view, view), np.uint8, 0, 255, doc="Board about the head; see observation.py."
@@ -95,10 +95,20 @@ def observe_board(
         BoardError: No such snake, a board of another size, or living snakes that overlap.
     """
     if (board.width, board.height) != (settings.width, settings.height):
-        raise BoardError(f"the board is {board.width}x{board.height}; expected {settings.width}x{settings.height}.")
+        raise BoardError(
+            "the board is {width}x{height}; expected {width_2}x{height_2}.",
+            width=board.width,
+            height=board.height,
+            width_2=settings.width,
+            height_2=settings.height,
+        )
     ids = [snake.id for snake in board.snakes]
     if snake_id not in ids:
-        raise BoardError(f"there is no snake '{snake_id}' on the board; there are {', '.join(ids) or 'none'}.")
+        raise BoardError(
+            "there is no snake '{snake_id}' on the board; there are {ids}.",
+            snake_id=snake_id,
+            ids=", ".join(ids) or "none",
+        )
     games = _single(board, settings)
     rows, number = games.snakes.shape[:2], ids.index(snake_id)
     side = view or default_view(settings.width, settings.height)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.worlds.battlesnake.env.board import CAUSES, Board, BoardError, Point, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 
@@ -68,13 +69,15 @@ def read_games(path: Path) -> Iterator[RecordedGame]:
                     yield game
                 game = _game(number, line)
             elif game is None:
-                raise InputFileError(path, f"a '{kind}' line before any game", "a 'game' line first", line=number)
+                raise InputFileError(
+                    path, Message("a '{kind}' line before any game", kind=kind), "a 'game' line first", line=number
+                )
             elif kind == "step":
                 game.steps.append(_step(game, line))
             elif kind == "over":
                 game.over_turn = _whole(line["turn"])
         except (KeyError, TypeError, ValueError, IndexError, AttributeError, BoardError) as problem:
-            found = f"{type(problem).__name__}: {problem}"
+            found = Message("{type_name}: {problem}", type_name=type(problem).__name__, problem=problem)
             raise InputFileError(
                 path, found, "a line as described in racecraft's battlesnake docs", line=number
             ) from problem
@@ -90,7 +93,12 @@ def _lines(path: Path) -> Iterator[tuple[int, Line]]:
             for number, text in enumerate(file, 1):
                 line = json.loads(text)
                 if not isinstance(line, dict):
-                    raise InputFileError(path, f"a {type(line).__name__}", "a JSON object a line", line=number)
+                    raise InputFileError(
+                        path,
+                        Message("a {type_name}", type_name=type(line).__name__),
+                        "a JSON object a line",
+                        line=number,
+                    )
                 yield number, line
     except (OSError, EOFError, UnicodeDecodeError, json.JSONDecodeError) as problem:
         raise InputFileError(path, str(problem), "JSON Lines, gzipped where the name ends in .gz") from problem

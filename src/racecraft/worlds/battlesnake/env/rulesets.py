@@ -70,7 +70,7 @@ RULESETS = {
 def find_ruleset(name: str) -> Ruleset:
     """Return a ruleset by name; an unknown name is refused with the nearest known one."""
     if name not in RULESETS:
-        raise BoardError(f"There is no ruleset '{name}'. {nearest(name, RULESETS)}")
+        raise BoardError("There is no ruleset '{name}'. {hint}", name=name, hint=nearest(name, RULESETS))
     return RULESETS[name]
 
 

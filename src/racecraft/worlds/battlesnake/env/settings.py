@@ -55,7 +55,7 @@ class GameSettings:
 
 def _check(name: str, value: int, low: int, high: int) -> None:
     if not low <= value <= high:
-        raise BoardError(f"{name} is {value}; expected {low} to {high}.")
+        raise BoardError("{name} is {value}; expected {low} to {high}.", name=name, value=value, low=low, high=high)
 
 
 @dataclass(frozen=True)
@@ -72,4 +72,4 @@ class SnakeConfig:
     def __post_init__(self) -> None:
         check_group(self)
         if self.view % 2 == 0:
-            raise SettingError(f"snake.view is {self.view}; expected an odd number of squares.")
+            raise SettingError("snake.view is {view}; expected an odd number of squares.", view=self.view)

@@ -97,7 +97,7 @@ def shrink_safe_zone(board: Board, moves: Moves | None, table: Table) -> None:
         return
     every = table.settings.shrink_every
     if every < 1:
-        raise BoardError(f"royale shrinks every {every} turns; expected at least 1 (--shrinkEveryNTurns).")
+        raise BoardError("royale shrinks every {every} turns; expected at least 1 (--shrinkEveryNTurns).", every=every)
     board.hazards = outside_safe_zone(board, table.sides[: (board.turn + 1) // every])
 
 
@@ -150,9 +150,11 @@ def _move(board: Board, moves: Moves | None, wrapped: bool) -> None:
         return
     for snake in board.alive():
         if not snake.body:
-            raise BoardError(f"snake {snake.id} has no body; expected at least one square.")
+            raise BoardError("snake {id} has no body; expected at least one square.", id=snake.id)
         if snake.id not in moves:
-            raise BoardError(f"snake {snake.id} is alive and has no move; expected one of {', '.join(MOVES)}.")
+            raise BoardError(
+                "snake {id} is alive and has no move; expected one of {moves}.", id=snake.id, moves=", ".join(MOVES)
+            )
     for snake in board.alive():
         name = moves[snake.id]
         if name not in MOVES:

@@ -96,7 +96,7 @@ class Rewards:
         known = asdict(cls())
         for name in values:
             if name not in known:
-                raise BoardError(f"There is no reward '{name}'. {nearest(name, known)}")
+                raise BoardError("There is no reward '{name}'. {hint}", name=name, hint=nearest(name, known))
         return cls(**{**known, **values})
 
     def get_reward(self, name: str, snake_id: int, episode: Any) -> float:
@@ -145,26 +145,34 @@ class StarterPackGym:
         seed: int = 0,
     ) -> None:
         if observation_type not in OBSERVATION_TYPES:
-            raise BoardError(f"'{observation_type}' is no observation. {nearest(observation_type, OBSERVATION_TYPES)}")
+            raise BoardError(
+                "'{observation_type}' is no observation. {hint}",
+                observation_type=observation_type,
+                hint=nearest(observation_type, OBSERVATION_TYPES),
+            )
         for name, order in (("row_order", row_order), ("initial_y", initial_y)):
             if order not in ("down", "up"):
-                raise BoardError(f"{name} is '{order}'; expected 'down' or 'up'.")
+                raise BoardError("{name} is '{order}'; expected 'down' or 'up'.", name=name, order=order)
         if initial_game_state is not None:
             number_of_snakes = len(initial_game_state["board"]["snakes"])
         if not all(3 <= side <= LARGEST_BOARD for side in map_size) or not 1 <= number_of_snakes <= 16:
             raise BoardError(
-                f"{number_of_snakes} snakes on {map_size}; expected 1 to 16 on 3 to {LARGEST_BOARD} squares."
+                "{number_of_snakes} snakes on {map_size}; expected 1 to 16 on 3 to {largest_board} squares.",
+                number_of_snakes=number_of_snakes,
+                map_size=map_size,
+                largest_board=LARGEST_BOARD,
             )
         if len(snake_spawn_locations) not in (0, number_of_snakes):
             given = f"{len(snake_spawn_locations)} spawn locations for {number_of_snakes} snakes"
-            raise BoardError(f"{given}; expected one each, or none.")
+            raise BoardError("{given}; expected one each, or none.", given=given)
         self.observation_type, self.row_order = observation_type, row_order
         self.map_size: tuple[int, int] = (map_size[0], map_size[1])
         self.number_of_snakes = number_of_snakes
         self.rewards = Rewards.named(rewards) if isinstance(rewards, Mapping) else rewards
         if not isinstance(self.rewards, RewardScheme):
             raise BoardError(
-                f"rewards is a {type(rewards).__name__}; expected a dictionary or an object with get_reward."
+                "rewards is a {type_name}; expected a dictionary or an object with get_reward.",
+                type_name=type(rewards).__name__,
             )
         self._spawns, self._food_to_come = list(snake_spawn_locations), list(food_spawn_locations)
         self._initial, self._initial_y = initial_game_state, initial_y
@@ -284,7 +292,12 @@ class StarterPackGym:
         """Take over a request."""
         board, rows = request["board"], self.map_size[0]
         if (board["height"], board["width"]) != self.map_size:
-            raise BoardError(f"the state is {board['height']}x{board['width']}; expected {self.map_size}.")
+            raise BoardError(
+                "the state is {board}x{board_2}; expected {map_size}.",
+                board=board["height"],
+                board_2=board["width"],
+                map_size=self.map_size,
+            )
 
         def squares(points: Sequence[Mapping[str, int]]) -> list[Square]:
             up = self._initial_y == "up"

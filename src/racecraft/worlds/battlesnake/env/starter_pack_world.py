@@ -63,8 +63,13 @@ class StarterPackWorld:
     ) -> None:
         if num_worlds < 1 or not 3 <= side <= LARGEST_BOARD or not 2 <= snakes <= 16 or max_turns < 0:
             raise BoardError(
-                f"{num_worlds} games of {snakes} snakes on {side}x{side}, cut after {max_turns}; expected at least 1 "
-                f"game, 2 to 16 snakes, 3 to {LARGEST_BOARD} squares and 0 or more turns."
+                "{num_worlds} games of {snakes} snakes on {side}x{side}, cut after {max_turns}; expected at least 1 "
+                "game, 2 to 16 snakes, 3 to {largest_board} squares and 0 or more turns.",
+                num_worlds=num_worlds,
+                snakes=snakes,
+                side=side,
+                max_turns=max_turns,
+                largest_board=LARGEST_BOARD,
             )
         self._max_turns, self._is_centred = max_turns, is_centred
         self._prices = rewards_of(rewards)

@@ -24,10 +24,21 @@ def standard_heads(board: Board, players: int, dice: Dice) -> list[Point]:
     if square and board.width >= 11:
         return _in_turn(_quadrants(board.width), players, dice)
     if players > 8 and min(board.width, board.height) < 7:
-        raise BoardError(f"{players} snakes on {board.width}x{board.height}; expected at most 8 on so small a board.")
+        raise BoardError(
+            "{players} snakes on {width}x{height}; expected at most 8 on so small a board.",
+            players=players,
+            width=board.width,
+            height=board.height,
+        )
     places = [p for p in board.squares() if (p[0] + p[1]) % 2 == 0 and p != board.centre()]
     if len(places) < players:
-        raise BoardError(f"{players} snakes on {board.width}x{board.height}; there are {len(places)} start squares.")
+        raise BoardError(
+            "{players} snakes on {width}x{height}; there are {count} start squares.",
+            players=players,
+            width=board.width,
+            height=board.height,
+            count=len(places),
+        )
     return sample(places, players, dice)
 
 

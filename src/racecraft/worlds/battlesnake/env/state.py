@@ -105,7 +105,11 @@ def put_board(games: Games, g: int, board: Board, state: maps.MapState | None = 
         array[g] = 0
     games.games[g, [col.TURN, col.FOOD, col.ALIVE]] = board.turn, len(board.food), len(board.alive())
     if len(board.snakes) > games.snakes.shape[1]:
-        raise BoardError(f"{len(board.snakes)} snakes on the board; expected at most {games.snakes.shape[1]}.")
+        raise BoardError(
+            "{count} snakes on the board; expected at most {shape}.",
+            count=len(board.snakes),
+            shape=games.snakes.shape[1],
+        )
     numbers = {snake.id: number for number, snake in enumerate(board.snakes)}
     for number, snake in enumerate(board.snakes):
         _put_snake(games, g, number, snake, numbers, board)
@@ -113,7 +117,12 @@ def put_board(games: Games, g: int, board: Board, state: maps.MapState | None = 
         games.snakes[g, absent, [col.CAUSE, col.BY]] = 1, -1
     for x, y in board.food:
         if not board.holds((x, y)):
-            raise BoardError(f"food at {(x, y)}; expected squares of a {board.width}x{board.height} board.")
+            raise BoardError(
+                "food at {value}; expected squares of a {width}x{height} board.",
+                value=(x, y),
+                width=board.width,
+                height=board.height,
+            )
         games.cells[g, col.MEAL, y * board.width + x] = 1
     for (x, y), count in board.hazards.items():
         if board.holds((x, y)):
@@ -154,14 +163,21 @@ def _put_snake(games: Games, g: int, number: int, snake: Snake, numbers: Mapping
     row[[col.LENGTH, col.HEALTH, col.ON]] = len(snake.body), snake.health, snake.on
     row[col.CAUSE], row[col.BY] = CAUSES.index(snake.cause), numbers.get(snake.by, -1)
     if not 2 <= len(snake.body) <= games.bodies.shape[2]:
-        raise BoardError(f"snake {snake.id} has {len(snake.body)} segments; expected 2 to {games.bodies.shape[2]}.")
+        raise BoardError(
+            "snake {id} has {count} segments; expected 2 to {shape}.",
+            id=snake.id,
+            count=len(snake.body),
+            shape=games.bodies.shape[2],
+        )
     for place, (x, y) in enumerate(snake.body):
         cell = y * board.width + x if board.holds((x, y)) else -1
         games.bodies[g, number, place] = cell
         if not snake.alive:
             continue
         if cell < 0 or games.cells[g, col.OWNER, cell] not in (0, number + 1):
-            raise BoardError(f"snake {snake.id} at {(x, y)}: off the board or on another living snake.")
+            raise BoardError(
+                "snake {id} at {value}: off the board or on another living snake.", id=snake.id, value=(x, y)
+            )
         games.cells[g, col.OWNER, cell] = number + 1
 
 

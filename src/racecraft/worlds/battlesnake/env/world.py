@@ -96,7 +96,7 @@ class BattlesnakeWorld:
         self.game_settings = game = self.settings.game
         if self.settings.num_games < 1 or self.settings.max_turns < 0:
             numbers = f"num_games {self.settings.num_games}, max_turns {self.settings.max_turns}"
-            raise BoardError(f"{numbers}; expected at least 1 and 0.")
+            raise BoardError("{numbers}; expected at least 1 and 0.", numbers=numbers)
         self._map = maps.find_map(game.map)
         self._map.check(game)
         self.params, self.food_squares = params_of(game), food_squares_of(game)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.contract.message import Message
 from racecraft.worlds.battlesnake.env.board import CAUSES, MAX_HEALTH, Board, BoardError, Point, Snake
 from racecraft.worlds.battlesnake.env.maps import MAPS, pending_trails
 from racecraft.worlds.battlesnake.env.records import RecordedGame
@@ -80,7 +81,11 @@ class Pieces:
 
     def _same(self, before: Any, now: Any, path: Path) -> None:
         if self.game and before != now:
-            raise InputFileError(path, f"game '{now!s:.60}' beside game '{before!s:.60}'", "pieces of one game")
+            raise InputFileError(
+                path,
+                Message("game '{now!s:.60}' beside game '{before!s:.60}'", now=now, before=before),
+                "pieces of one game",
+            )
 
     def recorded(self, path: Path) -> RecordedGame:
         """Return the game: every snake in every frame, the dead where and how they died.
@@ -131,7 +136,9 @@ def dead_snake(name: Any, body: Any, keys: str, cause: Any, turn: Any) -> Snake:
 def known(name: str, names: Iterable[str], what: str) -> str:
     """Return a name that is known. Raises BoardError with the nearest known one."""
     if name not in names:
-        raise BoardError(f"There is no {what} '{name[:40]}'. {nearest(name, list(names))}")
+        raise BoardError(
+            "There is no {what} '{name}'. {hint}", what=what, name=name[:40], hint=nearest(name, list(names))
+        )
     return name
 
 

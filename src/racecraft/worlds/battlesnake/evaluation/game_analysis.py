@@ -98,12 +98,12 @@ def study_game(
     ids = [snake.id for snake in game.start.snakes]
     for one in who:
         if one not in ids:
-            raise PlayerError(f"There is no snake '{one}' in this game. {nearest(one, ids)}")
+            raise PlayerError("There is no snake '{one}' in this game. {hint}", one=one, hint=nearest(one, ids))
     last = game.steps[-1].after_map if game.steps else game.start
     dead = sorted((snake for snake in last.snakes if not snake.alive), key=lambda snake: snake.on)
     for one in who:
         if one not in [snake.id for snake in dead]:
-            raise PlayerError(f"snake '{one}' lives to the end of what was recorded; expected one that lost.")
+            raise PlayerError("snake '{one}' lives to the end of what was recorded; expected one that lost.", one=one)
     chosen = [snake.id for snake in dead if not who or snake.id in who]
     return [loss for one in chosen if (loss := _study_snake(game, one, effort, most_back)) is not None]
 
@@ -147,4 +147,4 @@ def study_games(games: Sequence[RecordedGame], who: Sequence[str], effort: int, 
     try:
         return [loss for game in games for loss in study_game(game, who, effort, most_back)]
     except BoardError as problem:
-        raise BoardError(f"a position of this game cannot be studied: {problem}") from problem
+        raise BoardError("a position of this game cannot be studied: {problem}", problem=problem) from problem

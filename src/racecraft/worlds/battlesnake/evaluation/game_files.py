@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.worlds.battlesnake.env.board import BoardError
 from racecraft.worlds.battlesnake.env.maps import MAPS
 from racecraft.worlds.battlesnake.env.records import RecordedGame, read_games
@@ -64,7 +65,11 @@ def games_of(path: Path) -> Iterator[RecordedGame]:
         else:
             yield from (_from_output(lines, path) for lines in _one_by_one(_lines(path)))
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
-        raise InputFileError(path, f"{type(problem).__name__}: {str(problem)[:200]}", EXPECTED) from problem
+        raise InputFileError(
+            path,
+            Message("{type_name}: {problem}", type_name=type(problem).__name__, problem=str(problem)[:200]),
+            EXPECTED,
+        ) from problem
 
 
 def games_in(paths: Sequence[Path]) -> list[RecordedGame]:
@@ -79,7 +84,11 @@ def games_in(paths: Sequence[Path]) -> list[RecordedGame]:
     try:
         return [_from_pieces(paths)]
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
-        raise InputFileError(paths[-1], f"{type(problem).__name__}: {str(problem)[:200]}", PIECES) from problem
+        raise InputFileError(
+            paths[-1],
+            Message("{type_name}: {problem}", type_name=type(problem).__name__, problem=str(problem)[:200]),
+            PIECES,
+        ) from problem
 
 
 def snake_names(path: Path) -> dict[str, str]:
@@ -134,9 +143,9 @@ def _read(path: Path) -> bytes:
             data = file.read(MOST_BYTES + 1)
     except (OSError, EOFError) as problem:
         found = getattr(problem, "strerror", None) or str(problem)
-        raise InputFileError(path, f"the file cannot be read ({found})", EXPECTED) from problem
+        raise InputFileError(path, Message("the file cannot be read ({found})", found=found), EXPECTED) from problem
     if len(data) > MOST_BYTES:
-        raise InputFileError(path, f"more than {MOST_BYTES >> 20} MB", EXPECTED)
+        raise InputFileError(path, Message("more than {most_bytes} MB", most_bytes=MOST_BYTES >> 20), EXPECTED)
     return data
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.worlds.battlesnake.env.verify import verify_games
 from racecraft.worlds.battlesnake.evaluation.game_files import games_in, is_output, values_in
 from racecraft.worlds.battlesnake.evaluation.match import Played
@@ -43,11 +44,19 @@ def import_game(paths: Sequence[Path], number: int | None = None) -> Imported:
     """
     games = games_in(paths)
     if number is None and len(games) > 1:
-        raise InputFileError(paths[0], f"{len(games)} games", f"one, or --game with a number from 1 to {len(games)}")
+        raise InputFileError(
+            paths[0],
+            Message("{count} games", count=len(games)),
+            Message("one, or --game with a number from 1 to {count}", count=len(games)),
+        )
     chosen = 1 if number is None else number
     if not 1 <= chosen <= len(games):
         held = f"{len(games)} game" + "s" * (len(games) != 1)
-        raise InputFileError(paths[0], f"{held}, no number {chosen}", f"--game from 1 to {len(games)}")
+        raise InputFileError(
+            paths[0],
+            Message("{held}, no number {chosen}", held=held, chosen=chosen),
+            Message("--game from 1 to {count}", count=len(games)),
+        )
     game = games[chosen - 1]
     boards = [game.start, *(step.after_map for step in game.steps)]
     card = _card(paths, [snake.id for snake in game.start.snakes])

@@ -81,7 +81,9 @@ def play(
         BoardError: Seats and players differ in number, or the settings cannot be played.
     """
     if settings.players != len(seats):
-        raise BoardError(f"{len(seats)} seats for {settings.players} snakes; expected as many.")
+        raise BoardError(
+            "{count} seats for {players} snakes; expected as many.", count=len(seats), players=settings.players
+        )
     referee = Referee(settings, dice)
     by_id = {f"s{number}": seat for number, seat in enumerate(seats)}
     played = Played(settings, _card(by_id, game_id, timeout_ms))

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.battlesnake.env.board import CAUSES, MAX_HEALTH, Board, BoardError, Snake
 from racecraft.worlds.battlesnake.evaluation.match import Played
@@ -75,7 +76,9 @@ def read_record(path: str | Path) -> Played:
     except UnicodeDecodeError as problem:
         raise InputFileError(path, "the file is no UTF-8 text", _EXPECTED) from problem
     except OSError as problem:
-        raise InputFileError(path, f"the file cannot be read ({problem.strerror})", _EXPECTED) from problem
+        raise InputFileError(
+            path, Message("the file cannot be read ({strerror})", strerror=problem.strerror), _EXPECTED
+        ) from problem
 
 
 def played_in(texts: Iterable[str], path: Path) -> Played:
@@ -99,7 +102,7 @@ def played_in(texts: Iterable[str], path: Path) -> Played:
     boards = [letter.board for letter, _ in letters]
     sizes = {(board.width, board.height) for board in boards}
     if len(sizes) > 1:
-        raise InputFileError(path, f"boards of {len(sizes)} sizes", "one size all game long")
+        raise InputFileError(path, Message("boards of {count} sizes", count=len(sizes)), "one size all game long")
     _put_back(boards, _eliminations(told))
     first = letters[0][0]
     return Played(first.settings, _card(letters), boards)
@@ -107,7 +110,7 @@ def played_in(texts: Iterable[str], path: Path) -> Played:
 
 def _read_line(text: str, path: Path, number: int) -> Any:
     if len(text) > MOST_LINE_BYTES:
-        raise InputFileError(path, f"{len(text)} characters", _EXPECTED, line=number)
+        raise InputFileError(path, Message("{count} characters", count=len(text)), _EXPECTED, line=number)
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as problem:

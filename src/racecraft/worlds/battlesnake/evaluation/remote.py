@@ -33,9 +33,11 @@ class Remote:
             parts = urlsplit(url)
             port = parts.port
         except ValueError as error:
-            raise PlayerError(f"'{url}': {error}; expected an address like http://localhost:8000.") from error
+            raise PlayerError(
+                "'{url}': {error}; expected an address like http://localhost:8000.", url=url, error=error
+            ) from error
         if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise PlayerError(f"'{url}' is no address; expected one like http://localhost:8000.")
+            raise PlayerError("'{url}' is no address; expected one like http://localhost:8000.", url=url)
         self.url = url
         self._path = parts.path.rstrip("/")
         kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
@@ -54,7 +56,9 @@ class Remote:
         """Return its move."""
         word = self._ask("POST", "/move", message, seconds).get("move")
         if not isinstance(word, str) or word not in MOVES:
-            raise PlayerError(f"{self.url}: move {word!r:.60}; expected one of {', '.join(MOVES)}.")
+            raise PlayerError(
+                "{url}: move {word!r:.60}; expected one of {moves}.", url=self.url, word=word, moves=", ".join(MOVES)
+            )
         return word
 
     def end(self, message: Message, seconds: float) -> None:
@@ -79,12 +83,20 @@ class Remote:
             status, answer = self._exchange(method, path, message, seconds)
         except TimeoutError as error:
             self._connection.close()
-            raise LatePlayerError(f"{self.url}{path}: no answer within {seconds:g} s.") from error
+            raise LatePlayerError(
+                "{url}{path}: no answer within {seconds:g} s.", url=self.url, path=path, seconds=seconds
+            ) from error
         except (OSError, http.client.HTTPException) as error:
             self._connection.close()
-            raise PlayerError(f"{self.url}{path}: {type(error).__name__}: {str(error)[:120]}.") from error
+            raise PlayerError(
+                "{url}{path}: {type_name}: {error}.",
+                url=self.url,
+                path=path,
+                type_name=type(error).__name__,
+                error=str(error)[:120],
+            ) from error
         if status != 200:
-            raise PlayerError(f"{self.url}{path}: HTTP {status}; expected 200.")
+            raise PlayerError("{url}{path}: HTTP {status}; expected 200.", url=self.url, path=path, status=status)
         return _read_json(answer, f"{self.url}{path}") if needs_json else {}
 
     def _exchange(self, method: str, path: str, message: Message | None, seconds: float) -> tuple[int, bytes]:
@@ -115,7 +127,11 @@ def _read_json(answer: bytes, where: str) -> dict[str, Any]:
     try:
         value = json.loads(answer)
     except (ValueError, RecursionError) as error:
-        raise PlayerError(f"{where}: the answer is no JSON ({type(error).__name__}).") from error
+        raise PlayerError(
+            "{where}: the answer is no JSON ({type_name}).", where=where, type_name=type(error).__name__
+        ) from error
     if not isinstance(value, dict):
-        raise PlayerError(f"{where}: the answer is a {type(value).__name__}; expected an object.")
+        raise PlayerError(
+            "{where}: the answer is a {type_name}; expected an object.", where=where, type_name=type(value).__name__
+        )
     return value

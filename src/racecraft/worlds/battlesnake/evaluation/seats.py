@@ -94,7 +94,12 @@ class Seat:
             else:
                 word = self._wait(seconds)
             if word not in MOVES:
-                raise PlayerError(f"{self.name}: move {word!r:.60}; expected one of {', '.join(MOVES)}.")
+                raise PlayerError(
+                    "{name}: move {word!r:.60}; expected one of {moves}.",
+                    name=self.name,
+                    word=word,
+                    moves=", ".join(MOVES),
+                )
             self.last_move = word
         except TimeoutError:
             self.failures.note_late(board.turn, f"{self.name}: no answer within {self._limit(seconds):g} s.")

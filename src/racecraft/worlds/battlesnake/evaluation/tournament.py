@@ -103,12 +103,14 @@ def tournament(
 
 def _check(names: Sequence[str], at_a_board: int) -> None:
     if len(set(names)) < len(names):
-        raise BoardError(f"players {', '.join(names)}; expected every name once.")
+        raise BoardError("players {names}; expected every name once.", names=", ".join(names))
     if at_a_board < 2:
-        raise BoardError(f"{at_a_board} snake a game; a tournament needs at least 2.")
+        raise BoardError("{at_a_board} snake a game; a tournament needs at least 2.", at_a_board=at_a_board)
     if len(names) < at_a_board:
         few = f"only {len(names)} player" + "s" * (len(names) != 1)
-        raise BoardError(f"{at_a_board} snakes a game, but {few}; name at least {at_a_board}.")
+        raise BoardError(
+            "{at_a_board} snakes a game, but {few}; name at least {at_a_board}.", at_a_board=at_a_board, few=few
+        )
 
 
 def _meetings(players: int, at_a_board: int, rounds: int, seed: int) -> list[tuple[tuple[int, ...], int]]:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import append_atomic, write_atomic
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult
@@ -66,7 +67,9 @@ class TournamentFile:
         try:
             data = self.path.read_bytes()
         except OSError as problem:
-            raise InputFileError(self.path, f"the file cannot be read ({problem.strerror})", _EXPECTED) from problem
+            raise InputFileError(
+                self.path, Message("the file cannot be read ({strerror})", strerror=problem.strerror), _EXPECTED
+            ) from problem
         whole = data[: data.rfind(b"\n") + 1]
         for number, text in enumerate(whole.splitlines(), 1):
             try:
@@ -76,7 +79,9 @@ class TournamentFile:
                     continue
                 found = {name: line[name] for name in asked}
             except (ValueError, KeyError, TypeError, RecursionError) as problem:
-                raise InputFileError(self.path, f"{problem!r:.120}", _EXPECTED, line=number) from problem
+                raise InputFileError(
+                    self.path, Message("{problem!r:.120}", problem=problem), _EXPECTED, line=number
+                ) from problem
             self._compare(asked, found)
         if not whole:
             raise InputFileError(self.path, "no line in it", _EXPECTED)
@@ -86,9 +91,11 @@ class TournamentFile:
         other = [f"{name} {found[name]}, now {asked[name]}" for name in asked if found[name] != asked[name]]
         if other:
             raise InputFileError(
-                self.path, f"another tournament ({'; '.join(other)})", "the same one to go on with",
+                self.path,
+                Message("another tournament ({other})", other="; ".join(other)),
+                "the same one to go on with",
                 "Give the tournament another --file, or the same players and settings.",
-            )  # fmt: skip
+            )
 
 
 def _game(line: Any, number: int, players: int) -> GameResult:

@@ -87,9 +87,13 @@ class Arena:
         """Wait for a server that may come back; where none is missing, say that there are too few."""
         if not self._pauses:
             raise ArenaError(
-                f"{self.store.path}: {len(able)} of {len(entrants)} players can play, and "
-                f"{min(self.store.terms.snakes)} sit at a board; expected as many. `racecraft snakes arena add` lets "
-                "more in."
+                "{path}: {count} of {count_2} players can play, and "
+                "{snakes} sit at a board; expected as many. `racecraft snakes arena add` lets "
+                "more in.",
+                path=self.store.path,
+                count=len(able),
+                count_2=len(entrants),
+                snakes=min(self.store.terms.snakes),
             )
         time.sleep(max(0.0, min(until for until, _ in self._pauses.values()) - time.monotonic()))
 

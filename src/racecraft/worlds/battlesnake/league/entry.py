@@ -36,8 +36,10 @@ def entrant_of(what: str, name: str = "", anchor: bool = False) -> Entrant:
     """
     if anchor and ("://" in what or what == SEARCH or what.startswith((ON_TOP, WEIGHED))):
         raise ArenaError(
-            f"{what}: it may change (a server its program, search with the machine); expected an anchor that never "
-            f"does: {', '.join(one for one in PLAYERS if one != SEARCH)}, a FILE.py or a RUN."
+            "{what}: it may change (a server its program, search with the machine); expected an anchor that never "
+            "does: {players}, a FILE.py or a RUN.",
+            what=what,
+            players=", ".join(one for one in PLAYERS if one != SEARCH),
         )
     take_seat(what).leave()
     source = pinned(what)
@@ -79,7 +81,9 @@ def fingerprint(source: str) -> str:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as problem:
         raise ArenaError(
-            f"{path}: cannot be read ({problem.strerror}); expected the player that was let in."
+            "{path}: cannot be read ({strerror}); expected the player that was let in.",
+            path=path,
+            strerror=problem.strerror,
         ) from problem
 
 
@@ -93,6 +97,8 @@ def require_same(entrant: Entrant) -> None:
     """
     if fingerprint(entrant.source) != entrant.fingerprint:
         raise ArenaError(
-            f"{entrant.name}: {entrant.source} has changed since it came in; expected the same player. "
-            f"Bring it back, or let it in anew under another --name and `arena remove {entrant.name}`."
+            "{name}: {source} has changed since it came in; expected the same player. "
+            "Bring it back, or let it in anew under another --name and `arena remove {name}`.",
+            name=entrant.name,
+            source=entrant.source,
         )

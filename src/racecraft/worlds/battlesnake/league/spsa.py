@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import InputFileError, SettingError
+from racecraft.contract.message import Message
 from racecraft.contract.random_streams import generator, stream_keys
 from racecraft.contract.world import Array
 from racecraft.evaluation.rating import wilson
@@ -74,10 +75,17 @@ class GauntletSettings:
 
     def __post_init__(self) -> None:
         if self.snakes < 2 or self.snakes % 2 or self.snakes > 8:
-            raise SettingError(f"{self.snakes} snakes at a board; expected 2, 4, 6 or 8, half of them on each side.")
+            raise SettingError(
+                "{snakes} snakes at a board; expected 2, 4, 6 or 8, half of them on each side.", snakes=self.snakes
+            )
         for name, least in (("rounds", 1), ("proof", 1), ("effort", 16), ("most_turns", 1)):
             if getattr(self, name) < least:
-                raise SettingError(f"{name} is {getattr(self, name)}; expected {least} or more.")
+                raise SettingError(
+                    "{name} is {problem}; expected {least} or more.",
+                    name=name,
+                    problem=getattr(self, name),
+                    least=least,
+                )
 
     @property
     def game(self) -> GameSettings:
@@ -189,9 +197,11 @@ class WeightTuner:
             ) from problem  # fmt: skip
         if found != asked:
             raise InputFileError(
-                self.path, f"another gauntlet ({_differences(asked, found)})", "the same one to go on with",
+                self.path,
+                Message("another gauntlet ({differences})", differences=_differences(asked, found)),
+                "the same one to go on with",
                 "Give another file, or the same settings.",
-            )  # fmt: skip
+            )
 
     def _write(self) -> None:
         share, low, high = self.proven()

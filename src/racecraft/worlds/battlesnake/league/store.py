@@ -68,16 +68,20 @@ class ArenaStore:
         self.path = Path(path)
         if not self.path.is_file():
             raise ArenaError(
-                f"{path}: there is no arena; expected one that `racecraft snakes arena new` made. "
-                f"`racecraft snakes arena new --arena {path}` begins it."
+                "{path}: there is no arena; expected one that `racecraft snakes arena new` made. "
+                "`racecraft snakes arena new --arena {path}` begins it.",
+                path=path,
             )
         with self._open() as database:
             told = [database.execute(f"pragma {name}").fetchone()[0] for name in ("application_id", "user_version")]
             if told[0] != APPLICATION:
-                raise ArenaError(f"{path}: another program's database; expected an arena of racecraft's.")
+                raise ArenaError("{path}: another program's database; expected an arena of racecraft's.", path=path)
             if told[1] != VERSION:
                 raise ArenaError(
-                    f"{path}: an arena of version {told[1]}; expected {VERSION}. Another racecraft made it: use that."
+                    "{path}: an arena of version {told}; expected {version}. Another racecraft made it: use that.",
+                    path=path,
+                    told=told[1],
+                    version=VERSION,
                 )
             terms = json.loads(database.execute("select value from about where key = 'terms'").fetchone()[0])
         self.terms = ArenaTerms(**terms | {"snakes": tuple(terms["snakes"])})
@@ -92,8 +96,9 @@ class ArenaStore:
         path = Path(path)
         if path.exists():
             raise ArenaError(
-                f"{path}: something stands there; expected a new place. Give another --arena, or move it away: "
-                "an arena's terms never change."
+                "{path}: something stands there; expected a new place. Give another --arena, or move it away: "
+                "an arena's terms never change.",
+                path=path,
             )
         with _connected(path) as database:
             database.executescript(_SHAPE)
@@ -112,8 +117,10 @@ class ArenaStore:
         return FileLock(
             self._lock_file,
             lambda holder: ArenaError(
-                f"{self.path}: somebody plays in it already ({holder}); expected an arena at rest. Wait for it or "
-                "stop it (Ctrl-C); `arena add`, `remove`, `show` and `board` work meanwhile."
+                "{path}: somebody plays in it already ({holder}); expected an arena at rest. Wait for it or "
+                "stop it (Ctrl-C); `arena add`, `remove`, `show` and `board` work meanwhile.",
+                path=self.path,
+                holder=holder,
             ),
         )
 
@@ -139,8 +146,8 @@ class ArenaStore:
                 )
             except sqlite3.IntegrityError:
                 raise ArenaError(
-                    f"There is a player '{entrant.name}' in this arena already; expected a new name. "
-                    "Give one with --name."
+                    "There is a player '{name}' in this arena already; expected a new name. Give one with --name.",
+                    name=entrant.name,
                 ) from None
             database.commit()
         return Entrant(**row)
@@ -169,7 +176,9 @@ class ArenaStore:
         """
         there = {one.name: one for one in self.entrants()}
         if name not in there:
-            raise ArenaError(f"There is no player '{name}' in this arena. {nearest(name, list(there))}")
+            raise ArenaError(
+                "There is no player '{name}' in this arena. {hint}", name=name, hint=nearest(name, list(there))
+            )
         return there[name]
 
     def draw(self, players: Sequence[int]) -> Meeting:
@@ -231,7 +240,7 @@ class ArenaStore:
             (last,) = database.execute("select max(number) from games").fetchone()
         if row is None:
             there = f"expected 1 to {last}" if last else "none was played yet: `racecraft snakes arena play`"
-            raise ArenaError(f"There is no game {number} in this arena; {there}.")
+            raise ArenaError("There is no game {number} in this arena; {there}.", number=number, there=there)
         return gzip.decompress(row[0]).decode()
 
     @property
@@ -249,7 +258,7 @@ def _connected(path: Path) -> Iterator[sqlite3.Connection]:
         with contextlib.closing(sqlite3.connect(path, timeout=PATIENCE_SECONDS)) as database:
             yield database
     except sqlite3.Error as error:
-        raise ArenaError(f"{path}: {_what_happened(str(error))}") from error
+        raise ArenaError("{path}: {what_happened}", path=path, what_happened=_what_happened(str(error))) from error
 
 
 def _what_happened(said: str) -> str:

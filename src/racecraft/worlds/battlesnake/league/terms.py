@@ -45,10 +45,15 @@ class ArenaTerms:
         sizes = self.snakes
         if not sizes or len(set(sizes)) < len(sizes) or not all(2 <= one <= 8 for one in sizes):
             raise ArenaError(
-                f"snakes at a board {', '.join(map(str, sizes)) or 'none'}; expected different numbers from 2 to 8."
+                "snakes at a board {sizes}; expected different numbers from 2 to 8.",
+                sizes=", ".join(map(str, sizes)) or "none",
             )
         if self.timeout_ms < 1 or self.most_turns < 1:
-            raise ArenaError(f"timeout {self.timeout_ms} ms, {self.most_turns} turns; expected at least 1 of both.")
+            raise ArenaError(
+                "timeout {timeout_ms} ms, {most_turns} turns; expected at least 1 of both.",
+                timeout_ms=self.timeout_ms,
+                most_turns=self.most_turns,
+            )
 
     def game(self, snakes: int) -> GameSettings:
         """Return the settings of a game of so many snakes. Raises BoardError where nobody can play that."""

@@ -27,7 +27,7 @@ def anchor_number(name: str) -> int:
         SettingError: There is no such anchor.
     """
     if name not in ANCHORS:
-        raise SettingError(f"There is no anchor '{name}'. {nearest(name, ANCHORS)}")
+        raise SettingError("There is no anchor '{name}'. {hint}", name=name, hint=nearest(name, ANCHORS))
     return ANCHORS[name]
 
 

@@ -34,4 +34,9 @@ def colour(text: str, where: str = "--color") -> str:
     if small.startswith("#") and len(digits) in (3, 6) and set(digits) <= set("0123456789abcdef"):
         return "#" + (digits if len(digits) == 6 else "".join(digit * 2 for digit in digits))
     hint = "" if small.startswith("#") else f" {nearest(small, COLOURS)}"
-    raise PlayerError(f"{where} is '{text[:40]}'; expected #rrggbb, such as #ff8800, or a basic colour's name.{hint}")
+    raise PlayerError(
+        "{where} is '{text}'; expected #rrggbb, such as #ff8800, or a basic colour's name.{hint}",
+        where=where,
+        text=text[:40],
+        hint=hint,
+    )

@@ -90,11 +90,20 @@ def load(path: Path) -> types.ModuleType:
         code = compile(source, str(path), "exec")
     except (OSError, UnicodeDecodeError) as error:
         raise PlayerError(
-            f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {EXPECTED}."
+            "{path}: cannot be read ({problem}); {expected}.",
+            path=path,
+            problem=getattr(error, "strerror", None) or error,
+            expected=EXPECTED,
         ) from error
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", None)
-        raise PlayerError(f"{path}:{line}: {getattr(error, 'msg', error)}; {EXPECTED}.") from error
+        raise PlayerError(
+            "{path}:{line}: {problem}; {expected}.",
+            path=path,
+            line=line,
+            problem=getattr(error, "msg", error),
+            expected=EXPECTED,
+        ) from error
     module = types.ModuleType("racecraft_snake_file")
     module.__file__ = str(path)
     sys.path.append(str(path.resolve().parent))  # helpers may stand beside it
@@ -102,13 +111,15 @@ def load(path: Path) -> types.ModuleType:
         exec(code, vars(module))
     except MemoryError as error:
         lift_memory_limit()
-        raise MemoryLimitError(f"{_place(path, error)}: loading it") from error
+        raise MemoryLimitError("{place}: loading it", place=_place(path, error)) from error
     except (Exception, SystemExit) as error:
         raise PlayerError(_letter(path, "loading it", error)) from error
     if not callable(getattr(module, "move", None)):
         names = [name for name, value in vars(module).items() if callable(value)]
         hint = nearest("move", names) if names else "It has no function."
-        raise PlayerError(f"{path}: there is no move(data) in it; {EXPECTED}. {hint}")
+        raise PlayerError(
+            "{path}: there is no move(data) in it; {expected}. {hint}", path=path, expected=EXPECTED, hint=hint
+        )
     return module
 
 
@@ -124,12 +135,16 @@ def answer(path: Path, module: types.ModuleType, what: str, data: Any) -> Any:
         said = getattr(module, what)() if what == "info" else getattr(module, what)(data)
     except MemoryError as error:
         lift_memory_limit()
-        raise MemoryLimitError(f"{_place(path, error)}: {what}()") from error
+        raise MemoryLimitError("{place}: {what}()", place=_place(path, error), what=what) from error
     except (Exception, SystemExit) as error:
         raise PlayerError(_letter(path, f"{what}()", error)) from error
     if what == "info":
         if not isinstance(said, dict):
-            raise PlayerError(f"{path}: info() returned a {type(said).__name__}; expected a dictionary.")
+            raise PlayerError(
+                "{path}: info() returned a {type_name}; expected a dictionary.",
+                path=path,
+                type_name=type(said).__name__,
+            )
         return {str(key): str(value) for key, value in said.items()}
     return _move(path, said) if what == "move" else None
 
@@ -137,7 +152,12 @@ def answer(path: Path, module: types.ModuleType, what: str, data: Any) -> Any:
 def _move(path: Path, said: Any) -> str:
     word = said.get("move") if isinstance(said, dict) else said
     if not isinstance(word, str) or word not in MOVES:
-        raise PlayerError(f"{path}: move() returned {_shown(said)}; expected one of {', '.join(MOVES)}.")
+        raise PlayerError(
+            "{path}: move() returned {shown}; expected one of {moves}.",
+            path=path,
+            shown=_shown(said),
+            moves=", ".join(MOVES),
+        )
     return word
 
 

@@ -76,10 +76,12 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
 
         return load_trained_snake(name)
     if "/" in name and "://" not in name:
-        raise PlayerError(f"{name}: no such file or folder; expected a FILE.py or the RUN of a training.")
+        raise PlayerError("{name}: no such file or folder; expected a FILE.py or the RUN of a training.", name=name)
     if name not in PLAYERS:
         hint = nearest(name, [*PLAYERS, *offered("players")])
-        raise PlayerError(f"There is no player '{name}'. {hint} A FILE.py or the RUN of a training will do, too.")
+        raise PlayerError(
+            "There is no player '{name}'. {hint} A FILE.py or the RUN of a training will do, too.", name=name, hint=hint
+        )
     return _built_in(name, seed)
 
 

@@ -54,7 +54,12 @@ class FilePlayer:
 
     def __init__(self, path: str | Path, memory_mb: int = MEMORY_MB) -> None:
         if memory_mb and memory_mb < LEAST_MEMORY_MB:
-            raise PlayerError(f"{memory_mb} MB for {path}; expected at least {LEAST_MEMORY_MB}, or 0 for no limit.")
+            raise PlayerError(
+                "{memory_mb} MB for {path}; expected at least {least_memory_mb}, or 0 for no limit.",
+                memory_mb=memory_mb,
+                path=path,
+                least_memory_mb=LEAST_MEMORY_MB,
+            )
         self.path, self._memory_mb = Path(path), memory_mb
         self._lock = threading.Lock()
         self._worker = _Worker(self.path, self._memory_mb)
@@ -62,7 +67,11 @@ class FilePlayer:
             self._worker.take(LOAD_SECONDS)
         except TimeoutError:
             self.close()
-            raise PlayerError(f"{path}: still loading after {LOAD_SECONDS:g} s; expected a file that loads.") from None
+            raise PlayerError(
+                "{path}: still loading after {load_seconds:g} s; expected a file that loads.",
+                path=path,
+                load_seconds=LOAD_SECONDS,
+            ) from None
         except PlayerError:
             self.close()
             raise
@@ -72,7 +81,11 @@ class FilePlayer:
         try:
             said: dict[str, str] = self._ask("info", {}, HANGING_SECONDS)
         except TimeoutError:
-            raise PlayerError(f"{self.path}: info() gave no answer within {HANGING_SECONDS:g} s.") from None
+            raise PlayerError(
+                "{path}: info() gave no answer within {hanging_seconds:g} s.",
+                path=self.path,
+                hanging_seconds=HANGING_SECONDS,
+            ) from None
         return said
 
     def start(self, message: Message, seconds: float) -> None:
@@ -177,7 +190,11 @@ class _Worker:
     def _died(self) -> DiedError:
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
-        return DiedError(f"{self._path}: its process ended (exit code {self._process.poll()}); it is begun anew.")
+        return DiedError(
+            "{path}: its process ended (exit code {poll}); it is begun anew.",
+            path=self._path,
+            poll=self._process.poll(),
+        )
 
 
 def load_file_player(path: str | Path, memory_mb: int = MEMORY_MB) -> FilePlayer:

@@ -46,7 +46,7 @@ class SnakeEnv(WorldEnv):
 
     def __init__(self, render_mode: str | None = None, **options: Any) -> None:
         if render_mode not in (None, "ansi"):
-            raise SettingError(f"render_mode is {render_mode!r}; expected None or 'ansi'.")
+            raise SettingError("render_mode is {render_mode!r}; expected None or 'ansi'.", render_mode=render_mode)
         self.games = one_seat_world(1, **options)
         super().__init__(self.games)
         self.render_mode = render_mode
@@ -86,5 +86,5 @@ def _prizes(values: Mapping[str, float]) -> RewardWeights:
     known = asdict(RewardWeights())
     for name in values:
         if name not in known:
-            raise SettingError(f"There is no prize '{name}'. {nearest(name, known)}")
+            raise SettingError("There is no prize '{name}'. {hint}", name=name, hint=nearest(name, known))
     return RewardWeights(**{**known, **values})

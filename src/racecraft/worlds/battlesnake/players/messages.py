@@ -185,10 +185,17 @@ def read_snake(part: Any, where: str) -> Snake:
     """Return the snake of one part of `board.snakes`; `where` names it in errors. Raises MessageError."""
     body = [read_point(point, f"{where}.body") for point in _part(part, "body", list, None, f"{where}.")]
     if not 1 <= len(body) <= MOST_SEGMENTS:
-        raise MessageError(f"{where}.body has {len(body)} squares; expected 1 to {MOST_SEGMENTS}.")
+        raise MessageError(
+            "{where}.body has {count} squares; expected 1 to {most_segments}.",
+            where=where,
+            count=len(body),
+            most_segments=MOST_SEGMENTS,
+        )
     health = _whole(part, "health", f"{where}.")
     if not 0 <= health <= MAX_HEALTH:
-        raise MessageError(f"{where}.health is {health}; expected 0 to {MAX_HEALTH}.")
+        raise MessageError(
+            "{where}.health is {health}; expected 0 to {max_health}.", where=where, health=health, max_health=MAX_HEALTH
+        )
     return Snake(_part(part, "id", str, None, f"{where}."), body, health)
 
 
@@ -199,12 +206,14 @@ def _check(board: Board) -> None:
     for snake in board.snakes:
         for point in snake.body:
             if not board.holds(point):
-                raise MessageError(f"snake '{snake.id[:40]}' at {point}; expected squares of the board.")
+                raise MessageError(
+                    "snake '{id}' at {point}; expected squares of the board.", id=snake.id[:40], point=point
+                )
     for point in board.food:
         if not board.holds(point):
-            raise MessageError(f"food at {point}; expected squares of the board.")
+            raise MessageError("food at {point}; expected squares of the board.", point=point)
     if any(count > MOST_STACKED for count in board.hazards.values()):
-        raise MessageError(f"board.hazards stacks more than {MOST_STACKED} on a square.")
+        raise MessageError("board.hazards stacks more than {most_stacked} on a square.", most_stacked=MOST_STACKED)
 
 
 def read_point(part: Any, where: str) -> Point:
@@ -215,18 +224,30 @@ def read_point(part: Any, where: str) -> Point:
 def _whole(part: Any, key: str, where: str, default: int | None = None) -> int:
     value = _part(part, key, int, default, where)
     if isinstance(value, bool) or abs(value) > 1_000_000_000:
-        raise MessageError(f"{where}{key} is {str(value)[:40]}; expected a whole number.")
+        raise MessageError(
+            "{where}{key} is {value}; expected a whole number.", where=where, key=key, value=str(value)[:40]
+        )
     return int(value)
 
 
 def _part(part: Any, key: str, kind: type, default: Any = None, where: str = "") -> Any:
     if not isinstance(part, dict):
-        raise MessageError(f"{where.rstrip('.') or 'the message'} is {_kind_of(part)}; expected an object.")
+        raise MessageError(
+            "{where} is {kind_of}; expected an object.",
+            where=where.rstrip(".") or "the message",
+            kind_of=_kind_of(part),
+        )
     value = part.get(key, default)
     if value is None:
-        raise MessageError(f"{where}{key} is missing; expected {_KINDS[kind]}.")
+        raise MessageError("{where}{key} is missing; expected {kinds}.", where=where, key=key, kinds=_KINDS[kind])
     if not isinstance(value, kind):
-        raise MessageError(f"{where}{key} is {_kind_of(value)}; expected {_KINDS[kind]}.")
+        raise MessageError(
+            "{where}{key} is {kind_of}; expected {kinds}.",
+            where=where,
+            key=key,
+            kind_of=_kind_of(value),
+            kinds=_KINDS[kind],
+        )
     return value
 
 

@@ -144,7 +144,11 @@ def seats_for(opponents: str | Sequence[str], snakes: int | None) -> tuple[str, 
     if snakes is None:
         return named
     if snakes < 1 or (snakes > 1 and not named) or len(named) > max(1, snakes - 1):
-        raise SettingError(f"snakes is {snakes} with {len(named)} opponents; expected one snake more than opponents.")
+        raise SettingError(
+            "snakes is {snakes} with {count} opponents; expected one snake more than opponents.",
+            snakes=snakes,
+            count=len(named),
+        )
     return tuple(named[number % len(named)] for number in range(snakes - 1))
 
 

@@ -16,7 +16,7 @@ def find_snake(board: Board, snake_id: str) -> Snake:
     for snake in board.snakes:
         if snake.id == snake_id and snake.alive and snake.body:
             return snake
-    raise PlayerError(f"snake '{snake_id}' is not alive on this board.")
+    raise PlayerError("snake '{snake_id}' is not alive on this board.", snake_id=snake_id)
 
 
 def is_wrapped(settings: GameSettings) -> bool:

@@ -116,7 +116,7 @@ def _put_snakes(position: Position, board: Board) -> None:
         stack = len(snake.body) - len(squares)
         is_line = snake.body == squares + squares[-1:] * stack
         if not is_line or not taken.isdisjoint(squares) or not all(board.holds(one) for one in squares):
-            raise BoardError(f"snake {snake.id} lies off the board, on another living snake, or across itself.")
+            raise BoardError("snake {id} lies off the board, on another living snake, or across itself.", id=snake.id)
         taken.update(squares)
         cells = [y * board.width + x for x, y in squares]
         position.ring[number, : len(cells)] = cells

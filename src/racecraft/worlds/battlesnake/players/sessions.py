@@ -202,7 +202,7 @@ def _own(board: Board, snake_id: str) -> Snake:
     for snake in board.alive():
         if snake.id == snake_id:
             return snake
-    raise BoardError(f"snake '{snake_id}' is not alive on this board.")
+    raise BoardError("snake '{snake_id}' is not alive on this board.", snake_id=snake_id)
 
 
 def _key(width: int, height: int, settings: GameSettings, turn: int, snake_id: str, body: list[tuple[int, int]]) -> Key:

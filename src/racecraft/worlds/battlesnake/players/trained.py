@@ -112,15 +112,17 @@ def load_network(name: str) -> Network:
     """
     if not _run_there(name):
         raise PlayerError(
-            f"search:{name}: no such folder; expected the RUN of a training, such as search:runs/snakes-1."
+            "search:{name}: no such folder; expected the RUN of a training, such as search:runs/snakes-1.", name=name
         )
     snake = load_trained_snake(name)
     policy = getattr(snake.policy, "policy", snake.policy)
     if not isinstance(policy, PolicyValueNetwork):
         algorithm = getattr(getattr(snake.policy, "spec", None), "algorithm", "its algorithm")
         raise PlayerError(
-            f"search:{name}: {algorithm} has no critic that could say what a position is worth; expected the run of "
-            f"ppo or alphazero. search+{name} asks the policy alone."
+            "search:{name}: {algorithm} has no critic that could say what a position is worth; expected the run of "
+            "ppo or alphazero. search+{name} asks the policy alone.",
+            name=name,
+            algorithm=algorithm,
         )
     return Network(policy, snake.seen)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, SettingError, nearest
+from racecraft.contract.message import Message
 from racecraft.worlds.battlesnake.players.kernels.position import WEIGHT_SCALE
 
 FORMAT, VERSION = "racecraft snake weights", 1
@@ -44,7 +45,9 @@ class Weights:
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
-                raise SettingError(f"weight {name} is {value!r:.40}; expected a number from 0 to 1.")
+                raise SettingError(
+                    "weight {name} is {value!r:.40}; expected a number from 0 to 1.", name=name, value=value
+                )
         if not self.squares + self.length + self.meal > 0:
             raise SettingError("weights squares, length and meal are all 0; expected one that is more.")
 
@@ -79,7 +82,7 @@ def weights_in(told: Mapping[str, Any]) -> Weights:
     names = [field.name for field in fields(Weights)]
     for name in told:
         if name not in names:
-            raise SettingError(f"There is no weight '{name}'. {nearest(name, names)}")
+            raise SettingError("There is no weight '{name}'. {hint}", name=name, hint=nearest(name, names))
     return Weights(**told)
 
 
@@ -101,13 +104,19 @@ def read_weights_file(path: str | Path) -> dict[str, Any]:
     try:
         told = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as problem:
-        raise InputFileError(path, f"the file cannot be read ({problem.strerror})", _EXPECTED) from problem
+        raise InputFileError(
+            path, Message("the file cannot be read ({strerror})", strerror=problem.strerror), _EXPECTED
+        ) from problem
     except (ValueError, RecursionError) as problem:
-        raise InputFileError(path, f"no JSON ({str(problem)[:80]})", _EXPECTED) from problem
+        raise InputFileError(path, Message("no JSON ({problem})", problem=str(problem)[:80]), _EXPECTED) from problem
     if not isinstance(told, dict) or told.get("format") != FORMAT or not isinstance(told.get("weights"), dict):
         raise InputFileError(path, "another kind of file", _EXPECTED)
     if told.get("version") != VERSION:
-        raise InputFileError(path, f"version {told.get('version')!r:.20}", f"version {VERSION}")
+        raise InputFileError(
+            path,
+            Message("version {told!r:.20}", told=told.get("version")),
+            Message("version {version}", version=VERSION),
+        )
     return told
 
 

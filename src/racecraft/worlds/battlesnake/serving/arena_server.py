@@ -17,8 +17,8 @@ from typing import Any
 
 from racecraft.contract.errors import UserInputError
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.web.ports import LOOPBACK
 from racecraft.serving.service_thread import ServiceThread
+from racecraft.web.ports import LOOPBACK
 from racecraft.worlds.battlesnake.analysis.arena_page import arena_page
 from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of
 from racecraft.worlds.battlesnake.analysis.board_page import board_page

@@ -235,7 +235,9 @@ class SnakeServer:
             else:
                 word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
             if word not in MOVES:
-                raise PlayerError(f"the player answered {word!r:.60}; expected one of {', '.join(MOVES)}.")
+                raise PlayerError(
+                    "the player answered {word!r:.60}; expected one of {moves}.", word=word, moves=", ".join(MOVES)
+                )
         except TimeoutError:
             self.count.late += 1
             return None

@@ -102,6 +102,9 @@ class ForeignSeats:
         self._silent[place] = self._silent[place] + 1 if is_silent else 0
         if self._silent[place] >= SILENT_MOVES:
             raise PlayerError(
-                f"{seat.name} gave none of the last {SILENT_MOVES} moves ({seat.failures.last_letter}); expected a "
-                "snake that answers. Start it again, or give it more time with --set selfplay.foreign_ms."
+                "{name} gave none of the last {silent_moves} moves ({last_letter}); expected a "
+                "snake that answers. Start it again, or give it more time with --set selfplay.foreign_ms.",
+                name=seat.name,
+                silent_moves=SILENT_MOVES,
+                last_letter=seat.failures.last_letter,
             )

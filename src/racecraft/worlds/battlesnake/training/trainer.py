@@ -206,11 +206,14 @@ def _check(game: GameSettings, settings: Settings, algorithm: Algorithm) -> None
             "sees the whole board. Leave them at none and 1."
         )
     if game.players < 2:
-        raise SettingError(f"--snakes is {game.players}; expected at least 2: a snake learns from those it meets.")
+        raise SettingError(
+            "--snakes is {players}; expected at least 2: a snake learns from those it meets.", players=game.players
+        )
     if algorithm.whole_episodes:
         raise SettingError(
-            f"--algorithm {algorithm.name} learns from whole episodes; snakes learn from rollout.horizon turns of "
-            "every game, since games differ much in length. Use ppo."
+            "--algorithm {name} learns from whole episodes; snakes learn from rollout.horizon turns of "
+            "every game, since games differ much in length. Use ppo.",
+            name=algorithm.name,
         )
     if settings.rollout.episodes_per_iteration is not None:
         raise SettingError(

@@ -44,14 +44,23 @@ class LineRequest(Request):
 
         if self.car not in PROFILES:
             raise SettingError(
-                f"--car is {self.car!r}; expected one of {', '.join(PROFILES)}. {nearest(self.car, PROFILES)}"
+                "--car is {car!r}; expected one of {profiles}. {hint}",
+                car=self.car,
+                profiles=", ".join(PROFILES),
+                hint=nearest(self.car, PROFILES),
             )
         if self.line not in LINE_NAMES:
-            raise SettingError(f"--line is {self.line!r}; expected one of {', '.join(LINE_NAMES)}.")
+            raise SettingError(
+                "--line is {line!r}; expected one of {line_names}.", line=self.line, line_names=", ".join(LINE_NAMES)
+            )
         if self.table is not None and self.top_speed is not None:
             raise SettingError("--table and --top-speed exclude each other: a table has its own speeds. Remove one.")
         if self.out is not None and self.out.suffix not in ENDINGS:
-            raise SettingError(f"--out is {str(self.out)!r}; expected a name that ends in {', '.join(ENDINGS)}.")
+            raise SettingError(
+                "--out is {out!r}; expected a name that ends in {endings}.",
+                out=str(self.out),
+                endings=", ".join(ENDINGS),
+            )
 
 
 @dataclass(frozen=True)
@@ -116,7 +125,11 @@ def _written(request: LineRequest, found: FoundLines) -> dict[str, Path]:
 
     lines, files = found.times.lines, dict[str, Path]()
     if (request.out or request.picture) and request.line not in lines:
-        raise SettingError(f"--line is {request.line!r}, and there is none here; expected one of {', '.join(lines)}.")
+        raise SettingError(
+            "--line is {line!r}, and there is none here; expected one of {lines}.",
+            line=request.line,
+            lines=", ".join(lines),
+        )
     title = f"{found.title}: {request.line} line"
     if request.out is not None:
         write_line(lines[request.line], request.out, f"{title}, {lines[request.line].lap_seconds:.2f} s a lap")

@@ -223,6 +223,7 @@ def _seconds_into_lap(lap: Array, tick: Array, episode: Array) -> Array:
 def _require(holds: bool, found: str) -> None:
     if not holds:
         raise DriveError(
-            f"A drive cannot be made of {found}; expected the ticks of one car, in order, as `formats/episodes.py` or "
-            "TICK_REPORT has them. Pick one world's rows."
+            "A drive cannot be made of {found}; expected the ticks of one car, in order, as `formats/episodes.py` or "
+            "TICK_REPORT has them. Pick one world's rows.",
+            found=found,
         )

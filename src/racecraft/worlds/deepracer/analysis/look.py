@@ -185,8 +185,9 @@ def look_at(
     """
     if not seen.pictures:
         raise AttentionError(
-            f"this policy sees {', '.join(seen.fed)}, no picture; expected a camera. `analysis.attention.attend` tells "
-            "how much every number counts."
+            "this policy sees {fed}, no picture; expected a camera. `analysis.attention.attend` tells "
+            "how much every number counts.",
+            fed=", ".join(seen.fed),
         )
     name = seen.pictures[0]
     told = attend(policy, seen, question, steps)

@@ -135,8 +135,9 @@ def _only_camera(policy: TrainedPolicy) -> tuple[str, ArraySpec]:
             return name, spec
     told = ", ".join(f"{name} {spec.shape}" for name, spec in visible.items())
     raise AttentionError(
-        f"this policy sees {told}; a picture can only stand for one camera. Look at a lap instead: leave the picture "
-        "away."
+        "this policy sees {told}; a picture can only stand for one camera. Look at a lap instead: leave the picture "
+        "away.",
+        told=told,
     )
 
 
@@ -160,10 +161,16 @@ def pictures_in(source: Path) -> Sequence[Path]:
     if source.is_dir():
         found = sorted(path for path in source.iterdir() if path.suffix.lower() in PICTURES)
         if not found:
-            raise AttentionError(f"{source}: holds no picture; expected files that end in {', '.join(PICTURES)}.")
+            raise AttentionError(
+                "{source}: holds no picture; expected files that end in {pictures}.",
+                source=source,
+                pictures=", ".join(PICTURES),
+            )
         return found
     if not source.is_file():
-        raise AttentionError(f"{source}: is not there; expected a picture, a folder of pictures or a film.")
+        raise AttentionError(
+            "{source}: is not there; expected a picture, a folder of pictures or a film.", source=source
+        )
     return [source]
 
 
@@ -174,7 +181,9 @@ def _read(path: Path) -> Array:
         with Image.open(path) as picture:
             return np.asarray(picture.convert("RGB"))
     except (OSError, UnidentifiedImageError) as error:
-        raise AttentionError(f"{path}: cannot be read as a picture ({error}); expected PNG or JPEG.") from error
+        raise AttentionError(
+            "{path}: cannot be read as a picture ({error}); expected PNG or JPEG.", path=path, error=error
+        ) from error
 
 
 def as_seen(picture: Array, width: int, height: int, spec: ArraySpec) -> Array:

@@ -191,8 +191,9 @@ def _require(episodes: pl.DataFrame, *names: str) -> None:
     missing = [name for name in names if name not in episodes.columns]
     if missing:
         raise TableError(
-            f"The episodes have no column {', '.join(missing)}; found {', '.join(episodes.columns) or 'none'}. "
-            "Files that racecraft wrote have them all."
+            "The episodes have no column {missing}; found {columns}. Files that racecraft wrote have them all.",
+            missing=", ".join(missing),
+            columns=", ".join(episodes.columns) or "none",
         )
 
 

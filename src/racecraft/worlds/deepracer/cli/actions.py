@@ -56,7 +56,12 @@ def actions(
 
     circuits = [load_track(name) for name in tracks]
     if car not in PROFILES:
-        raise SettingError(f"--car is {car!r}; expected one of {', '.join(PROFILES)}. {nearest(car, PROFILES)}")
+        raise SettingError(
+            "--car is {car!r}; expected one of {profiles}. {hint}",
+            car=car,
+            profiles=", ".join(PROFILES),
+            hint=nearest(car, PROFILES),
+        )
     fastest = default_top_speed(car) if top_speed is None else top_speed
     chosen = None if log is None else chosen_actions(log, None if table is None else read_table(table))
     given = read_table(table) if table is not None else None if chosen is None else chosen.actions
@@ -68,8 +73,10 @@ def actions(
         )
     if design is None:
         raise SettingError(
-            f"{count} actions up to {fastest:g} m/s: no table tried laps every track; expected more --count or less "
-            "--top-speed."
+            "{count} actions up to {fastest:g} m/s: no table tried laps every track; expected more --count or less "
+            "--top-speed.",
+            count=count,
+            fastest=fastest,
         )
     facts = _facts(circuits, car, design)
     if chosen is not None:

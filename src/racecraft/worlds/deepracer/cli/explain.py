@@ -34,7 +34,9 @@ def explain(
         near = nearest_names(wanted)
         hint = f"Did you mean {' or '.join(map(repr, near))}?" if near else "The glossary in the docs has them all."
         raise UserInputError(
-            f"'{wanted}': no such word; expected one of the console, of a JSON file, of run.env or of racecraft. {hint}"
+            "'{wanted}': no such word; expected one of the console, of a JSON file, of run.env or of racecraft. {hint}",
+            wanted=wanted,
+            hint=hint,
         )
     if json:
         print_json({"word": wanted, "terms": [asdict(term) for term in found]})

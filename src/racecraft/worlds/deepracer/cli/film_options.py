@@ -66,7 +66,7 @@ class FilmOptions:
         if self.video is not None:
             film_path(self.video)
         elif self.view is not None:
-            raise SettingError(f"--view {self.view} films nothing; expected --video FILE.mp4 with it.")
+            raise SettingError("--view {view} films nothing; expected --video FILE.mp4 with it.", view=self.view)
         if self.video is None and not self.save_mp4:
             idle = "films nothing; expected --video FILE.mp4 or --save-mp4 with it."
         elif not self.from_outside and not self.save_mp4:
@@ -75,7 +75,7 @@ class FilmOptions:
             return
         for option, value in (("--size", self.size), ("--fps", self.fps)):
             if value is not None:
-                raise SettingError(f"{option} {value} {idle}")
+                raise SettingError("{option} {value} {idle}", option=option, value=value, idle=idle)
 
     def style(self, car: TrainedCar) -> FilmStyle | None:
         """Return the style of a film from outside the dashboard; None where there is none."""

@@ -94,9 +94,11 @@ def _circuit(track: str) -> Track:
         if track not in WITHOUT_ROUTE:
             raise
         raise SettingError(
-            f"No route file of '{track}', the track of a race of 2019, is known here; racers prepared for it on "
-            f"{WITHOUT_ROUTE[track]}, as far as known another circuit. Expected a route file of your own: "
-            f"--track {track}.npy."
+            "No route file of '{track}', the track of a race of 2019, is known here; racers prepared for it on "
+            "{without_route}, as far as known another circuit. Expected a route file of your own: "
+            "--track {track}.npy.",
+            track=track,
+            without_route=WITHOUT_ROUTE[track],
         ) from error
 
 
@@ -114,7 +116,9 @@ def _on_track(boards: list[Leaderboard], track: str | None) -> list[Leaderboard]
     found = [board for board in boards if not same.isdisjoint(_names_of(board.track))]
     if not found:
         known = sorted({board.track for board in boards})
-        raise SettingError(f"the archive has no race on the track '{track}'. {nearest(track, known)}")
+        raise SettingError(
+            "the archive has no race on the track '{track}'. {hint}", track=track, hint=nearest(track, known)
+        )
     return found
 
 

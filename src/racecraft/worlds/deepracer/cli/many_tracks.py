@@ -28,12 +28,12 @@ def tracks_asked(track: Sequence[str] | None, tracks: str | None, of_one: Mappin
     for option, value in of_one.items():
         if value is not None:
             raise SettingError(
-                f"{option} shows one track, and several are judged; expected one --track, or no {option}."
+                "{option} shows one track, and several are judged; expected one --track, or no {option}.", option=option
             )
     parts = [tracks] if tracks is not None else list(track or ())
     names = list(dict.fromkeys(name.strip() for part in parts for name in part.split(",") if name.strip()))
     if not names:
-        raise SettingError(f"--tracks {tracks!r} names none; expected names, trained, held-out or all.")
+        raise SettingError("--tracks {tracks!r} names none; expected names, trained, held-out or all.", tracks=tracks)
     return names
 
 

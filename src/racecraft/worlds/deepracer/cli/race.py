@@ -77,7 +77,9 @@ class RaceFilm:
             film_path(self.video)
         elif asked:
             name, value = next(iter(asked.items()))
-            raise SettingError(f"--{name} {value} films nothing; expected --video FILE.mp4 with it.")
+            raise SettingError(
+                "--{name} {value} films nothing; expected --video FILE.mp4 with it.", name=name, value=value
+            )
         return style
 
 
@@ -174,7 +176,12 @@ def paces_asked(paces: list[float] | None, cars: int) -> list[float]:
         return [1.0] * cars
     if len(paces) != cars or not all(LEAST_PACE <= pace <= 1.0 for pace in paces):
         told = " ".join(f"--pace {pace:g}" for pace in paces)
-        raise SettingError(f"{told}: expected {cars} shares from {LEAST_PACE:g} to 1, one for each car in their order.")
+        raise SettingError(
+            "{told}: expected {cars} shares from {least_pace:g} to 1, one for each car in their order.",
+            told=told,
+            cars=cars,
+            least_pace=LEAST_PACE,
+        )
     return paces
 
 

@@ -57,8 +57,10 @@ class LapOptions:
         from racecraft.worlds.deepracer.logs.columns import PHASES
 
         if self.phase is not None and self.phase not in PHASES:
-            raise SettingError(f"--phase is {self.phase!r}; expected one of {', '.join(PHASES)}. "
-                               f"{nearest(self.phase, PHASES)}")  # fmt: skip
+            raise SettingError(
+                "--phase is {phase!r}; expected one of {phases}. {hint}", phase=self.phase, phases=", ".join(PHASES),
+                hint=nearest(self.phase, PHASES),
+            )  # fmt: skip
         span = None if self.iterations is None else read_iterations(self.iterations)
         chosen = LapFilter(self.phase, span, self.quarter, self.begins, self.within, self.fastest, self.clean)
         return chosen.rows(laps)
@@ -143,7 +145,9 @@ def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track:
     lengths = ticks.group_by("round").agg(length=_median_length())
     if lengths.height > 1 and lengths["length"].max() - lengths["length"].min() > SAME_LENGTH_M:  # type: ignore[operator]
         told = ", ".join(f"{length:.2f} m" for length in lengths.sort("round")["length"])
-        raise SettingError(f"the runs were driven on several tracks ({told}); expected one. Name runs of one track.")
+        raise SettingError(
+            "the runs were driven on several tracks ({told}); expected one. Name runs of one track.", told=told
+        )
     return find_track(ticks, track if track is not None else found.about.get("world"))
 
 
@@ -161,11 +165,15 @@ def _laps_that_count(ticks: pl.DataFrame, circuit: Track, which: LapOptions) -> 
     rows = which.rows(laps)
     if not len(laps):
         raise SettingError(
-            f"none of the {laps.episodes} episodes is a full lap of {circuit.name}; expected one at least. "
-            "Let the training go on; `racecraft why` tells where its laps end."
+            "none of the {episodes} episodes is a full lap of {name}; expected one at least. "
+            "Let the training go on; `racecraft why` tells where its laps end.",
+            episodes=laps.episodes,
+            name=circuit.name,
         )
     if not len(rows):
-        raise SettingError(f"none of the {len(laps)} full laps is left by the options; expected one at least.")
+        raise SettingError(
+            "none of the {count} full laps is left by the options; expected one at least.", count=len(laps)
+        )
     return laps.take(rows)
 
 
@@ -175,7 +183,9 @@ def _row_of(timing: LapTiming, lap: int) -> int:
     from racecraft.contract.errors import SettingError
 
     if lap > len(timing.laps):
-        raise SettingError(f"--lap is {lap}; expected 1 to {len(timing.laps)}, the laps that count.")
+        raise SettingError(
+            "--lap is {lap}; expected 1 to {count}, the laps that count.", lap=lap, count=len(timing.laps)
+        )
     return int(np.argsort(timing.laps.lap_seconds, kind="stable")[lap - 1])
 
 
@@ -197,7 +207,7 @@ def _reference(against: str | None, timing: LapTiming, found: Logs, car: str | N
         return references.of_line_file(Path(against), track)
     others = find_laps(_on(read(against).require_ticks(), track, against), track)
     if not len(others):
-        raise SettingError(f"--against {against}: holds no full lap; expected one to compare with.")
+        raise SettingError("--against {against}: holds no full lap; expected one to compare with.", against=against)
     fastest = int(np.argmin(others.lap_seconds))
     name = f"the fastest lap of {Path(against).resolve().name}"
     return references.of_lap(others, fastest, name)
@@ -211,8 +221,12 @@ def _on(ticks: pl.DataFrame, track: Track, against: str) -> pl.DataFrame:
     other = find_track(ticks)
     if abs(other.length - track.length) > 0.1 or other.is_ccw != track.is_ccw:
         raise SettingError(
-            f"--against {against}: was driven on {other.name} ({other.direction}); expected {track.name} "
-            f"({track.direction})."
+            "--against {against}: was driven on {name} ({direction}); expected {name_2} ({direction_2}).",
+            against=against,
+            name=other.name,
+            direction=other.direction,
+            name_2=track.name,
+            direction_2=track.direction,
         )
     return ticks
 
@@ -226,7 +240,12 @@ def _best_known(timing: LapTiming, found: Logs, car: str | None) -> Reference:
     from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws, car_for_version
 
     if car is not None and car not in PROFILES:
-        raise SettingError(f"--car is {car!r}; expected one of {', '.join(PROFILES)}. {nearest(car, PROFILES)}")
+        raise SettingError(
+            "--car is {car!r}; expected one of {profiles}. {hint}",
+            car=car,
+            profiles=", ".join(PROFILES),
+            hint=nearest(car, PROFILES),
+        )
     profile = car or found.about.get("car") or car_for_version(found.about.get("version"))
     told = found.about.get("action_space")
     actions = None if told is None else action_space(action_space_from_aws(told))
@@ -234,8 +253,11 @@ def _best_known(timing: LapTiming, found: Logs, car: str | None) -> Reference:
     reference = of_known_lap(timing.laps.track, profile, fastest, actions)
     if reference is None:
         raise SettingError(
-            f"--against best: no lap of {timing.laps.track.name} is known for {profile} up to {fastest:g} m/s, and "
-            "none could be planned; expected another --car, or a run to compare with."
+            "--against best: no lap of {name} is known for {profile} up to {fastest:g} m/s, and "
+            "none could be planned; expected another --car, or a run to compare with.",
+            name=timing.laps.track.name,
+            profile=profile,
+            fastest=fastest,
         )
     return reference
 

@@ -55,7 +55,11 @@ def import_tracks(
     from racecraft.worlds.deepracer.tracks.library import add_track, check_track, library_folder, own_summary
 
     if name and len(files) > 1:
-        raise SettingError(f"--name {name} would name {len(files)} files; expected one file with it. Import it alone.")
+        raise SettingError(
+            "--name {name} would name {count} files; expected one file with it. Import it alone.",
+            name=name,
+            count=len(files),
+        )
     if len({file.stem.casefold() for file in files}) < len(files):
         raise SettingError("Two of the files have one name; expected a name for each track. Import one of them --name.")
     for file in files:

@@ -57,14 +57,18 @@ def read_table(text: str) -> ActionSpace:
     if Path(text).suffix == ".json":
         return action_space(read_model_metadata(text).action_space)
     raise SettingError(
-        f"table {text!r} is not known; expected 'default', angles x speeds such as 7x1.5,2.5, or a model_metadata.json."
+        "table {text!r} is not known; expected 'default', angles x speeds such as 7x1.5,2.5, or a model_metadata.json.",
+        text=text,
     )
 
 
 def _grid(text: str, angles: int, speeds: list[float]) -> ActionTable:
     if not 2 <= angles <= 61 or not all(MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS for speed in speeds):
         raise SettingError(
-            f"table {text!r}; expected 2 to 61 angles and speeds from {MIN_SPEED_MPS:g} to {MAX_SPEED_MPS:g} m/s."
+            "table {text!r}; expected 2 to 61 angles and speeds from {min_speed_mps:g} to {max_speed_mps:g} m/s.",
+            text=text,
+            min_speed_mps=MIN_SPEED_MPS,
+            max_speed_mps=MAX_SPEED_MPS,
         )
     degrees = np.linspace(-math.degrees(MAX_STEERING_RAD), math.degrees(MAX_STEERING_RAD), angles)
     return ActionTable.of([(math.radians(angle), speed) for angle in degrees for speed in sorted(speeds)])

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 
 TABLE = Path(__file__).with_name("known_laps.csv")
@@ -103,8 +104,8 @@ def read_laps(path: Path = TABLE) -> list[KnownLap]:
                 values |= {name: float(row[name]) for name in ("top_speed_mps", "lap_seconds")}
                 laps.append(KnownLap(**values))
             except (KeyError, TypeError, ValueError) as error:
-                expected = f"a value for each of {', '.join(COLUMNS)}"
-                raise InputFileError(path, f"the row {row}", expected, line=line) from error
+                expected = Message("a value for each of {columns}", columns=", ".join(COLUMNS))
+                raise InputFileError(path, Message("the row {row}", row=row), expected, line=line) from error
     return laps
 
 

@@ -85,7 +85,9 @@ def direction_named(track: Track, asked: str) -> str:
     if word in ("cw", "ccw") and track.closed:
         word = FORWARD if track.direction == word else REVERSE
     if word not in (FORWARD, REVERSE):
-        raise SettingError(f"--direction is {asked!r}; expected forward, reverse, or of a loop cw or ccw.")
+        raise SettingError("--direction is {asked!r}; expected forward, reverse, or of a loop cw or ccw.", asked=asked)
     if word == REVERSE and not track.closed:
-        raise SettingError(f"--direction is {asked!r}; {track.name} is an open track: expected forward.")
+        raise SettingError(
+            "--direction is {asked!r}; {name} is an open track: expected forward.", asked=asked, name=track.name
+        )
     return word

@@ -46,4 +46,9 @@ def write_line(line: RacingLine, path: Path, title: str) -> None:
         write_atomic(path, f"# {title}\n# (x in m, y in m, speed in m/s, seconds since the first point)\n"
                           f"RACING_LINE = [\n{points}\n]\n")  # fmt: skip
     else:
-        raise SettingError(f"{path}: the ending is {path.suffix or 'missing'!r}; expected {', '.join(ENDINGS)}.")
+        raise SettingError(
+            "{path}: the ending is {suffix!r}; expected {endings}.",
+            path=path,
+            suffix=path.suffix or "missing",
+            endings=", ".join(ENDINGS),
+        )

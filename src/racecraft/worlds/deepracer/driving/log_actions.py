@@ -60,8 +60,11 @@ def chosen_actions(log: Path, table: ActionSpace | None = None) -> ChosenActions
     numbers = used["action"].to_numpy() if known else np.arange(used.height)
     if len(numbers) and numbers.max() >= len(actions.steering):
         raise SettingError(
-            f"{log} chose action {numbers.max()}; expected at most {len(actions.steering) - 1}, its table's last. "
-            "Name the log's own table with --table."
+            "{log} chose action {max}; expected at most {count}, its table's last. "
+            "Name the log's own table with --table.",
+            log=log,
+            max=numbers.max(),
+            count=len(actions.steering) - 1,
         )
     counts = np.zeros(len(actions.steering), np.int64)
     counts[numbers] = used["len"].to_numpy()

@@ -79,7 +79,10 @@ class ActionTable:
         numbers = np.asarray(actions, np.int64)
         if numbers.size and (numbers.min() < 0 or numbers.max() >= len(self.steering)):
             raise ContractError(
-                f"actions {actions!r} are not from 0 to {len(self.steering) - 1}, the choices of {self}"
+                "actions {actions!r} are not from 0 to {count}, the choices of {self_value}",
+                actions=actions,
+                count=len(self.steering) - 1,
+                self_value=self,
             )
         return Commands(self._chosen.take(numbers, axis=0), self._sent.take(numbers, axis=0), numbers)
 
@@ -130,7 +133,9 @@ class ActionBox:
         """
         told = np.asarray(actions, np.float32)
         if not np.isfinite(told).all():
-            raise ContractError(f"actions {actions!r} are not all finite; expected steering in rad and speed in m/s")
+            raise ContractError(
+                "actions {actions!r} are not all finite; expected steering in rad and speed in m/s", actions=actions
+            )
         low, high = np.asarray(self.spec.low), np.asarray(self.spec.high)
         near = ROUNDINGS * np.finfo(np.float32).eps * (np.abs(low) + np.abs(high))
         chosen = np.where(told <= low + near, low, np.where(told >= high - near, high, told))

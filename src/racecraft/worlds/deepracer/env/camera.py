@@ -98,8 +98,10 @@ class Camera:
     def __init__(self, scene: Scene, width: int = 160, height: int = 120, mount: CameraMount = MOUNT_V3):
         if width < 1 or height < 1:
             raise CameraError(
-                f"A camera of {width} x {height} pixels sees nothing.",
+                "A camera of {width} x {height} pixels sees nothing. "
                 "Give a width and height of at least 1, such as 160 and 120.",
+                width=width,
+                height=height,
             )
         self.scene, self.width, self.height, self.mount = scene, width, height, mount
         self.optics = mounted_optics(width, height, mount)._replace(grain=scene.grass)
@@ -154,8 +156,11 @@ class Camera:
             return np.empty(shape, np.uint8)
         if out.shape != shape or out.dtype != np.uint8:
             raise CameraError(
-                f"The array for the frames is {out.dtype} {out.shape}, it should be uint8 {shape}.",
+                "The array for the frames is {dtype} {shape}, it should be uint8 {shape_2}. "
                 "Give an array of that shape, or none.",
+                dtype=out.dtype,
+                shape=out.shape,
+                shape_2=shape,
             )
         return out
 
@@ -189,8 +194,8 @@ def _checked_poses(poses: np.ndarray) -> np.ndarray:
     poses = np.ascontiguousarray(poses, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] != 3:
         raise CameraError(
-            f"Poses of shape {poses.shape} were given, it should be (R, 3).",
-            "Give x, y and yaw of each car, one car a row.",
+            "Poses of shape {shape} were given, it should be (R, 3). Give x, y and yaw of each car, one car a row.",
+            shape=poses.shape,
         )
     return poses
 
@@ -201,7 +206,10 @@ def _checked_palettes(palettes: np.ndarray, frames: int, ndim: int) -> np.ndarra
         palettes = palettes[None]
     if palettes.ndim != ndim + 1 or len(palettes) not in (1, frames) or palettes.shape[1] != len(MATERIALS):
         raise CameraError(
-            f"Palettes of shape {palettes.shape} do not fit {frames} frames and {len(MATERIALS)} materials.",
+            "Palettes of shape {shape} do not fit {frames} frames and {count} materials. "
             "Give one palette, or one for each frame, with a row for each material of scene.MATERIALS.",
+            shape=palettes.shape,
+            frames=frames,
+            count=len(MATERIALS),
         )
     return palettes

@@ -42,7 +42,9 @@ class MultiCourseWorld:
             first = told_of_objects(first)
         for other in (course.spec for course in self.courses):
             if _seen(other) != _seen(first) or other.actions != first.actions:
-                raise ContractError(f"{other.name} shows or is told something else than {first.name}")
+                raise ContractError(
+                    "{name} shows or is told something else than {name_2}", name=other.name, name_2=first.name
+                )
         counts = [course.spec.num_worlds for course in self.courses]
         ends = np.cumsum(counts).tolist()
         self._rows = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
@@ -146,7 +148,12 @@ class MultiCourseWorld:
             RewardError: The user's reward function failed; the courses behind have then not moved.
         """
         if len(actions) != self._spec.num_worlds:
-            raise ContractError(f"{self._spec.name}: {len(actions)} actions for {self._spec.num_worlds} worlds")
+            raise ContractError(
+                "{name}: {count} actions for {num_worlds} worlds",
+                name=self._spec.name,
+                count=len(actions),
+                num_worlds=self._spec.num_worlds,
+            )
         for resting, (course, rows, own) in zip(self._resting, self._with_buffers(buffers), strict=True):
             if resting:
                 own.reward[:], own.terminated[:], own.truncated[:] = 0.0, False, False

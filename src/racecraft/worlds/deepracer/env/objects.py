@@ -203,10 +203,10 @@ def read_positions(text: str) -> list[tuple[float, bool]]:
         try:
             share, lane = (float(word) for word in part.split(","))
         except ValueError:
-            raise SettingError(f"'{part}' is no place on the track; {expected}.") from None
+            raise SettingError("'{part}' is no place on the track; {expected}.", part=part, expected=expected) from None
         if not 0.0 <= share <= 1.0:
-            raise SettingError(f"'{part}' lies off the track; {expected}.")
+            raise SettingError("'{part}' lies off the track; {expected}.", part=part, expected=expected)
         if not math.isfinite(lane):
-            raise SettingError(f"'{part}' names no lane; {expected}.")
+            raise SettingError("'{part}' names no lane; {expected}.", part=part, expected=expected)
         places.append((share, lane != -1.0))
     return places

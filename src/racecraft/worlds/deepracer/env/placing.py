@@ -67,14 +67,16 @@ def plan_objects(
         arcs=arcs,
         lanes=np.array([lane_beside(track, is_inner) for is_inner in inner]),
         is_random=asked.random and not places,
-        slips=habits.box_distance_slips and not moves and not places,
+        slips=habits.box_distance_slips and not moves,
         least_distance=asked.min_distance,
     )
     if isinstance(asked, BotsConfig):
         if asked.lane_change_after_low > asked.lane_change_after_high:
             raise SettingError(
-                f"bots.lane_change_after_low is {asked.lane_change_after_low:g} s, bots.lane_change_after_high "
-                f"{asked.lane_change_after_high:g} s; expected the least time to be no longer than the most."
+                "bots.lane_change_after_low is {lane_change_after_low:g} s, bots.lane_change_after_high "
+                "{lane_change_after_high:g} s; expected the least time to be no longer than the most.",
+                lane_change_after_low=asked.lane_change_after_low,
+                lane_change_after_high=asked.lane_change_after_high,
             )
         knots, cubics = lane_splines(track)
         plan = plan._replace(
@@ -99,15 +101,21 @@ def _require_room(track: Track, plan: ObjectPlan, num_cars: int, group: str) -> 
     count = len(plan.kinds)
     if count == 0 or (plan.is_random and plan.slips):
         return
-    least = 0.0 if plan.slips else plan.least_distance
-    spacing = max(least, 2.0 * float(plan.sizes[0, 0]))
-    kept = CLEAR_AHEAD_M + CLEAR_BEHIND_M * num_cars if plan.is_random else FIXED_END_M + least
+    spacing = max(plan.least_distance, 2.0 * float(plan.sizes[0, 0]))
+    kept = CLEAR_AHEAD_M + CLEAR_BEHIND_M * num_cars if plan.is_random else FIXED_END_M + plan.least_distance
     fitting = 1 + math.floor((track.length - kept) / spacing + 1e-9) if track.length >= kept else 0
     if count > fitting:
         raise SettingError(
-            f"{group}.number is {count}, {group}.min_distance {plan.least_distance:g} m: so many do not fit on "
-            f"{track.name}, which is {track.length:.1f} m long, of which {kept:.2f} m stay clear; expected at most "
-            f"{fitting}. Ask for fewer, or for less distance."
+            "{group}.number is {count}, {group}.min_distance {least_distance:g} m: so many do not fit on "
+            "{name}, which is {length:.1f} m long, of which {kept:.2f} m stay clear; expected at most "
+            "{fitting}. Ask for fewer, or for less distance.",
+            group=group,
+            count=count,
+            least_distance=plan.least_distance,
+            name=track.name,
+            length=track.length,
+            kept=kept,
+            fitting=fitting,
         )
 
 
@@ -122,6 +130,10 @@ def _require_apart(track: Track, plan: ObjectPlan, positions: str) -> None:
         for other in range(k):
             if rectangles_touch(*objects.boxes[0, k, :5], *objects.boxes[0, other, :5]):
                 raise SettingError(
-                    f"boxes.positions: '{parts[other]}' and '{parts[k]}' overlap on {track.name}; expected places "
-                    f"further apart: a box is {2 * plan.sizes[k, 0]:g} m long."
+                    "boxes.positions: '{parts}' and '{parts_2}' overlap on {name}; expected places "
+                    "further apart: a box is {sizes:g} m long.",
+                    parts=parts[other],
+                    parts_2=parts[k],
+                    name=track.name,
+                    sizes=2 * plan.sizes[k, 0],
                 )

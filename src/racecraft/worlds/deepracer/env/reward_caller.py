@@ -159,4 +159,6 @@ def require_rewards(reward: RewardFunction | Sequence[RewardFunction] | CarRewar
         ContractError: They are another number.
     """
     if isinstance(reward, Sequence | CarRewards) and len(reward) != cars:
-        raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {cars}")
+        raise ContractError(
+            "{count} reward functions were given; expected one for all or {cars}", count=len(reward), cars=cars
+        )

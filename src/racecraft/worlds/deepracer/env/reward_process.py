@@ -14,6 +14,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from racecraft.contract.errors import RewardError, RewardFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.isolation.channel import to_head
 from racecraft.isolation.process import CodeProcess, EndedError
@@ -133,8 +134,11 @@ class RewardProcess:
             raise FailedRowError(_plain(failed), paid)
         if len(paid) != rows or not (np.abs(paid) <= MAX_REWARD).all():
             raise RewardError(
-                f"{self._where()}: reward_function's process answered {len(came)} bytes; expected {rows} numbers from "
-                "-1e5 to 1e5. Do not write to the process's own files."
+                "{where}: reward_function's process answered {count} bytes; expected {rows} numbers from "
+                "-1e5 to 1e5. Do not write to the process's own files.",
+                where=self._where(),
+                count=len(came),
+                rows=rows,
             )
         return paid, told
 
@@ -158,13 +162,13 @@ class RewardProcess:
         except EndedError as error:
             found = f"had not returned after {IMPORT_SECONDS:g} s" if error.was_late else f"its process {error.found}"
             raise RewardFileError(
-                self.path, f"{found} while it was imported", "a module that can be imported",
+                self.path, Message("{found} while it was imported", found=found), "a module that can be imported",
                 line=self._line_of(error),
             ) from None  # fmt: skip
         if "file_error" in told:
             self.close()
-            found, expected, cure, line, key = told["file_error"]
-            raise RewardFileError(self.path, _plain(str(found)), expected, cure, line=line, key=key)
+            found, expected, hint, line, key = told["file_error"]
+            raise RewardFileError(self.path, _plain(str(found)), expected, hint, line=line, key=key)
         return told
 
     def _ask(self, head: bytes, body: bytes, seconds: float) -> tuple[dict[str, Any], bytes]:
@@ -181,11 +185,11 @@ class RewardProcess:
         lines = self.source.text.splitlines()
         text = lines[line - 1].strip() if 0 < line <= len(lines) else ""
         found = f"'s process {error.found}"
-        cure = "Take out what ends it; an exception tells what is wrong."
+        hint = "Take out what ends it; an exception tells what is wrong."
         if error.was_late:
             found = f" had not returned after {self._seconds:g} s"
-            cure = "Mend the loop that it was in, or allow a call more time with --set race.reward_seconds=60."
-        return f"{self.path}:{line}: reward_function{found}; expected a number. {cure}\n    {text}"
+            hint = "Mend the loop that it was in, or allow a call more time with --set race.reward_seconds=60."
+        return f"{self.path}:{line}: reward_function{found}; expected a number. {hint}\n    {text}"
 
     def _line_of(self, error: EndedError) -> int | None:
         """Return the line of the racer's file where the process was when it ended, as far as it could say."""

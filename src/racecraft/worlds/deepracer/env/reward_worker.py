@@ -118,7 +118,7 @@ class Worker:
         except RewardError as error:
             told["error"] = str(error)
         except RewardFileError as error:
-            told["file_error"] = [error.found, error.expected, error.cure, error.line, error.key]
+            told["file_error"] = [str(error.found), str(error.expected), str(error.hint), error.line, error.key]
         if printed := self.printed.take():
             told["printed"] = printed
         self._channel.send(to_head(told) if told else b"", np.array(paid).tobytes())

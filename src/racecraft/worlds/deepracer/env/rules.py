@@ -67,7 +67,9 @@ def first_starts(start_shares: Sequence[float] | Array | None, num_worlds: int) 
     """
     shares = np.arange(num_worlds) / num_worlds if start_shares is None else np.asarray(start_shares, float)
     if shares.shape != (num_worlds,):
-        raise ContractError(f"start_shares has shape {shares.shape}; expected ({num_worlds},)")
+        raise ContractError(
+            "start_shares has shape {shape}; expected ({num_worlds},)", shape=shares.shape, num_worlds=num_worlds
+        )
     return shares
 
 
@@ -79,6 +81,11 @@ def require_grid(track: Track, cars: int) -> None:
     """
     if cars * race.START_GAP_M > track.length:
         raise SettingError(
-            f"{cars} cars start {race.START_GAP_M} m behind one another, and {track.name} is {track.length:.1f} m "
-            f"long; expected at most {int(track.length / race.START_GAP_M)} cars"
+            "{cars} cars start {start_gap_m} m behind one another, and {name} is {length:.1f} m "
+            "long; expected at most {length_2} cars",
+            cars=cars,
+            start_gap_m=race.START_GAP_M,
+            name=track.name,
+            length=track.length,
+            length_2=int(track.length / race.START_GAP_M),
         )

@@ -134,11 +134,11 @@ def car_sensors(names: Sequence[str], lidar_config: Mapping[str, float] | None =
     """
     for name in names:
         if name not in CAMERAS + LIDARS:
-            raise SettingError(f"There is no sensor '{name}'. {nearest(name, CAMERAS + LIDARS)}")
+            raise SettingError("There is no sensor '{name}'. {hint}", name=name, hint=nearest(name, CAMERAS + LIDARS))
     cameras = [name for name in names if name in CAMERAS]
     lidars = [name for name in names if name in LIDARS]
     if len(cameras) != 1 or len(lidars) > 1:
-        raise SettingError(f"sensors {list(names)}; expected exactly one camera and at most one LiDAR.")
+        raise SettingError("sensors {names}; expected exactly one camera and at most one LiDAR.", names=list(names))
     return Sensors(cameras[0], lidar_view(lidars[0], lidar_config) if lidars else None)
 
 

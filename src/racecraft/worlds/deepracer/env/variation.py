@@ -76,8 +76,10 @@ class VariationConfig:
         check_group(self)
         if self.latency and round(self.latency * TICKS_PER_SECOND) == 0:
             raise SettingError(
-                f"variation.latency is {self.latency:g} s, less than half a tick; expected 0, or at least "
-                f"{1 / TICKS_PER_SECOND:.3f} s: commands are given 15 times a second."
+                "variation.latency is {latency:g} s, less than half a tick; expected 0, or at least "
+                "{ticks_per_second:.3f} s: commands are given 15 times a second.",
+                latency=self.latency,
+                ticks_per_second=1 / TICKS_PER_SECOND,
             )
 
     @property
@@ -226,7 +228,7 @@ def checked_level(level: str) -> str:
     """
     known = [name for name in LEVELS if name != "off"]
     if level not in known:
-        raise SettingError(f"There is no level of variation '{level}'. {nearest(level, known)}")
+        raise SettingError("There is no level of variation '{level}'. {hint}", level=level, hint=nearest(level, known))
     return level
 
 
@@ -237,7 +239,7 @@ def checked_disturbance(name: str) -> str:
         SettingError: There is none of that name.
     """
     if name not in DISTURBANCES:
-        raise SettingError(f"There is no disturbance '{name}'. {nearest(name, DISTURBANCES)}")
+        raise SettingError("There is no disturbance '{name}'. {hint}", name=name, hint=nearest(name, DISTURBANCES))
     return name
 
 

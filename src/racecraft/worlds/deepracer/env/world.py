@@ -181,11 +181,6 @@ class RaceWorld:
         return self._objects.kinds.copy()
 
     @property
-    def has_bots(self) -> bool:
-        """Whether objects of this world drive."""
-        return self._plan.speed > 0.0
-
-    @property
     def start_shares(self) -> Array:
         """Where each world's first car first starts, share of the lap (N,)."""
         return self._start_shares.copy()
@@ -293,8 +288,12 @@ class RaceWorld:
         actions = np.asarray(actions)
         if actions.size != self._action_count:
             raise ContractError(
-                f"{self._spec.name}: actions {actions!r} are not {self._cars.size} of {self.actions}: "
-                f"expected shape {self._action_shape}"
+                "{name}: actions {actions!r} are not {size} of {actions_2}: expected shape {action_shape}",
+                name=self._spec.name,
+                actions=actions,
+                size=self._cars.size,
+                actions_2=self.actions,
+                action_shape=self._action_shape,
             )
         told = self.actions.commands(actions.reshape(self._action_shape))
         self._paying.keep(is_asked=self.is_paid)
@@ -441,5 +440,7 @@ def _object_keys(seed: int, num_worlds: int) -> Array:
 
 def _profiles(profiles: Sequence[CarProfile], shape: tuple[int, ...]) -> Array:
     if len(profiles) != shape[1]:
-        raise ContractError(f"{len(profiles)} profiles for {shape[1]} cars a world; expected one for each")
+        raise ContractError(
+            "{count} profiles for {shape} cars a world; expected one for each", count=len(profiles), shape=shape[1]
+        )
     return np.tile(race.car_profiles(profiles), (shape[0], 1))

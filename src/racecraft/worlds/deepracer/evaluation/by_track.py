@@ -148,8 +148,9 @@ def judge_named(car: TrainedCar, names: Sequence[str], starts: int) -> tuple[Tra
     words = [role for role in (TRAINED, HELD_OUT) if role in names or role.replace("_", "-") in names]
     if HELD_OUT in words and not held_out_of_run(car.run):
         raise SettingError(
-            f"{car.run.path} holds no track out; expected names. A training does with --hold-out; --tracks trained "
-            "are those it saw."
+            "{path} holds no track out; expected names. A training does with --hold-out; --tracks trained "
+            "are those it saw.",
+            path=car.run.path,
         )
     roles = {TRAINED, HELD_OUT, HELD_OUT.replace("_", "-")}
     listed = [one for name in names if name not in roles for one in (catalogue_names() if name == ALL else [name])]

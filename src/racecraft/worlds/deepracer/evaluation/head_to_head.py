@@ -25,8 +25,7 @@ from racecraft.worlds.deepracer.env.actions import OwnActions
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MOST_CARS, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import BODY_HALF_LENGTH_M, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
-from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, RANGES
+from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, RANGES, set_down
 from racecraft.worlds.deepracer.players.driver import Driver
 from racecraft.worlds.deepracer.players.seats import Seats
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -65,9 +64,17 @@ class HeadToHead:
         for name, (least, most) in {"laps": (1, 1000), "races": (1, MOST_RACES), **ranges}.items():
             value = getattr(self, name)
             if value is not None and not least <= value <= most:
-                raise SettingError(f"{name} is {value:g}; expected {least:g} to {most:g}.")
+                raise SettingError(
+                    "{name} is {value:g}; expected {least:g} to {most:g}.",
+                    name=name,
+                    value=value,
+                    least=least,
+                    most=most,
+                )
         if self.done_condition not in DONE_CONDITIONS:
-            raise SettingError(f"done_condition is {self.done_condition!r}; expected any or all.")
+            raise SettingError(
+                "done_condition is {done_condition!r}; expected any or all.", done_condition=self.done_condition
+            )
 
 
 @dataclass
@@ -170,7 +177,9 @@ def require_company(count: int) -> None:
         SettingError: So many cannot race.
     """
     if not 2 <= count <= MOST_CARS:
-        raise SettingError(f"{count} cars were named for one race; expected 2 to {MOST_CARS}.")
+        raise SettingError(
+            "{count} cars were named for one race; expected 2 to {most_cars}.", count=count, most_cars=MOST_CARS
+        )
 
 
 class _Field:
@@ -280,7 +289,7 @@ class _Field:
             for name in ("speed", "steering", "old_steering", "old_speed", "still_ticks", "backward_ticks"):
                 car[name] = 0
         else:
-            set_down(self._world, car, n, crashed=False, resets=BoxResets(behind_m=0.0))
+            set_down(self._world, car, n, crashed=False, behind_m=0.0)
         for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts
             car[name] += 1
         car["held"] = round(waits.get(status, self._rules.off_track_penalty) * TICKS_PER_SECOND)

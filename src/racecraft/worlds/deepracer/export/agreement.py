@@ -63,8 +63,11 @@ def compare(car: TrainedCar, policy: PolicyLayers, answer: Answer) -> Agreement:
     difference = _difference(policy.kind, car, told, same)
     if not difference <= TOLERANCE:
         raise ExportError(
-            f"{car.run.path}: the exported file's answers are up to {difference:g} away from the checkpoint's; "
-            f"expected {TOLERANCE:g} at most. Nothing was written. Please report this with the run folder."
+            "{path}: the exported file's answers are up to {difference:g} away from the checkpoint's; "
+            "expected {tolerance:g} at most. Nothing was written. Please report this with the run folder.",
+            path=car.run.path,
+            difference=difference,
+            tolerance=TOLERANCE,
         )
     share = None if shrink == 1 else _share_alike(policy.kind, car, told, frames.seen)
     return Agreement(frames.count, difference, share)

@@ -78,11 +78,13 @@ def export_to_aws(
     if to == "drfc":
         place = Path(output) if output is not None else folder.path / "export" / name
         if place.exists() and (not place.is_dir() or any(place.iterdir())):
-            raise SettingError(f"{place}: something stands there; expected a new folder. Give another with --output.")
+            raise SettingError(
+                "{place}: something stands there; expected a new folder. Give another with --output.", place=place
+            )
         return _filled(folder, which, place, place, check)
     place = Path(output) if output is not None else folder.path / "export" / f"{name}.tar.gz"
     if not place.name.endswith((".tar.gz", ".tgz")):
-        raise SettingError(f"--output {place}: expected a file that ends in .tar.gz.")
+        raise SettingError("--output {place}: expected a file that ends in .tar.gz.", place=place)
     make_folder(place.parent)
     with tempfile.TemporaryDirectory(prefix="racecraft-export-") as temporary:
         done = _filled(folder, which, Path(temporary), place, check)
@@ -101,7 +103,7 @@ def _filled(run: RunFolder, which: str | None, place: Path, named: Path, check: 
         try:
             require_aws_network(layers)
         except PolicyLayersError as error:
-            raise UserInputError(f"{run.path}: {error}") from error
+            raise UserInputError("{path}: {error}", path=run.path, error=error) from error
         told[number] = car, layers, graph_of(layers)
     car, layers, graph = told[best.iteration]
     frozen = write_graph(graph)

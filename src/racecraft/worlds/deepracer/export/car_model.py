@@ -66,7 +66,7 @@ def export_to_car(
         ExportError: The graph does not act as the checkpoint does; nothing is written.
     """
     if output is not None and not _is_place(Path(output)):
-        raise SettingError(f"--output {output}: expected a file that ends in .tar.gz, or a folder.")
+        raise SettingError("--output {output}: expected a file that ends in .tar.gz, or a folder.", output=output)
     car = load_trained_car(run, which)
     policy = car_layers(car)
     written = write_graph(graph_of(policy))

@@ -91,5 +91,7 @@ def _place(output: Path, end: str) -> Path:
     if output.is_dir() or not output.suffix:
         return output / f"policy{end}"
     if output.suffix != end:
-        raise SettingError(f"--output {output}: expected a file that ends in {end}, or a folder.")
+        raise SettingError(
+            "--output {output}: expected a file that ends in {end}, or a folder.", output=output, end=end
+        )
     return output

@@ -32,7 +32,7 @@ def local_bucket(drfc: DrfcFolder) -> Place | None:
     key, secret = drfc.text("DR_LOCAL_ACCESS_KEY_ID"), drfc.text("DR_LOCAL_SECRET_ACCESS_KEY")
     if bool(key) != bool(secret):
         name = "DR_LOCAL_ACCESS_KEY_ID" if not key else "DR_LOCAL_SECRET_ACCESS_KEY"
-        raise drfc.letter(name, "both halves of the pair of keys, or none", found="it has no value")
+        raise drfc.error_at(name, "both halves of the pair of keys, or none", found="it has no value")
     by_role = drfc.text("DR_LOCAL_S3_AUTH_MODE") == "role"
     access = Access(endpoint, "" if by_role or key else _own(drfc, "DR_LOCAL_S3_PROFILE"), _region(drfc), key, secret)
     return _place(drfc, "DR_LOCAL_S3_BUCKET", access)
@@ -59,7 +59,7 @@ def place_of(drfc: DrfcFolder, bucket: Place, name: str) -> Place:
     try:
         whole = Address.parse(f"{bucket.address}{'/' if bucket.address.prefix else ''}{drfc.text(name)}")
     except BucketError as error:
-        raise drfc.letter(name, "a prefix of the bucket, such as my-model-2") from error
+        raise drfc.error_at(name, "a prefix of the bucket, such as my-model-2") from error
     return Place(whole, bucket.access, bucket.installation)
 
 
@@ -68,9 +68,9 @@ def _place(drfc: DrfcFolder, name: str, access: Access) -> Place:
     try:
         address = Address.parse(written if is_address(written) else f"s3://{written}")
     except BucketError as error:
-        raise drfc.letter(name, "the name of a bucket, such as my-models or s3://my-models") from error
+        raise drfc.error_at(name, "the name of a bucket, such as my-models or s3://my-models") from error
     if address.prefix:
-        raise drfc.letter(name, "a bucket without a prefix", "DR_LOCAL_S3_MODEL_PREFIX and its like say where in it.")
+        raise drfc.error_at(name, "a bucket without a prefix", "DR_LOCAL_S3_MODEL_PREFIX and its like say where in it.")
     return Place(address, access, str(drfc.path.absolute()))
 
 
@@ -78,11 +78,11 @@ def _endpoint(drfc: DrfcFolder, name: str) -> str:
     text = drfc.text(name)
     if "@" in text:
         found = "keys stand before its '@', which would be printed and written down"
-        raise drfc.letter(name, "the address alone, such as http://localhost:9000", WHERE_KEYS_ARE, found=found)
+        raise drfc.error_at(name, "the address alone, such as http://localhost:9000", WHERE_KEYS_ARE, found=found)
     try:
         return require_endpoint(text, name)
     except BucketError as error:
-        raise drfc.letter(name, "the address of a store, such as http://localhost:9000") from error
+        raise drfc.error_at(name, "the address of a store, such as http://localhost:9000") from error
 
 
 def _own(drfc: DrfcFolder, name: str) -> str:

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.files.run_env import (
     EnvFolder,
     RunEnv,
@@ -71,7 +72,7 @@ class DrfcFolder:
         """
         written = self.text("DR_RUN_ID")
         if not (written.isascii() and written.isdecimal()) or int(written) > MAX_RUN_ID:
-            raise self.letter("DR_RUN_ID", f"a whole number from 0 to {MAX_RUN_ID}")
+            raise self.error_at("DR_RUN_ID", Message("a whole number from 0 to {max_run_id}", max_run_id=MAX_RUN_ID))
         return int(written)
 
     @property
@@ -132,7 +133,7 @@ class DrfcFolder:
             RunEnvError: No bucket for uploads is named.
         """
         if not self.text("DR_UPLOAD_S3_BUCKET"):
-            raise self.letter(
+            raise self.error_at(
                 "DR_UPLOAD_S3_BUCKET",
                 "the name of a folder for uploads, such as upload",
                 "Give it a name in system.env, or upload into the local bucket with -L.",
@@ -163,12 +164,16 @@ class DrfcFolder:
                 ours.setdefault(self.upload_bucket.name, self.upload_bucket)
             if name not in ours:
                 raise UserInputError(
-                    f"s3://{name}: is no bucket of {self.path}; expected {' or '.join(ours)}. "
-                    f"`racecraft bucket pull s3://{name}/PREFIX {bucket}/PREFIX` fetches from others."
+                    "s3://{name}: is no bucket of {path}; expected {ours}. "
+                    "`racecraft bucket pull s3://{name}/PREFIX {bucket}/PREFIX` fetches from others.",
+                    name=name,
+                    path=self.path,
+                    ours=" or ".join(ours),
+                    bucket=bucket,
                 )
             bucket = ours[name]
         if not _stays_inside(prefix):
-            raise UserInputError(f"{prefix!r}: leaves the bucket; expected a prefix such as my-model-2.")
+            raise UserInputError("{prefix!r}: leaves the bucket; expected a prefix such as my-model-2.", prefix=prefix)
         return bucket / prefix
 
     def text(self, name: str) -> str:
@@ -183,11 +188,13 @@ class DrfcFolder:
         """
         return self.env.run.flag(name, BY_NAME[name].default.casefold() == "true")
 
-    def letter(self, name: str, expected: str, cure: str = "", found: str = "") -> RunEnvError:
+    def error_at(
+        self, name: str, expected: str | Message, hint: str | Message = "", found: str | Message = ""
+    ) -> RunEnvError:
         """Return the error about a value, with its file and line; of one that stands nowhere, with the run.env."""
         if name in self.env.run.values:
-            return self.env.run.letter(name, expected, cure, found)
-        return RunEnvError(self.config, found or f"'{self.text(name)}'", expected, cure, key=name)
+            return self.env.run.error_at(name, expected, hint, found)
+        return RunEnvError(self.config, found or Message("'{text}'", text=self.text(name)), expected, hint, key=name)
 
     @property
     def _experiment(self) -> Path | None:
@@ -197,7 +204,7 @@ class DrfcFolder:
     def _below(self, folder: Path, name: str) -> Path:
         prefix = self.text(name).removeprefix(S3).rstrip("/")
         if not _stays_inside(prefix):
-            raise self.letter(name, "a name that stays inside its folder, such as my-model-2")
+            raise self.error_at(name, "a name that stays inside its folder, such as my-model-2")
         return folder / prefix
 
 
@@ -225,7 +232,9 @@ def open_drfc_folder(
     path, shell = Path(path), shell or {}
     if not path.is_dir():
         what = "is a file" if path.exists() else "there is no such folder"
-        raise UserInputError(f"{path}: {what}; expected a folder with run.env. `racecraft init {path}` makes one.")
+        raise UserInputError(
+            "{path}: {what}; expected a folder with run.env. `racecraft init {path}` makes one.", path=path, what=what
+        )
     files = _env_files(path, config, experiment)
     env = read_env_files(*files, workers=files[-1].parent)
     digest = _digest(files)
@@ -257,15 +266,20 @@ def _env_files(path: Path, config: str | Path | None, experiment: str | None) ->
         if not _stays_inside(experiment) or not place.is_dir():
             there = sorted(one.name for one in (path / EXPERIMENTS).glob("*") if one.is_dir())
             raise UserInputError(
-                f"{place}: there is no such experiment; expected one of {path / EXPERIMENTS}: "
-                f"{', '.join(there) or 'none yet'}. Make the folder with a run.env and custom_files in it."
+                "{place}: there is no such experiment; expected one of {path}: "
+                "{there}. Make the folder with a run.env and custom_files in it.",
+                place=place,
+                path=path / EXPERIMENTS,
+                there=", ".join(there) or "none yet",
             )
         system = place / SYSTEM_ENV if (place / SYSTEM_ENV).is_file() else system
         run = place / RUN_ENV if (place / RUN_ENV).is_file() else run
     if not run.is_file():
         raise UserInputError(
-            f"{run}: there is no such file; expected the settings of DeepRacer for Cloud. "
-            f"`racecraft init {path}` makes a folder with them."
+            "{run}: there is no such file; expected the settings of DeepRacer for Cloud. "
+            "`racecraft init {path}` makes a folder with them.",
+            run=run,
+            path=path,
         )
     return [system, run] if system.is_file() else [run]
 

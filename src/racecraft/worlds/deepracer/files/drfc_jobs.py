@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.json_text import read_json
 
@@ -55,7 +56,9 @@ def job_of(installation: Path, run_id: int, kind: str) -> RecordedJob | None:
     if noted is None:
         return None
     if not isinstance(noted, dict) or set(noted) != {"job", "run"}:
-        raise BookError(path, f"{noted!r}", 'an object with "job" and "run"', "Take the file away.", key=kind)
+        raise BookError(
+            path, Message("{noted!r}", noted=noted), 'an object with "job" and "run"', "Take the file away.", key=kind
+        )
     return RecordedJob(str(noted["job"]), str(noted["run"]))
 
 
@@ -68,5 +71,5 @@ def _read(path: Path) -> dict[str, object]:
         return {}
     value = read_json(path, BookError, "the file in which racecraft notes its jobs").value
     if not isinstance(value, dict):
-        raise BookError(path, f"{value!r}", "a JSON object", "Take the file away.")
+        raise BookError(path, Message("{value!r}", value=value), "a JSON object", "Take the file away.")
     return value

@@ -38,11 +38,12 @@ def read_env_rows(folder: Path) -> list[EnvRow]:
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "there is no such folder"
-        raise UserInputError(f"{folder}: {what}; expected a racer's folder with a run.env.")
+        raise UserInputError("{folder}: {what}; expected a racer's folder with a run.env.", folder=folder, what=what)
     if not (folder / "run.env").is_file():
         raise UserInputError(
-            f"{folder}: holds no run.env; expected the settings of DeepRacer for Cloud. `racecraft init` makes one; "
-            "`racecraft settings` without a folder lists racecraft's own."
+            "{folder}: holds no run.env; expected the settings of DeepRacer for Cloud. `racecraft init` makes one; "
+            "`racecraft settings` without a folder lists racecraft's own.",
+            folder=folder,
         )
     return list(env_rows(read_env_folder(folder)))
 

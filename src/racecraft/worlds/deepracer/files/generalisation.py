@@ -85,7 +85,10 @@ def read_generalisation(path: Path) -> tuple[int, tuple[TrackResult, ...]] | Non
         return None
     except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
         raise RunFolderError(
-            f"{path}: cannot be read ({error}); expected the columns {', '.join(COLUMNS)}. Take the file out."
+            "{path}: cannot be read ({error}); expected the columns {columns}. Take the file out.",
+            path=path,
+            error=error,
+            columns=", ".join(COLUMNS),
         ) from error
 
 

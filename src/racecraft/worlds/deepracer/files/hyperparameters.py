@@ -192,7 +192,7 @@ def _read_value(document: JsonDocument, key: str, name: str, notes: list[str]) -
         return _read_word(document, key, name)
     rule, number = RULES[name], as_number(written)
     if number is None or not rule.low <= number <= rule.high or (rule.whole and number != int(number)):
-        raise document.letter(key, found=repr(written), expected=_expected(rule))
+        raise document.error_at(key, found=repr(written), expected=_expected(rule))
     value = int(number) if rule.whole else float(number)
     if value in TEMPLATE_VALUES.get(name, ()):
         notes.append(f"{name} {value:g} is a template's value and counts as not given")
@@ -209,7 +209,9 @@ def _read_word(document: JsonDocument, key: str, name: str) -> str:
     known = _WORDS[name]
     if not isinstance(written, str) or folded not in known:
         names = sorted(set(known.values()))
-        raise document.letter(key, found=repr(written), expected=" or ".join(names), cure=nearest(str(written), names))
+        raise document.error_at(
+            key, found=repr(written), expected=" or ".join(names), hint=nearest(str(written), names)
+        )
     return known[folded]
 
 

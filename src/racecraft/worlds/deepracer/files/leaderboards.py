@@ -19,6 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 
 INDEX, FINAL = "leaderboards.csv", "FINAL.csv"
 EXPECTED = "a copy of the archive's raw_data/leaderboards: leaderboards.csv, and a folder with FINAL.csv for each race"
@@ -104,7 +105,7 @@ def read_leaderboards(folder: str | Path) -> list[Leaderboard]:
     index = next((place / INDEX for place in (top, top / "raw_data" / "leaderboards", top / "leaderboards")
                   if (place / INDEX).is_file()), None)  # fmt: skip
     if index is None:
-        found = "there is no such folder" if not top.is_dir() else f"holds no {INDEX}"
+        found = "there is no such folder" if not top.is_dir() else Message("holds no {index}", index=INDEX)
         raise LeaderboardError(top, found, EXPECTED)
     boards = [_board(index, line, row) for line, row in _rows(index, REQUIRED)]
     if not boards:
@@ -120,14 +121,18 @@ def _rows(path: Path, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str
             missing = [name for name in required if name not in (table.fieldnames or ())]
             if missing:
                 raise LeaderboardError(
-                    path, f"has no column {', '.join(missing)}", f"the columns {', '.join(required)}"
+                    path,
+                    Message("has no column {missing}", missing=", ".join(missing)),
+                    Message("the columns {required}", required=", ".join(required)),
                 )
             for row in table:
                 if None in row or None in row.values():
                     raise LeaderboardError(path, "more or fewer cells than columns", "a whole row", line=table.line_num)
                 yield table.line_num, row
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise LeaderboardError(path, f"cannot be read ({error})", "a table of comma-separated values") from error
+        raise LeaderboardError(
+            path, Message("cannot be read ({error})", error=error), "a table of comma-separated values"
+        ) from error
 
 
 def _board(index: Path, line: int, row: dict[str, str]) -> Leaderboard:
@@ -136,11 +141,18 @@ def _board(index: Path, line: int, row: dict[str, str]) -> Leaderboard:
         raise LeaderboardError(index, "LaunchTime is empty", "milliseconds since 1970", line=line)
     timing = row["TimingMethod"]
     if timing not in TIMINGS:
-        raise LeaderboardError(index, f"TimingMethod is '{timing}'", f"one of {', '.join(TIMINGS)}", line=line)
+        raise LeaderboardError(
+            index,
+            Message("TimingMethod is '{timing}'", timing=timing),
+            Message("one of {timings}", timings=", ".join(TIMINGS)),
+            line=line,
+        )
     try:
         begun = datetime.fromtimestamp(launched / 1000.0, UTC)
     except (OverflowError, OSError, ValueError):
-        raise LeaderboardError(index, f"LaunchTime is {launched:g}", "milliseconds since 1970", line=line) from None
+        raise LeaderboardError(
+            index, Message("LaunchTime is {launched:g}", launched=launched), "milliseconds since 1970", line=line
+        ) from None
     laps = _number(index, line, row, "MinimumLaps")
     return Leaderboard(
         arn=row["Arn"],
@@ -194,5 +206,7 @@ def _number(path: Path, line: int, row: dict[str, str], name: str) -> float | No
     except ValueError:
         value = float("nan")
     if not 0.0 <= value < math.inf:
-        raise LeaderboardError(path, f"{name} is '{text}'", "a number, 0 or more", line=line)
+        raise LeaderboardError(
+            path, Message("{name} is '{text}'", name=name, text=text), "a number, 0 or more", line=line
+        )
     return value

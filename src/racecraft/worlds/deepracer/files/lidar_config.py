@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from racecraft.contract.errors import nearest
+from racecraft.contract.message import Message
 from racecraft.formats.json_text import JsonDocument, as_number, kind_of
 
 LIDARS = ("LIDAR", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR")
@@ -33,26 +34,33 @@ def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
     if written is None:
         return None
     if not isinstance(written, dict):
-        raise document.letter("lidar_config", found=kind_of(written), expected="an object with num_sectors")
+        raise document.error_at("lidar_config", found=kind_of(written), expected="an object with num_sectors")
     config: dict[str, float] = {}
     for key, value in written.items():
         number = as_number(value)
         if number is None:
-            raise document.letter("lidar_config", key, found=repr(value), expected="a number")
+            raise document.error_at("lidar_config", key, found=repr(value), expected="a number")
         config[key] = number
     told = {**DEFAULTS, **config}
     if not CLIPPING_M[0] <= told["clipping_dist"] <= CLIPPING_M[1]:
-        raise document.letter(
-            "lidar_config", "clipping_dist", found=f"{config['clipping_dist']:g}", expected="0.15 to 12 m"
+        raise document.error_at(
+            "lidar_config",
+            "clipping_dist",
+            found=Message("{config:g}", config=config["clipping_dist"]),
+            expected="0.15 to 12 m",
         )
     sectors, values = told["num_sectors"], told["num_values_per_sector"]
     if not 1 <= sectors <= BEAMS or BEAMS % sectors:  # what divides them is a whole number
         divisors = ", ".join(str(part) for part in range(1, BEAMS + 1) if BEAMS % part == 0)
-        expected = f"a divisor of its {BEAMS} beams: {divisors}"
-        raise document.letter("lidar_config", "num_sectors", found=f"{sectors:g}", expected=expected)
+        expected = Message("a divisor of its {beams} beams: {divisors}", beams=BEAMS, divisors=divisors)
+        raise document.error_at(
+            "lidar_config", "num_sectors", found=Message("{sectors:g}", sectors=sectors), expected=expected
+        )
     if not 1 <= values <= MAX_VALUES or values % 1:
-        expected = f"a whole number from 1 to {MAX_VALUES}"
-        raise document.letter("lidar_config", "num_values_per_sector", found=f"{values:g}", expected=expected)
+        expected = Message("a whole number from 1 to {max_values}", max_values=MAX_VALUES)
+        raise document.error_at(
+            "lidar_config", "num_values_per_sector", found=Message("{values:g}", values=values), expected=expected
+        )
     return config
 
 

@@ -58,9 +58,11 @@ def require_empty(place: Path) -> None:
         RunFolderError: It does.
     """
     if place.is_symlink() or (place.exists() and not place.is_dir()):
-        raise RunFolderError(f"{place}: is no folder; expected a prefix that is free. Give another.")
+        raise RunFolderError("{place}: is no folder; expected a prefix that is free. Give another.", place=place)
     if place.is_dir() and any(place.iterdir()):
-        raise RunFolderError(f"{place}: holds files already; expected a free prefix. Give another, or wipe it with -w.")
+        raise RunFolderError(
+            "{place}: holds files already; expected a free prefix. Give another, or wipe it with -w.", place=place
+        )
 
 
 def wipe_model(place: Path) -> None:
@@ -70,7 +72,7 @@ def wipe_model(place: Path) -> None:
         RunFolderError: It is none of ours to wipe: a link, a file, or the folder of a training that is under way.
     """
     if place.is_symlink() or (place.exists() and not place.is_dir()):
-        raise RunFolderError(f"{place}: is no folder; expected the folder of a model. It is not wiped.")
+        raise RunFolderError("{place}: is no folder; expected the folder of a model. It is not wiped.", place=place)
     if not place.is_dir():
         return
     if (place / LOCK).exists():

@@ -163,7 +163,7 @@ def _mark(document: JsonDocument, key: str) -> CheckpointMark:
         raise CheckpointMarksError(document.path, found, _KIND, key=key)
     match = _NAME.fullmatch(str(entry.get("name")))
     if match is None:
-        raise document.letter(key, "name", found=repr(entry.get("name")), expected="a name like 12_Step-3456.ckpt")
+        raise document.error_at(key, "name", found=repr(entry.get("name")), expected="a name like 12_Step-3456.ckpt")
     score_key = "avg_eval_metric" if "avg_eval_metric" in entry else "avg_comp_pct"
     score, time_stamp = (_number(document, key, name) for name in (score_key, "time_stamp"))
     return CheckpointMark(int(match[1]), int(match[2]), score, time_stamp or 0.0)
@@ -173,5 +173,5 @@ def _number(document: JsonDocument, key: str, name: str) -> float | None:
     written = document.value[key].get(name)
     number = None if written is None else as_number(written)
     if written is not None and number is None:
-        raise document.letter(key, name, found=repr(written), expected="a number")
+        raise document.error_at(key, name, found=repr(written), expected="a number")
     return None if number is None else float(number)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import Faults, MetadataError, nearest
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
 from racecraft.worlds.deepracer.files.lidar_config import LIDARS, lidar_notes, read_lidar_config
@@ -175,7 +176,7 @@ def read_model_metadata(path: str | Path) -> ModelMetadata:
     """
     document = read_json(path, MetadataError, _KIND)
     if not isinstance(document.value, dict):
-        raise MetadataError(path, f"the file holds {kind_of(document.value)}", _KIND, line=1)
+        raise MetadataError(path, Message("the file holds {kind_of}", kind_of=kind_of(document.value)), _KIND, line=1)
     notes = list(document.notes)
     readers: Mapping[str, Callable[[], Any]] = {
         "action_space": lambda: _read_action_space(document, notes),
@@ -258,13 +259,19 @@ def _read_action_space(document: JsonDocument, notes: list[str]) -> tuple[CarAct
     if isinstance(space, dict):
         return _read_ranges(document, notes)
     if not isinstance(space, list):
-        raise document.letter("action_space", found=kind_of(space), expected="a list of actions, or two ranges")
+        raise document.error_at("action_space", found=kind_of(space), expected="a list of actions, or two ranges")
     if len(space) < 2:
-        raise document.letter("action_space", found=f"{len(space)} action(s)", expected="2 actions or more")
+        raise document.error_at(
+            "action_space", found=Message("{count} action(s)", count=len(space)), expected="2 actions or more"
+        )
     if len(space) > CONSOLE_MAX_ACTIONS:
         notes.append(f"{len(space)} actions train here; AWS consoles take at most {CONSOLE_MAX_ACTIONS}")
     if len(space) > MAX_ACTIONS:
-        raise document.letter("action_space", found=f"{len(space)} actions", expected=f"2 to {MAX_ACTIONS:,}")
+        raise document.error_at(
+            "action_space",
+            found=Message("{count} actions", count=len(space)),
+            expected=Message("2 to {max_actions:,}", max_actions=MAX_ACTIONS),
+        )
     actions, faults = [], Faults()
     for number in range(len(space)):
         with faults.collect():
@@ -277,13 +284,15 @@ def _read_action_space(document: JsonDocument, notes: list[str]) -> tuple[CarAct
 def _read_action(document: JsonDocument, number: int) -> CarAction:
     entry = document.value["action_space"][number]
     if not isinstance(entry, dict):
-        raise document.letter(
+        raise document.error_at(
             "action_space", number, found=kind_of(entry), expected="an object with steering_angle and speed"
         )
     for key in ("steering_angle", "speed"):
         if key not in entry:
             expected = "steering_angle in degrees and speed in m/s"
-            raise document.letter("action_space", number, found=f"there is no '{key}'", expected=expected)
+            raise document.error_at(
+                "action_space", number, found=Message("there is no '{key}'", key=key), expected=expected
+            )
     steering = _read_number(document, "in degrees", "action_space", number, "steering_angle")
     speed = _read_number(document, "in m/s", "action_space", number, "speed")
     return CarAction(math.radians(steering), speed)
@@ -306,13 +315,13 @@ def _read_ranges(document: JsonDocument, notes: list[str]) -> ActionRanges:
     for key, unit in (("steering_angle", "in degrees"), ("speed", "in m/s")):
         entry = document.value["action_space"].get(key)
         if not isinstance(entry, dict) or "low" not in entry or "high" not in entry:
-            found = f"there is no '{key}'" if entry is None else f"{entry!r}"
-            raise document.letter("action_space", key, found=found, expected='{"low": number, "high": number}')
+            found = Message("there is no '{key}'", key=key) if entry is None else Message("{entry!r}", entry=entry)
+            raise document.error_at("action_space", key, found=found, expected='{"low": number, "high": number}')
         first = _read_number(document, unit, "action_space", key, "low")
         last = _read_number(document, unit, "action_space", key, "high")
         if not first < last:
-            found = f"low is {first:g} and high is {last:g}"
-            raise document.letter("action_space", key, found=found, expected="a low that is below high")
+            found = Message("low is {first:g} and high is {last:g}", first=first, last=last)
+            raise document.error_at("action_space", key, found=found, expected="a low that is below high")
         ends[key] = (first, last)
     right, left = ends["steering_angle"]
     space = ActionRanges(math.radians(right), math.radians(left), *ends["speed"])
@@ -346,7 +355,7 @@ def _read_sensors(document: JsonDocument, notes: list[str]) -> tuple[str, ...]:
         notes.append("sensor is a word; AWS expects a list with that word")
         written = [written]
     if not isinstance(written, list) or not all(isinstance(name, str) for name in written):
-        raise document.letter("sensor", found=repr(written), expected="a list of names of sensors")
+        raise document.error_at("sensor", found=repr(written), expected="a list of names of sensors")
     known = {name.casefold(): name for name in CAMERAS + LIDARS}
     for name in written:
         meant = OTHER_SENSORS.get(name.strip().casefold())
@@ -355,12 +364,19 @@ def _read_sensors(document: JsonDocument, notes: list[str]) -> tuple[str, ...]:
             known[name.strip().casefold()] = meant
         elif name.strip().casefold() not in known:
             hint = nearest(name, CAMERAS + LIDARS)
-            raise document.letter("sensor", found=f"'{name}'", expected="the name of a sensor", cure=hint)
+            raise document.error_at(
+                "sensor", found=Message("'{name}'", name=name), expected="the name of a sensor", hint=hint
+            )
     sensors = tuple(known[name.strip().casefold()] for name in written)
     cameras, lidars = (sum(name in kind for name in sensors) for kind in (CAMERAS, LIDARS))
     if cameras != 1 or lidars > 1:
-        found = f"{cameras} camera(s) and {lidars} LiDAR(s): {', '.join(sensors) or 'nothing'}"
-        raise document.letter("sensor", found=found, expected="exactly one camera and at most one LiDAR")
+        found = Message(
+            "{cameras} camera(s) and {lidars} LiDAR(s): {sensors}",
+            cameras=cameras,
+            lidars=lidars,
+            sensors=", ".join(sensors) or "nothing",
+        )
+        raise document.error_at("sensor", found=found, expected="exactly one camera and at most one LiDAR")
     return sensors
 
 
@@ -375,7 +391,7 @@ def _read_word(document: JsonDocument, key: str, known: tuple[str, ...], default
         for name in known:
             if name.casefold() == folded:
                 return name
-    raise document.letter(key, found=repr(written), expected=" or ".join(known), cure=nearest(str(written), known))
+    raise document.error_at(key, found=repr(written), expected=" or ".join(known), hint=nearest(str(written), known))
 
 
 def _read_version(document: JsonDocument) -> str | None:
@@ -384,7 +400,7 @@ def _read_version(document: JsonDocument) -> str | None:
         return None
     number = as_number(written)
     if number is None or not 1 <= number < 7:
-        raise document.letter("version", found=repr(written), expected='"1" to "6"')
+        raise document.error_at("version", found=repr(written), expected='"1" to "6"')
     return f"{number:g}"
 
 
@@ -393,15 +409,19 @@ def _check_type(document: JsonDocument, metadata: ModelMetadata) -> None:
     if written is not None and str(written).strip().casefold() != metadata.action_space_type:
         known = ("discrete", "continuous")
         if str(written).strip().casefold() not in known:
-            raise document.letter("action_space_type", found=repr(written), expected="discrete or continuous")
+            raise document.error_at("action_space_type", found=repr(written), expected="discrete or continuous")
         shape = "a list of actions" if metadata.action_space_type == "discrete" else "two ranges"
-        raise document.letter(
+        raise document.error_at(
             "action_space_type",
-            found=f"{written!r}, while action_space is {shape}",
-            expected=f"'{metadata.action_space_type}' with such an action_space",
+            found=Message("{written!r}, while action_space is {shape}", written=written, shape=shape),
+            expected=Message(
+                "'{action_space_type}' with such an action_space", action_space_type=metadata.action_space_type
+            ),
         )
     if metadata.training_algorithm == "sac" and metadata.action_space_type == "discrete":
-        raise document.letter("training_algorithm", found="'sac' with a list of actions", expected="continuous ranges")
+        raise document.error_at(
+            "training_algorithm", found="'sac' with a list of actions", expected="continuous ranges"
+        )
 
 
 def _read_number(document: JsonDocument, unit: str, *steps: Step) -> float:
@@ -410,7 +430,7 @@ def _read_number(document: JsonDocument, unit: str, *steps: Step) -> float:
         value = value[step]
     number = as_number(value)
     if number is None or not abs(number) <= sys.float_info.max:
-        raise document.letter(*steps, found=repr(value)[:40], expected=f"a number, {unit}")
+        raise document.error_at(*steps, found=repr(value)[:40], expected=Message("a number, {unit}", unit=unit))
     return float(number)
 
 

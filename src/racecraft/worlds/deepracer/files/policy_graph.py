@@ -124,7 +124,10 @@ def strides_in(graph: Graph) -> dict[str, int]:
         steps, padding = node.attributes.get("strides") or [], node.attributes.get("padding")
         if len(steps) != 4 or steps[1] != steps[2] or padding != b"VALID":
             raise PolicyLayersError(
-                f"{node.name}: has strides {steps} and padding {padding!r}; expected one stride and no padding."
+                "{name}: has strides {steps} and padding {padding!r}; expected one stride and no padding.",
+                name=node.name,
+                steps=steps,
+                padding=padding,
             )
         kernel = node.inputs[1]
         while kernel in graph.nodes and graph.nodes[kernel].op in ("Identity", "ReadVariableOp"):

@@ -79,8 +79,9 @@ def require_aws_network(policy: PolicyLayers) -> None:
         is_known = row in KNOWN_STRIDES and not dense if sensor.is_image else dense == LIDAR_UNITS
         if sensor.shrink != 1 or not is_known:
             raise PolicyLayersError(
-                f"its network for {sensor.name} is none of AWS's three, or sees smaller frames; expected one that was "
-                "trained with --preset aws. --to car takes it as it is."
+                "its network for {name} is none of AWS's three, or sees smaller frames; expected one that was "
+                "trained with --preset aws. --to car takes it as it is.",
+                name=sensor.name,
             )
 
 

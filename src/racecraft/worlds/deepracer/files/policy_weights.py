@@ -100,7 +100,9 @@ def layers_from(
     else:
         inner = _unnamed(arrays, head_scope)
         if not inner:
-            raise PolicyLayersError(f"{head_scope}: holds no dense layer before policy_mean; expected AWS's SAC head.")
+            raise PolicyLayersError(
+                "{head_scope}: holds no dense layer before policy_mean; expected AWS's SAC head.", head_scope=head_scope
+            )
         actions = network.head.kernel.shape[1]
         log_std_head = inner[1] if len(inner) > 1 and inner[1].kernel.shape[1] == actions else None
         network = NetworkLayers(network.sensors, (*network.trunk, inner[0]), network.head, network.activation)
@@ -120,8 +122,10 @@ def _find_policy(arrays: Iterable[str]) -> tuple[str, str]:
             return kind, found[0].removesuffix(end)
     some = ", ".join(sorted(arrays)[:3]) or "nothing"
     raise PolicyLayersError(
-        f"there is no policy of a DeepRacer car among its weights ({some} …); expected names like "
-        f"{POLICY_SCOPES[DISCRETE]}/ppo_head_0/policy_fc/kernel."
+        "there is no policy of a DeepRacer car among its weights ({some} …); expected names like "
+        "{policy_scopes}/ppo_head_0/policy_fc/kernel.",
+        some=some,
+        policy_scopes=POLICY_SCOPES[DISCRETE],
     )
 
 
@@ -137,7 +141,10 @@ def _network(
     sensors = sorted((below & {*CAMERAS, *LIDARS}) | set(lidars))
     if not sensors:
         raise PolicyLayersError(
-            f"{scope}: holds no sensor's layers ({', '.join(sorted(below))}); expected one of {', '.join(CAMERAS)}."
+            "{scope}: holds no sensor's layers ({below}); expected one of {cameras}.",
+            scope=scope,
+            below=", ".join(sorted(below)),
+            cameras=", ".join(CAMERAS),
         )
     trunk = tuple(layer for _, layer in _ordered(arrays, f"{scope}/{MIDDLEWARE}") if isinstance(layer, DenseLayer))
     embedded = (
@@ -155,7 +162,9 @@ def _sensor(
     dense = [layer for _, layer in layers if isinstance(layer, DenseLayer)]
     if not kernels:
         if not dense:
-            raise PolicyLayersError(f"{scope}/{name}: holds no layers; expected convolutions or dense layers.")
+            raise PolicyLayersError(
+                "{scope}/{name}: holds no layers; expected convolutions or dense layers.", scope=scope, name=name
+            )
         return SensorLayers(name, (int(dense[0].kernel.shape[0]),), (), tuple(dense))
     known = KNOWN_STRIDES.get(tuple((layer.kernel.shape[0], layer.kernel.shape[3]) for _, layer in kernels))
     convolutions = []
@@ -163,8 +172,9 @@ def _sensor(
         stride = strides.get(f"{place}/kernel", known[number] if known else 0)
         if stride < 1:
             raise PolicyLayersError(
-                f"{place}: its stride is not known, and the network is none of AWS's; expected the .meta file beside "
-                "the checkpoint, or the frozen graph."
+                "{place}: its stride is not known, and the network is none of AWS's; expected the .meta file beside "
+                "the checkpoint, or the frozen graph.",
+                place=place,
             )
         convolutions.append(Convolution(layer.kernel, layer.bias, stride))
     while dense and dense[0].kernel.shape[0] == convolutions[-1].kernel.shape[3]:
@@ -202,7 +212,9 @@ def _unnamed(arrays: Mapping[str, Array], scope: str) -> list[DenseLayer]:
 def _dense_at(arrays: Mapping[str, Array], place: str) -> DenseLayer:
     kernel, bias = _pair(arrays, place)
     if kernel.ndim != 2:
-        raise PolicyLayersError(f"{place}/kernel has shape {kernel.shape}; expected (inputs, units).")
+        raise PolicyLayersError(
+            "{place}/kernel has shape {shape}; expected (inputs, units).", place=place, shape=kernel.shape
+        )
     return DenseLayer(kernel, bias)
 
 
@@ -210,10 +222,17 @@ def _pair(arrays: Mapping[str, Array], place: str) -> tuple[Array, Array]:
     """Return a layer's kernel and bias, checked."""
     for part in ("kernel", "bias"):
         if f"{place}/{part}" not in arrays:
-            raise PolicyLayersError(f"{place}: has no {part}; expected kernel and bias of every layer.")
+            raise PolicyLayersError(
+                "{place}: has no {part}; expected kernel and bias of every layer.", place=place, part=part
+            )
     kernel, bias = _numbers(arrays[f"{place}/kernel"]), _numbers(arrays[f"{place}/bias"])
     if kernel.ndim not in (2, 4) or bias.shape != kernel.shape[-1:]:
-        raise PolicyLayersError(f"{place}: kernel has shape {kernel.shape} and bias {bias.shape}; they do not fit.")
+        raise PolicyLayersError(
+            "{place}: kernel has shape {shape} and bias {shape_2}; they do not fit.",
+            place=place,
+            shape=kernel.shape,
+            shape_2=bias.shape,
+        )
     return kernel, bias
 
 
@@ -231,7 +250,10 @@ def _require_fit(network: NetworkLayers) -> None:
         for layer in sensor.convolutions:
             if layer.kernel.shape[2] != channels:
                 raise PolicyLayersError(
-                    f"{sensor.name}: a convolution reads {layer.kernel.shape[2]} channels where {channels} arrive."
+                    "{name}: a convolution reads {shape} channels where {channels} arrive.",
+                    name=sensor.name,
+                    shape=layer.kernel.shape[2],
+                    channels=channels,
                 )
             channels = layer.kernel.shape[3]
         _require_chain(sensor.name, flattened_size(sensor), sensor.dense)
@@ -243,8 +265,13 @@ def _require_chain(place: str, width: int, layers: Iterable[DenseLayer]) -> None
     for layer in layers:
         if layer.kernel.shape[0] != width:
             raise PolicyLayersError(
-                f"{place}: a dense layer reads {layer.kernel.shape[0]} numbers where {width} arrive; expected images "
-                f"of {IMAGE[1]} x {IMAGE[0]} px and AWS's layers."
+                "{place}: a dense layer reads {shape} numbers where {width} arrive; expected images "
+                "of {image} x {image_2} px and AWS's layers.",
+                place=place,
+                shape=layer.kernel.shape[0],
+                width=width,
+                image=IMAGE[1],
+                image_2=IMAGE[0],
             )
         width = int(layer.kernel.shape[1])
 

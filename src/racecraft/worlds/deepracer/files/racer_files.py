@@ -69,8 +69,11 @@ def _find(folder: Path, name: str, notes: list[str]) -> Path | None:
             return folder / place
     if len(near) > 1:
         raise UserInputError(
-            f"{folder}: holds no {name} but {' and '.join(repr(path.name) for path in near)}; expected one of them "
-            f"under that name. Rename the one you mean to {name}."
+            "{folder}: holds no {name} but {near}; expected one of them "
+            "under that name. Rename the one you mean to {name}.",
+            folder=folder,
+            name=name,
+            near=" and ".join(repr(path.name) for path in near),
         )
     notes += [f"{path.name}: taken for {name}" for path in near]
     return near[0] if near else None

@@ -33,6 +33,7 @@ from typing import Any, NoReturn, Protocol, TextIO
 
 from racecraft.contract.errors import RewardError, RewardFileError, nearest
 from racecraft.contract.loading import UserModules
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.files.reward_examples import (
     Params,
     default_reward_source,
@@ -150,13 +151,16 @@ class RewardFunction:
 
     def _refuse_import(self, error: BaseException) -> NoReturn:
         inside = _lines_in(error, self.path)
-        cure = self._denied(error)
+        hint = self._denied(error)
         if isinstance(error, ModuleNotFoundError):
-            cure = how_to_install(error.name or "", self.path)
+            hint = how_to_install(error.name or "", self.path)
         raise RewardFileError(
-            self.path, f"{_what_was_raised(error)} while it was imported", "a module that can be imported", cure,
+            self.path,
+            Message("{what_was_raised} while it was imported", what_was_raised=_what_was_raised(error)),
+            "a module that can be imported",
+            hint,
             line=inside[-1] if inside else None,
-        ) from error  # fmt: skip
+        ) from error
 
     def _as_reward(self, value: Any, params: Params) -> float:
         found = f"returned {_short(value)}, of type {type(value).__name__}"
@@ -172,8 +176,12 @@ class RewardFunction:
         if -MAX_REWARD <= number <= MAX_REWARD:
             return number
         raise RewardError(
-            f"{self.path}:{self.first_line}: reward_function {found}; expected a number from -1e5 to 1e5. "
-            f"Make every path through the function return such a number.\n{_pretty(params)}"
+            "{path}:{first_line}: reward_function {found}; expected a number from -1e5 to 1e5. "
+            "Make every path through the function return such a number.\n{pretty}",
+            path=self.path,
+            first_line=self.first_line,
+            found=found,
+            pretty=_pretty(params),
         )
 
     def _report(self, error: BaseException, params: Params) -> NoReturn:
@@ -181,14 +189,21 @@ class RewardFunction:
         line = inside[-1] if inside else self.first_line
         lines = self.source.text.splitlines()
         text = lines[line - 1].strip() if 0 < line <= len(lines) else ""
-        cure = self._denied(error) or "Mend this line, or guard it against these parameters."
+        hint = self._denied(error) or "Mend this line, or guard it against these parameters."
         if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and params:
-            cure = f"{nearest(error.args[0], params)} {cure}"
+            hint = f"{nearest(error.args[0], params)} {hint}"
         elif isinstance(error, ModuleNotFoundError):
-            cure = how_to_install(error.name or "", self.path)
+            hint = how_to_install(error.name or "", self.path)
         raise RewardError(
-            f"{self.path}:{line}: reward_function {_what_was_raised(error)}{_elsewhere(error, self.path)}; expected a "
-            f"number. {cure}\n    {text}\n{_pretty(params)}"
+            "{path}:{line}: reward_function {what_was_raised}{elsewhere}; expected a "
+            "number. {hint}\n    {text}\n{pretty}",
+            path=self.path,
+            line=line,
+            what_was_raised=_what_was_raised(error),
+            elsewhere=_elsewhere(error, self.path),
+            hint=hint,
+            text=text,
+            pretty=_pretty(params),
         ) from error
 
     def _denied(self, error: BaseException) -> str:
@@ -250,12 +265,16 @@ def _find_function(source: RewardSource, module: types.ModuleType) -> Callable[[
             source.path, "there is no function `reward_function`", KIND, _how_to_name(module), key="reward_function"
         )
     if not callable(function):
-        raise RewardFileError(source.path, f"`reward_function` is {_short(function)}", KIND, key="reward_function")
+        raise RewardFileError(
+            source.path, Message("`reward_function` is {short}", short=_short(function)), KIND, key="reward_function"
+        )
     try:
         inspect.signature(function).bind({})
     except TypeError:
         line = getattr(getattr(function, "__code__", None), "co_firstlineno", None)
-        found = f"`reward_function{inspect.signature(function)}` cannot be called with one parameter"
+        found = Message(
+            "`reward_function{signature}` cannot be called with one parameter", signature=inspect.signature(function)
+        )
         raise RewardFileError(
             source.path, found, "`def reward_function(params):`", line=line, key="reward_function"
         ) from None

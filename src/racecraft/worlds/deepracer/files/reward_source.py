@@ -16,6 +16,7 @@ from pathlib import Path
 
 from racecraft.contract.errors import RewardFileError
 from racecraft.contract.loading import modules_beside
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import REWARD_FUNCTION
 from racecraft.formats.user_file import SAVE_AS_UTF8, looks_utf16, not_utf8, read_user_file, typing_hint
@@ -58,7 +59,9 @@ def read_reward_source(path: str | Path) -> RewardSource:
     try:
         return RewardSource(path, text, code, analyse(tree), modules_beside(path, tree))
     except (SyntaxError, UnicodeDecodeError, OSError) as error:
-        raise RewardFileError(path, f"a module beside it cannot be read ({error})", "modules in UTF-8") from None
+        raise RewardFileError(
+            path, Message("a module beside it cannot be read ({error})", error=error), "modules in UTF-8"
+        ) from None
 
 
 def source_of(path: str | Path, text: str, modules: Mapping[str, str]) -> RewardSource:
@@ -95,12 +98,12 @@ def how_to_install(name: str, path: Path) -> str:
 
 
 def _read(path: Path) -> str:
-    cure = "`racecraft new` writes one to begin with."
-    data = read_user_file(path, RewardFileError, KIND, cure, MAX_REWARD_BYTES)
+    hint = "`racecraft new` writes one to begin with."
+    data = read_user_file(path, RewardFileError, KIND, hint, MAX_REWARD_BYTES)
     if looks_utf16(data) or data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise not_utf8(path, data, 0, RewardFileError)
     if not data.strip():
-        raise RewardFileError(path, "the file is empty", KIND, cure)
+        raise RewardFileError(path, "the file is empty", KIND, hint)
     try:
         encoding, _ = tokenize.detect_encoding(BytesIO(data).readline)
         return data.decode(encoding)
@@ -117,7 +120,9 @@ def _unknown_encoding(path: Path, data: bytes, error: Exception) -> RewardFileEr
     except UnicodeDecodeError as wrong:
         if "unknown encoding" not in str(error):
             return not_utf8(path, data, wrong.start, RewardFileError)
-    return RewardFileError(path, f"no text that Python reads ({error})", "a text file in UTF-8", SAVE_AS_UTF8)
+    return RewardFileError(
+        path, Message("no text that Python reads ({error})", error=error), "a text file in UTF-8", SAVE_AS_UTF8
+    )
 
 
 def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
@@ -131,6 +136,8 @@ def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
         shown = (error.text or "").strip()
         near = f" in `{shown}`" if shown else ""
         hint = typing_hint(error.text or "")
-        raise RewardFileError(path, f"{error.msg}{near}", "valid Python", hint, line=error.lineno) from None
+        raise RewardFileError(
+            path, Message("{msg}{near}", msg=error.msg, near=near), "valid Python", hint, line=error.lineno
+        ) from None
     except (ValueError, RecursionError, MemoryError) as error:
-        raise RewardFileError(path, f"no Python ({error})", "valid Python") from None
+        raise RewardFileError(path, Message("no Python ({error})", error=error), "valid Python") from None

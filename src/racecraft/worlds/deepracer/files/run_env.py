@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.user_file import read_user_text
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, OTHER_SPELLINGS
@@ -70,7 +71,7 @@ class RunEnv:
             return default
         folded = self.values[name].casefold()
         if folded not in _TRUE + _FALSE:
-            raise self.letter(name, "True or False")
+            raise self.error_at(name, "True or False")
         return folded in _TRUE
 
     def number(self, name: str, default: float, low: float, high: float) -> float:
@@ -86,7 +87,7 @@ class RunEnv:
         except ValueError:
             number = float("nan")
         if not low <= number <= high:
-            raise self.letter(name, f"a number from {low:g} to {high:g}")
+            raise self.error_at(name, Message("a number from {low:g} to {high:g}", low=low, high=high))
         return number
 
     def choice(self, name: str, default: str, known: tuple[str, ...]) -> str:
@@ -100,12 +101,16 @@ class RunEnv:
         for word in known:
             if word.casefold() == self.values[name].casefold():
                 return word
-        raise self.letter(name, " or ".join(known), nearest(self.values[name], known))
+        raise self.error_at(name, " or ".join(known), nearest(self.values[name], known))
 
-    def letter(self, name: str, expected: str, cure: str = "", found: str = "") -> RunEnvError:
+    def error_at(
+        self, name: str, expected: str | Message, hint: str | Message = "", found: str | Message = ""
+    ) -> RunEnvError:
         """Return the error about a value, with its file and line."""
         path, line = self.places[name]
-        return RunEnvError(path, found or f"'{self.values[name]}'", expected, cure, line=line, key=name)
+        return RunEnvError(
+            path, found or Message("'{values}'", values=self.values[name]), expected, hint, line=line, key=name
+        )
 
 
 @dataclass(frozen=True)
@@ -137,13 +142,17 @@ def read_run_env(*paths: str | Path, expand: bool = True) -> RunEnv:
                 continue
             match = _LINE.match(line)
             if match is None:
-                raise RunEnvError(path, f"{line.strip()[:60]!r}", _KIND, line=number)
+                raise RunEnvError(path, Message("{line!r}", line=line.strip()[:60]), _KIND, line=number)
             where = f"{path.name}:{number}"
             name = _known_name(match[1], where, notes)
             value, quote = _unquoted(match[2])
             if quote == _BROKEN:
                 raise RunEnvError(
-                    path, f"{value[:60]!r} opens a quote", "it closed on the same line", line=number, key=name
+                    path,
+                    Message("{value!r} opens a quote", value=value[:60]),
+                    "it closed on the same line",
+                    line=number,
+                    key=name,
                 )
             if expand and quote not in ("'", "\u2018"):
                 value = _filled_in(value, values, where, notes)

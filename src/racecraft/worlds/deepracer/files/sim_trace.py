@@ -104,7 +104,7 @@ def sim_trace_text(columns: Mapping[str, Array]) -> str:
     """
     missing = [column.name for column in TRACE_COLUMNS if column.required and column.name not in columns]
     if missing:
-        raise ContractError(f"A simulation trace needs the columns {', '.join(missing)}.")
+        raise ContractError("A simulation trace needs the columns {missing}.", missing=", ".join(missing))
     import polars as pl
 
     frame = pl.DataFrame([_printed(name, columns) for name in NAMES if name in columns])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError, MetadataError
+from racecraft.contract.message import Message
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION
 from racecraft.worlds.deepracer.files.model_folder import CheckpointMark, read_checkpoint_marks
 
@@ -88,7 +89,12 @@ def find_model(path: str | Path, metadata: str | Path | None = None) -> ForeignM
         raise ForeignModelError(path, "it holds no weights", KIND)
     named = _nearest(files, {MODEL_METADATA}, weights[-1].path) if metadata is None else Path(metadata)
     if named is None:
-        raise ForeignModelError(path, f"it holds no {MODEL_METADATA}", KIND, "Name one with --metadata FILE.")
+        raise ForeignModelError(
+            path,
+            Message("it holds no {model_metadata}", model_metadata=MODEL_METADATA),
+            KIND,
+            "Name one with --metadata FILE.",
+        )
     marks = _nearest(files, {MARKS}, weights[-1].path)
     best, last = read_checkpoint_marks(marks) if marks is not None else (None, None)
     found = {name: _nearest(files, {name}, weights[-1].path) for name in (REWARD_FUNCTION, HYPERPARAMETERS)}
@@ -113,11 +119,15 @@ def _single(path: Path, metadata: str | Path | None) -> ForeignModel:
     named = metadata_beside(file) if metadata is None else Path(metadata)
     if named is None:
         raise ForeignModelError(
-            path, f"no {MODEL_METADATA} lies beside it", "what the car can do, which no weights tell",
+            path,
+            Message("no {model_metadata} lies beside it", model_metadata=MODEL_METADATA),
+            "what the car can do, which no weights tell",
             "Put it there, or name it: racecraft import MODEL --metadata FILE.",
-        )  # fmt: skip
+        )
     if not named.is_file():
-        raise MetadataError(named, "there is no such file", f"a {MODEL_METADATA}")
+        raise MetadataError(
+            named, "there is no such file", Message("a {model_metadata}", model_metadata=MODEL_METADATA)
+        )
     return ForeignModel(named, weights)
 
 

@@ -180,7 +180,9 @@ def training_metrics_text(rows: Sequence[str], best_model_metric: str = "progres
     """
     if best_model_metric not in BEST_MODEL_METRICS:
         raise ContractError(
-            f"'{best_model_metric}' chooses no best model. {nearest(best_model_metric, BEST_MODEL_METRICS)}"
+            "'{best_model_metric}' chooses no best model. {hint}",
+            best_model_metric=best_model_metric,
+            hint=nearest(best_model_metric, BEST_MODEL_METRICS),
         )
     tail = json.dumps({"version": VERSION, "best_model_metric": best_model_metric})[1:]
     return f'{{"metrics": [{", ".join(rows)}], {tail}'
@@ -214,7 +216,7 @@ def read_metrics_file(path: str | Path) -> MetricsFile:
 def _row(document: JsonDocument, kind: type[Row], place: int) -> Row:
     row = document.value["metrics"][place]
     if not isinstance(row, dict):
-        raise document.letter("metrics", place, found=repr(row), expected="an object")
+        raise document.error_at("metrics", place, found=repr(row), expected="an object")
     values: dict[str, Any] = {}
     for part in fields(kind):
         whole = part.type == "int"
@@ -222,7 +224,7 @@ def _row(document: JsonDocument, kind: type[Row], place: int) -> Row:
         is_whole = type(value) is int or (type(value) is float and value.is_integer())
         if not (is_whole if whole else isinstance(value, str)):
             found = "there is no such value" if value is None else repr(value)
-            raise document.letter(
+            raise document.error_at(
                 "metrics", place, part.name, found=found, expected="a whole number" if whole else "a word"
             )
         values[part.name] = int(value) if whole else value  # type: ignore[arg-type]

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.user_file import read_user_text
 
@@ -65,11 +66,11 @@ def parse_params(text: str, name: str | Path) -> Params:
         mark = error.problem_mark
         raise ParamsFileError(name, str(error.problem), _KIND, line=mark.line + 1 if mark else None) from error
     except (yaml.YAMLError, RecursionError) as error:
-        raise ParamsFileError(name, f"not YAML ({str(error)[:80]})", _KIND) from error
+        raise ParamsFileError(name, Message("not YAML ({error})", error=str(error)[:80]), _KIND) from error
     if not params:
         return {}
     if not isinstance(params, dict):
-        raise ParamsFileError(name, f"a YAML {type(params).__name__}", _KIND)
+        raise ParamsFileError(name, Message("a YAML {type_name}", type_name=type(params).__name__), _KIND)
     for key, value in params.items():
         texts = value if isinstance(value, list) else [value]
         if not isinstance(key, str) or not all(isinstance(text, str) for text in texts):

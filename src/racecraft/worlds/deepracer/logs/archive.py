@@ -40,7 +40,7 @@ def members(path: Path) -> Iterator[MemberFile]:
             if _is_wanted(member.place.name):
                 yield MemberFile(path, str(member.place), member.read())
     except archive.ArchiveError as error:
-        raise LogError(path, error.found, kind, error.cure) from error
+        raise LogError(path, error.found, kind, error.hint) from error
 
 
 def _is_wanted(name: str) -> bool:

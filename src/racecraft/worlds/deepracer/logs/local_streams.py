@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from racecraft.contract.errors import nearest
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import atomic_file
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.old_names import MARK, rows_of
@@ -52,10 +53,20 @@ def streams(log_group: str = SIMULATIONS) -> list[Stream]:
         LogError: There is no such group, or no folder of runs.
     """
     if log_group not in PHASES:
-        raise LogError("log_group", repr(log_group), f"one of {', '.join(PHASES)}", nearest(log_group, tuple(PHASES)))
+        raise LogError(
+            "log_group",
+            repr(log_group),
+            Message("one of {phases}", phases=", ".join(PHASES)),
+            nearest(log_group, tuple(PHASES)),
+        )
     root = Path(os.environ.get(ROOT, "runs"))
     if not root.is_dir():
-        raise LogError(str(root), "no folder", f"the folder of runs; {ROOT} names another", "Train something first.")
+        raise LogError(
+            str(root),
+            "no folder",
+            Message("the folder of runs; {root} names another", root=ROOT),
+            "Train something first.",
+        )
     found = [stream for phase in PHASES[log_group] for run in sorted(root.iterdir()) for stream in _of(run, phase)]
     return sorted(found, key=lambda stream: (stream.last_ms, stream.simulation))
 
@@ -161,5 +172,10 @@ def _chosen(log_group: str, name: str | None, prefix: str | None) -> list[Stream
     found = [one for one in known if one.simulation == name or (prefix and one.simulation.startswith(prefix))]
     if not found:
         ids = [one.simulation for one in known]
-        raise LogError("stream", repr(name or prefix), f"one of {', '.join(ids) or 'none'}", nearest(str(name), ids))
+        raise LogError(
+            "stream",
+            repr(name or prefix),
+            Message("one of {ids}", ids=", ".join(ids) or "none"),
+            nearest(str(name), ids),
+        )
     return found

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.read import read
@@ -121,7 +122,12 @@ def _fields(row: str) -> list[str]:
     """
     parts = [part.strip() for part in row.split(MARK)[-1].rstrip().split(",")]
     if len(parts) < len(FIELDS):
-        raise LogError("a row of the log", repr(row), f"{len(FIELDS)} fields: {', '.join(FIELDS)}", "Leave it out.")
+        raise LogError(
+            "a row of the log",
+            repr(row),
+            Message("{count} fields: {fields}", count=len(FIELDS), fields=", ".join(FIELDS)),
+            "Leave it out.",
+        )
     return parts[: len(FIELDS)]
 
 

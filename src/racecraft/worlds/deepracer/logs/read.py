@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from racecraft.contract.errors import nearest
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.logs.columns import PHASES
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.sources import LOG, Source, find_sources
@@ -30,7 +31,9 @@ def read(what: str | Path | Iterable[str | Path], phase: str | None = None) -> L
         LogError: There is nothing at a path, no log in it, or no such phase.
     """
     if phase is not None and phase not in PHASES:
-        raise LogError("phase", repr(phase), f"one of {', '.join(PHASES)}", nearest(phase, PHASES))
+        raise LogError(
+            "phase", repr(phase), Message("one of {phases}", phases=", ".join(PHASES)), nearest(phase, PHASES)
+        )
     paths = [Path(what)] if isinstance(what, str | Path) else [Path(one) for one in what]
     sources: list[Source] = []
     rounds, loose = 0, 0

@@ -46,8 +46,8 @@ def as_plain_text(source: Source, head: bytes) -> tuple[Source, str]:
     file = source.file
     place = (Path(file).parent, Path(file).name) if isinstance(file, str) else (file.archive, file.name)
     plain = replace(source, file=MemberFile(*place, text.encode()))
-    by, cure = ("a spreadsheet", CURE) if sign else ("PowerShell", "")
-    return plain, f"{' and '.join(told)}, as {by} saves it; read as such{cure}"
+    by, hint = ("a spreadsheet", CURE) if sign else ("PowerShell", "")
+    return plain, f"{' and '.join(told)}, as {by} saves it; read as such{hint}"
 
 
 def _decoded(data: bytes, encoding: str) -> str:

@@ -44,8 +44,10 @@ def write_notebooks(
     there = [name for name in (*NOTEBOOKS, *MODULES) if (place / name).exists()]
     if there and not replace:
         raise NotebookError(
-            f"{place / there[0]}: is there already; expected a folder without {'it' if len(there) == 1 else 'them'}. "
-            "Name another, or add --replace, which loses what you changed in them."
+            "{place}: is there already; expected a folder without {note}. "
+            "Name another, or add --replace, which loses what you changed in them.",
+            place=place / there[0],
+            note="it" if len(there) == 1 else "them",
         )
     run = str(Path(run or newest_run()).absolute())
     begins = {"<LOGS>": str(Path(logs).absolute()) if logs else run, "<RUN>": run, "<RUNS>": str(Path(run).parent),

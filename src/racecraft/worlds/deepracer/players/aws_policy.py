@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.formats.policy_layers import IMAGE, PolicyLayers, PolicyLayersError
 from racecraft.worlds.deepracer.env.actions import action_space
@@ -60,7 +61,7 @@ def read_foreign_policy(weights: ForeignWeights, car: ModelMetadata) -> ForeignP
         if function is not None:
             _require_same_answers(weights.path, layers, function)
     except GraphArithmeticError as error:
-        raise GraphArithmeticError(f"{weights.path}: {error}") from error
+        raise GraphArithmeticError("{path}: {error}", path=weights.path, error=error) from error
     try:
         policy = policy_of(layers, _observations(car, layers), action_space(car.action_space).spec)
     except PolicyLayersError as error:
@@ -116,9 +117,14 @@ def _require_named_sensors(path: Path, layers: PolicyLayers, car: ModelMetadata)
     one_eyed = len(there) == 1 == len(car.sensors) and STEREO not in (*there, *car.sensors)
     if not one_eyed and there != sorted(car.sensors):
         raise ForeignModelError(
-            path, f"its network sees by {', '.join(there)}, its car by {', '.join(sorted(car.sensors))}",
+            path,
+            Message(
+                "its network sees by {there}, its car by {sensors}",
+                there=", ".join(there),
+                sensors=", ".join(sorted(car.sensors)),
+            ),
             "the metadata that it was trained with",
-        )  # fmt: skip
+        )
 
 
 def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction) -> None:
@@ -141,5 +147,7 @@ def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunct
         difference = float(np.abs(told - ours).max()) if told.shape == ours.shape else float("inf")
         if not difference <= TOLERANCE:
             raise ForeignModelError(
-                path, f"its graph answers otherwise than its layers (by {difference:g})", "a network as AWS trains it"
+                path,
+                Message("its graph answers otherwise than its layers (by {difference:g})", difference=difference),
+                "a network as AWS trains it",
             )

@@ -138,13 +138,16 @@ def load_again(name: str, was: str, folder: Path) -> Track:
         track = import_track(copy, name) if copy.is_file() else load_track(name)
     except TrackError as error:
         raise RunFolderError(
-            f"its course on {name!r} cannot be driven any more: {error} Restore the track, or begin a new run with "
-            "--from."
+            "its course on {name!r} cannot be driven any more: {error} Restore the track, or begin a new run with "
+            "--from.",
+            name=name,
+            error=error,
         ) from error
     if track.hash() != was:
         raise RunFolderError(
-            f"its course on {name!r} has changed since the run began; expected the same waypoints. Restore the track, "
-            "or begin a new run with --from."
+            "its course on {name!r} has changed since the run began; expected the same waypoints. Restore the track, "
+            "or begin a new run with --from.",
+            name=name,
         )
     return track
 
@@ -160,8 +163,10 @@ def shares(num_cars: int, courses: int) -> list[int]:
     """
     if num_cars < courses:
         raise SettingError(
-            f"rollout.num_worlds is {num_cars}, and {courses} courses are to be driven; expected at least one car for "
-            "each. Raise rollout.num_worlds, or let there be fewer courses."
+            "rollout.num_worlds is {num_cars}, and {courses} courses are to be driven; expected at least one car for "
+            "each. Raise rollout.num_worlds, or let there be fewer courses.",
+            num_cars=num_cars,
+            courses=courses,
         )
     return [num_cars // courses + (place < num_cars % courses) for place in range(courses)]
 
@@ -177,8 +182,13 @@ def cars_on(courses: tuple[LaidCourse, ...], num_cars: int) -> list[int]:
     if left < silent or (left and not silent):
         others = f" and {silent} more are to be driven on" if silent else ""
         raise SettingError(
-            f"rollout.num_worlds is {num_cars}, the groups ask for {said} cars{others}; expected "
-            f"{'at least ' if silent else ''}{said + silent}. Leave rollout.num_worlds out, or change the groups' cars."
+            "rollout.num_worlds is {num_cars}, the groups ask for {said} cars{others}; expected "
+            "{note}{said_2}. Leave rollout.num_worlds out, or change the groups' cars.",
+            num_cars=num_cars,
+            said=said,
+            others=others,
+            note="at least " if silent else "",
+            said_2=said + silent,
         )
     rest = iter(shares(left, silent) if silent else [])
     return [next(rest) if course.cars is None else course.cars for course in courses]

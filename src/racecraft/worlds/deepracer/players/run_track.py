@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from racecraft.contract.errors import TrackError
+from racecraft.contract.message import Message
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.importer import import_track
@@ -22,6 +23,9 @@ def track_of_run(run: RunFolder) -> Track:
     name = job["asked"]["track"]
     if job["track"].get("copy") and not run.track.is_file():
         raise TrackError(
-            run.track, "there is no such file", f"the run's own copy of its track {name!r}", "Put it back."
+            run.track,
+            "there is no such file",
+            Message("the run's own copy of its track {name!r}", name=name),
+            "Put it back.",
         )
     return import_track(run.track, name) if run.track.is_file() else load_track(name)

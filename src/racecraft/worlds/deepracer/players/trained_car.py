@@ -95,7 +95,8 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     """
     if is_foreign(path):
         raise RunFolderError(
-            f"{path}: is a model of AWS's trainer; expected a run folder. Make one of it: racecraft import {path}"
+            "{path}: is a model of AWS's trainer; expected a run folder. Make one of it: racecraft import {path}",
+            path=path,
         )
     run = RunFolder.open(path)
     run.read_job_of(KIND)
@@ -106,8 +107,11 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         actions, sensors = actions_of(told["model_metadata"]), sensors_of(told["model_metadata"])
     except (KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(
-            f"{path}: checkpoint {policy.checkpoint.iteration} does not say what car it drives ({error!r}); expected "
-            "the metadata and settings that racecraft wrote into it. Take a checkpoint that is whole."
+            "{path}: checkpoint {iteration} does not say what car it drives ({error!r}); expected "
+            "the metadata and settings that racecraft wrote into it. Take a checkpoint that is whole.",
+            path=path,
+            iteration=policy.checkpoint.iteration,
+            error=error,
         ) from error
     _require_own_car(path, policy, actions, sensors, settings.camera)
     return TrainedCar(
@@ -150,15 +154,21 @@ def _require_own_car(
     decided, driven = _decisions(policy.spec.actions), _decisions(actions.spec)
     if decided != driven:
         raise RunFolderError(
-            f"{path}: its network decides by {decided}, and its car's metadata has {driven}; expected one output for "
-            "each action. Put back the model_metadata.json that it was trained with."
+            "{path}: its network decides by {decided}, and its car's metadata has {driven}; expected one output for "
+            "each action. Put back the model_metadata.json that it was trained with.",
+            path=path,
+            decided=decided,
+            driven=driven,
         )
     seen = {name: part.shape for name, part in policy.spec.visible.items()}
     shown = {name: part.shape for name, part in sensors.specs(camera.width, camera.height).items()}
     if any(shown.get(name) != shape for name, shape in seen.items()):
         raise RunFolderError(
-            f"{path}: its network sees {_sights(seen)}, and its car {_sights(shown)}; expected the same. Put back the "
-            "model_metadata.json and camera settings that it was trained with."
+            "{path}: its network sees {sights}, and its car {sights_2}; expected the same. Put back the "
+            "model_metadata.json and camera settings that it was trained with.",
+            path=path,
+            sights=_sights(seen),
+            sights_2=_sights(shown),
         )
 
 

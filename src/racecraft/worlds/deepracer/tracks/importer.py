@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.contract.message import Message
 from racecraft.formats.user_file import read_user_file
 from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track
 from racecraft.worlds.deepracer.tracks.style import TrackStyle
@@ -64,29 +65,35 @@ def read_rows(path: str | Path) -> np.ndarray:
     Raises:
         TrackError: No file, no `.npy`, a pickle, not two-dimensional, not numbers, too few rows or columns.
     """
-    cure = "Save one with numpy.save(path, rows)."
+    hint = "Save one with numpy.save(path, rows)."
     data = read_user_file(path, TrackError, f"a .npy file of {FORM}")
     try:
         table = np.load(io.BytesIO(data), allow_pickle=False)
     except (OSError, ValueError, EOFError, SyntaxError) as error:
         if "pickle" in str(error).lower() or "object array" in str(error).lower():
-            found, cure = (
-                "no plain .npy table (object arrays and pickles can run code)",
-                ("Save numbers only: numpy.save(path, rows.astype(float))."),
-            )
+            found = Message("no plain .npy table (object arrays and pickles can run code)")
+            hint = "Save numbers only: numpy.save(path, rows.astype(float))."
         else:
-            found = f"not readable as .npy ({error})"
-        raise TrackError(path, found, f"a .npy file of {FORM}", cure) from error
+            found = Message("not readable as .npy ({error})", error=error)
+        raise TrackError(path, found, Message("a .npy file of {form}", form=FORM), hint) from error
     if not isinstance(table, np.ndarray):
-        raise TrackError(path, "an .npz archive of several tables", f"one .npy table of {FORM}", cure)
+        raise TrackError(
+            path, "an .npz archive of several tables", Message("one .npy table of {form}", form=FORM), hint
+        )
     if not (np.issubdtype(table.dtype, np.floating) or np.issubdtype(table.dtype, np.integer)):
-        raise TrackError(path, f"values of type {table.dtype}", "real numbers, best float64")
+        raise TrackError(path, Message("values of type {dtype}", dtype=table.dtype), "real numbers, best float64")
     if table.ndim != 2:
-        raise TrackError(path, f"an array of shape {table.shape}", f"two dimensions, {FORM}")
+        raise TrackError(
+            path, Message("an array of shape {shape}", shape=table.shape), Message("two dimensions, {form}", form=FORM)
+        )
     if table.shape[1] < 6:
-        raise TrackError(path, f"{table.shape[1]} columns", f"6 columns, {FORM}")
+        raise TrackError(
+            path, Message("{shape} columns", shape=table.shape[1]), Message("6 columns, {form}", form=FORM)
+        )
     if table.shape[0] < 3:
-        raise TrackError(path, f"{table.shape[0]} row(s)", "at least 3 rows for an open track, 4 for a loop")
+        raise TrackError(
+            path, Message("{shape} row(s)", shape=table.shape[0]), "at least 3 rows for an open track, 4 for a loop"
+        )
     return table[:, :6].astype(np.float64)
 
 
@@ -97,10 +104,18 @@ def check_rows(rows: np.ndarray, path: str | Path) -> None:
         TrackError: With the row and its value.
     """
     for row in _first(~np.isfinite(rows).all(axis=1)):
-        raise TrackError(path, f"row {row} holds {_text(rows[row])}", "finite numbers", "Remove or repair the row.")
+        raise TrackError(
+            path,
+            Message("row {row} holds {text}", row=row, text=_text(rows[row])),
+            "finite numbers",
+            "Remove or repair the row.",
+        )
     for row in _first((np.abs(rows) > LARGEST_M).any(axis=1)):
         raise TrackError(
-            path, f"row {row} holds {_text(rows[row])}", f"metres within ±{LARGEST_M:g}", "Are these other units?"
+            path,
+            Message("row {row} holds {text}", row=row, text=_text(rows[row])),
+            Message("metres within ±{largest_m:g}", largest_m=LARGEST_M),
+            "Are these other units?",
         )
 
 
@@ -114,32 +129,52 @@ def check_shape(track: Track, path: str | Path) -> None:
     if track.length <= 0.0:
         raise TrackError(path, "all centre points coincide", "a centre line of some length")
     if track.closed and rows < 4:
-        raise TrackError(path, f"a loop of {rows} rows", "at least 4 rows for a loop, the first repeated at the end")
+        raise TrackError(
+            path,
+            Message("a loop of {rows} rows", rows=rows),
+            "at least 4 rows for a loop, the first repeated at the end",
+        )
     _check_ends(track, path)
     shortest = SHORTEST_LOOP_M if track.closed else SHORTEST_OPEN_M
     if track.length < shortest:
         raise TrackError(
             path,
-            f"a centre line of {track.length:.3g} m", f"at least {shortest:g} m, on which a car of 0.33 m can drive",
+            Message("a centre line of {length:.3g} m", length=track.length),
+            Message("at least {shortest:g} m, on which a car of 0.33 m can drive", shortest=shortest),
             "Are the numbers metres?",
-        )  # fmt: skip
+        )
     _check_widths(track, path)
     _check_order(track, path)
     for label, line in (("centre line", track.centre), ("inner border", track.inner), ("outer border", track.outer)):
         if (crossing := _first_crossing(line, line, track.closed)) is not None:
             a, b = crossing
             raise TrackError(
-                path, f"the {label} crosses itself between rows {a}-{a + 1} and {b}-{b + 1}", "lines that never cross"
+                path,
+                Message(
+                    "the {label} crosses itself between rows {a}-{a_2} and {b}-{b_2}",
+                    label=label,
+                    a=a,
+                    a_2=a + 1,
+                    b=b,
+                    b_2=b + 1,
+                ),
+                "lines that never cross",
             )
     if (crossing := _first_crossing(track.inner, track.outer, None)) is not None:
         a, b = crossing
         raise TrackError(
-            path, f"inner rows {a}-{a + 1} cross outer rows {b}-{b + 1}", "an inner and an outer border that never meet"
+            path,
+            Message("inner rows {a}-{a_2} cross outer rows {b}-{b_2}", a=a, a_2=a + 1, b=b, b_2=b + 1),
+            "an inner and an outer border that never meet",
         )
     if track.closed and abs(_area(track.inner)) >= abs(_area(track.outer)):
         raise TrackError(
             path,
-            f"the inner border encloses {abs(_area(track.inner)):.2f} m², the outer {abs(_area(track.outer)):.2f} m²",
+            Message(
+                "the inner border encloses {area:.2f} m², the outer {area_2:.2f} m²",
+                area=abs(_area(track.inner)),
+                area_2=abs(_area(track.outer)),
+            ),
             "an outer border around the inner one",
             "Swap columns 2-3 with 4-5.",
         )
@@ -153,7 +188,7 @@ def _check_ends(track: Track, path: str | Path) -> None:
     if gap <= max(NEARLY_CLOSED_M, 3 * step) and track.length > 4 * gap and len(track.centre) > 3:
         raise TrackError(
             path,
-            f"the last row ends {gap:.3f} m from the first",
+            Message("the last row ends {gap:.3f} m from the first", gap=gap),
             "a loop whose last row repeats the first exactly, or an open track with its ends apart",
             "Append a copy of row 0: numpy.vstack([rows, rows[:1]]).",
         )
@@ -169,7 +204,11 @@ def _check_order(track: Track, path: str | Path) -> None:
     for step in _first(turns > SHARPEST_TURN_DEG):
         raise TrackError(
             path,
-            f"the centre line turns back by {turns[step]:.0f}° at row {(step + 1) % len(steps)}",
+            Message(
+                "the centre line turns back by {turns:.0f}° at row {step}",
+                turns=turns[step],
+                step=(step + 1) % len(steps),
+            ),
             "rows in driving order",
             "Put the rows in the order in which a car passes them.",
         )
@@ -179,14 +218,18 @@ def _check_widths(track: Track, path: str | Path) -> None:
     widths = track.widths
     for row in _first((widths < NARROWEST_M) | (widths > WIDEST_M)):
         raise TrackError(
-            path, f"row {row} is {widths[row]:.3f} m wide", f"a road {NARROWEST_M:g} to {WIDEST_M:g} m wide",
+            path,
+            Message("row {row} is {widths:.3f} m wide", row=row, widths=widths[row]),
+            Message("a road {narrowest_m:g} to {widest_m:g} m wide", narrowest_m=NARROWEST_M, widest_m=WIDEST_M),
             "Widths are metres between the border points nearest to a waypoint.",
-        )  # fmt: skip
+        )
     beside = track.locate(track.centre)
     to_borders = np.hypot(*(beside.inner_point - track.centre).T) + np.hypot(*(beside.outer_point - track.centre).T)
     for row in _first(to_borders > 1.5 * widths + 0.05):
         raise TrackError(
-            path, f"row {row}: the centre point is not between its borders", "inner, centre and outer side by side"
+            path,
+            Message("row {row}: the centre point is not between its borders", row=row),
+            "inner, centre and outer side by side",
         )
 
 

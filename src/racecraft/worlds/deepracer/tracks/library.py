@@ -19,6 +19,7 @@ import numpy as np
 
 from racecraft.contract.errors import TrackError
 from racecraft.contract.extensions import load_offered
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.user_folder import data_folder
 from racecraft.worlds.deepracer.tracks.catalogue import TrackSummary, known_name
@@ -115,7 +116,11 @@ def own_summary(name: str) -> TrackSummary:
     """
     track = own_track(name)
     if track is None:
-        raise TrackError(name, "no circuit of this name in the library", f"one of: {', '.join(own_names()) or 'none'}")
+        raise TrackError(
+            name,
+            "no circuit of this name in the library",
+            Message("one of: {own_names}", own_names=", ".join(own_names()) or "none"),
+        )
     return TrackSummary(
         track.name, "", round(track.length, 4), round(track.width_mean, 4), len(track.of_filed_rows()), track.direction,
         (OWN_TAG,),
@@ -129,7 +134,7 @@ def _spelt(name: str) -> str | None:
 def _require_legal(name: str, path: str | Path) -> None:
     if not LEGAL_NAME.fullmatch(name):
         raise TrackError(
-            path, f"the name {name!r}", "1 to 64 letters, digits, - and _, a letter or digit first",
+            path, Message("the name {name!r}", name=name), "1 to 64 letters, digits, - and _, a letter or digit first",
             "Give another with --name.",
         )  # fmt: skip
 
@@ -137,8 +142,18 @@ def _require_legal(name: str, path: str | Path) -> None:
 def _require_free(name: str, path: str | Path, replace: bool) -> None:
     if (known := known_name(name)) is not None:
         raise TrackError(
-            path, f"the name {name!r} is the catalogue's {known}", "a name of your own", "Give another with --name."
+            path,
+            Message("the name {name!r} is the catalogue's {known}", name=name, known=known),
+            "a name of your own",
+            "Give another with --name.",
         )
     if (own := _spelt(name)) is not None and not (replace and own == name):
-        cure = f"Give another with --name, or write over it with --name {own} --replace."
-        raise TrackError(path, f"the name {name!r} is taken by {library_folder() / own}.npy", "a new name", cure)
+        hint = Message("Give another with --name, or write over it with --name {own} --replace.", own=own)
+        raise TrackError(
+            path,
+            Message(
+                "the name {name!r} is taken by {library_folder}.npy", name=name, library_folder=library_folder() / own
+            ),
+            "a new name",
+            hint,
+        )

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.contract.message import Message
 from racecraft.formats.atomic import atomic_file, make_folder
 from racecraft.pages.colours import INK, PAPER, QUIET
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -302,7 +303,7 @@ def _save(figure: Figure, path: Path, dpi: int) -> None:
     """Write the figure in one move, in the format of the path's ending."""
     kind = path.suffix.lstrip(".").lower() or "png"
     if kind not in figure.canvas.get_supported_filetypes():
-        raise TrackError(path, f"the ending .{kind}", "a picture: .png, .svg or .pdf")
+        raise TrackError(path, Message("the ending .{kind}", kind=kind), "a picture: .png, .svg or .pdf")
     make_folder(path.parent)
     with atomic_file(path) as part:
         figure.savefig(part, format=kind, dpi=dpi, facecolor=PAPER)

@@ -51,9 +51,12 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
     here, there = _action_space(plan), metadata["model_metadata"]["action_space"]
     if isinstance(here, dict) != isinstance(there, dict) or len(here) != len(there):
         raise RunFolderError(
-            f"{path}: was trained with {_named(there)}, now there is {_named(here)}; expected the same kind and as "
+            "{path}: was trained with {named}, now there is {named_2}; expected the same kind and as "
             "many, since each output of the network is one action. Their angles and speeds may differ. Begin with that "
-            "run's model_metadata.json."
+            "run's model_metadata.json.",
+            path=path,
+            named=_named(there),
+            named_2=_named(here),
         )
     return _notes_on_ranges(here, there) if isinstance(here, dict) else _notes_on_actions(here, there)
 
@@ -68,8 +71,11 @@ def _require_same_settings(plan: CarPlan, path: str, settings: Mapping[str, Any]
         return
     told = ", ".join(f"{name}={value_text(there[name])} (here {value_text(here[name])})" for name in differing)
     raise RunFolderError(
-        f"{path}: was trained with {told}; expected the same, for weights fit only what they were trained in. Say "
-        f"{_words_for(plan, there)}, or train afresh."
+        "{path}: was trained with {told}; expected the same, for weights fit only what they were trained in. Say "
+        "{words_for}, or train afresh.",
+        path=path,
+        told=told,
+        words_for=_words_for(plan, there),
     )
 
 
@@ -128,8 +134,11 @@ def _require_same_sensors(plan: CarPlan, path: str, metadata: Mapping[str, Any])
     if here == there or here.specs(1, 1) == there.specs(1, 1):
         return
     raise RunFolderError(
-        f"{path}: was trained with {_seen_by(there)}, now the car sees with {_seen_by(here)}; expected the same, since "
-        "the network has one input for each. Begin with that run's model_metadata.json, or train afresh."
+        "{path}: was trained with {seen_by}, now the car sees with {seen_by_2}; expected the same, since "
+        "the network has one input for each. Begin with that run's model_metadata.json, or train afresh.",
+        path=path,
+        seen_by=_seen_by(there),
+        seen_by_2=_seen_by(here),
     )
 
 

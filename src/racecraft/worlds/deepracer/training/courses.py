@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from racecraft.contract.errors import SettingError, TrackError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, with_values
@@ -64,11 +65,15 @@ def courses_asked(
     if whole.run.flag("DR_TRAIN_MULTI_CONFIG"):
         for number in range(2, _workers(whole.run) + 1):
             if number not in whole.workers:
-                raise whole.run.letter(
+                raise whole.run.error_at(
                     "DR_TRAIN_MULTI_CONFIG",
-                    f"a file worker-{number}.env beside run.env",
+                    Message("a file worker-{number}.env beside run.env", number=number),
                     "Write it, lower DR_WORKERS, or set DR_TRAIN_MULTI_CONFIG=False.",
-                    found=f"DR_WORKERS asks for {_workers(whole.run)} courses and there is no worker-{number}.env",
+                    found=Message(
+                        "DR_WORKERS asks for {workers} courses and there is no worker-{number}.env",
+                        workers=_workers(whole.run),
+                        number=number,
+                    ),
                 )
             env = whole.workers[number]
             told = overrides_of(env)
@@ -126,8 +131,8 @@ def _laid(course: Course, track: Track, settings: Settings, track_variable: str)
     except TrackError as error:
         if course.env is None:
             raise
-        found = f"'{course.track}': {error.found}"
-        raise course.env.letter(track_variable, error.expected, error.cure, found) from error
+        found = Message("'{track}': {found}", track=course.track, found=error.found)
+        raise course.env.error_at(track_variable, error.expected, error.hint, found) from error
 
 
 def _with_overrides(settings: Settings, course: Course) -> Settings:
@@ -142,7 +147,7 @@ def _with_overrides(settings: Settings, course: Course) -> Settings:
     except SettingError as error:
         if not course.place:
             raise
-        raise SettingError(f"{course.place}: {error}") from error
+        raise SettingError("{place}: {error}", place=course.place, error=error) from error
 
 
 def _ways(env: RunEnv, run: RunEnv) -> tuple[bool, ...]:
@@ -153,5 +158,5 @@ def _ways(env: RunEnv, run: RunEnv) -> tuple[bool, ...]:
 def _workers(env: RunEnv) -> int:
     workers = env.number("DR_WORKERS", 1, 1, MAX_WORKERS)
     if workers != int(workers):
-        raise env.letter("DR_WORKERS", f"a whole number from 1 to {MAX_WORKERS}")
+        raise env.error_at("DR_WORKERS", Message("a whole number from 1 to {max_workers}", max_workers=MAX_WORKERS))
     return int(workers)

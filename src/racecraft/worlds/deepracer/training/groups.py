@@ -98,7 +98,9 @@ def read_groups(path: Path) -> tuple[Group, ...]:
     """
     told = read_json(path, InputFileError, "a JSON list of groups").value
     if not isinstance(told, list) or not told or not all(isinstance(one, dict | str) for one in told):
-        raise SettingError(f'{path}: is no list of groups; expected [{{"track": "Oval_track", "cars": 8}}, …].')
+        raise SettingError(
+            '{path}: is no list of groups; expected [{{"track": "Oval_track", "cars": 8}}, …].', path=path
+        )
     return tuple(told)
 
 
@@ -118,9 +120,13 @@ def _words(group: Group, number: int) -> tuple[dict[str, str], str]:
     for part in shlex.split(group):
         word, equals, value = part.partition("=")
         if not equals:
-            raise SettingError(f"{place}: '{part}' says nothing; expected word=value, such as track=Oval_track cars=8.")
+            raise SettingError(
+                "{place}: '{part}' says nothing; expected word=value, such as track=Oval_track cars=8.",
+                place=place,
+                part=part,
+            )
         if word in told:
-            raise SettingError(f"{place}: {word} is said twice; expected it once.")
+            raise SettingError("{place}: {word} is said twice; expected it once.", place=place, word=word)
         told[word] = value
     return told, place
 
@@ -144,7 +150,7 @@ def _courses(told: Mapping[str, str], track: str | None, place: str) -> list[Cou
         return [course]
     directions = DIRECTIONS[ways]
     if cars is not None and cars < len(directions):
-        raise SettingError(f"{place}: one car cannot drive both ways; expected cars=2 or more.")
+        raise SettingError("{place}: one car cannot drive both ways; expected cars=2 or more.", place=place)
     parts = [None] * len(directions) if cars is None else shares(cars, len(directions))
     reverse = [f"race.reverse={value_text(way)}" for way in directions]
     return [
@@ -156,19 +162,31 @@ def _require_known(word: str, place: str) -> None:
     """Refuse a word that is none, and a setting that one network, one car or all groups share."""
     head = word.partition(".")[0]
     if word in OTHER_WORDS:
-        raise SettingError(f"{place}: {word} is not said so; expected {OTHER_WORDS[word]}.")
+        raise SettingError(
+            "{place}: {word} is not said so; expected {other_words}.",
+            place=place,
+            word=word,
+            other_words=OTHER_WORDS[word],
+        )
     if word in SHARED or ("." in word and head not in RACE_GROUPS):
         raise SettingError(
-            f"{place}: {word} is one for the whole training; expected {', '.join(WORDS)} or a setting of race, boxes "
-            "or bots. Say it with --set, for all groups."
+            "{place}: {word} is one for the whole training; expected {words} or a setting of race, boxes "
+            "or bots. Say it with --set, for all groups.",
+            place=place,
+            word=word,
+            words=", ".join(WORDS),
         )
     if word in ("sensor", "sensors", "action_space", "actions", "camera"):
         raise SettingError(
-            f"{place}: {word} belongs to the car, and one network drives every group; expected groups with the same "
-            "sensors and actions. Say them in model_metadata.json, for all of them."
+            "{place}: {word} belongs to the car, and one network drives every group; expected groups with the same "
+            "sensors and actions. Say them in model_metadata.json, for all of them.",
+            place=place,
+            word=word,
         )
     if "." not in word and word not in WORDS:
-        raise SettingError(f"{place}: a group knows no '{word}'. {nearest(word, WORDS)}")
+        raise SettingError(
+            "{place}: a group knows no '{word}'. {hint}", place=place, word=word, hint=nearest(word, WORDS)
+        )
 
 
 def _require_race_of(told: Mapping[str, str], race: str | None, place: str) -> None:
@@ -178,7 +196,11 @@ def _require_race_of(told: Mapping[str, str], race: str | None, place: str) -> N
         owners = [one for one in RACE_TYPES if head in race_groups(one)]
         if owners and race is not None and race not in owners:
             raise SettingError(
-                f"{place}: {word} is of a race of {owners[0]}, not of {race}; expected race={owners[0]}."
+                "{place}: {word} is of a race of {owners}, not of {race}; expected race={owners}.",
+                place=place,
+                word=word,
+                owners=owners[0],
+                race=race,
             )
 
 
@@ -188,7 +210,13 @@ def _choice(told: Mapping[str, str], word: str, known: tuple[str, ...], place: s
     folded = {one.casefold(): one for one in known}
     found = folded.get(told[word].casefold().replace("-", "_"))
     if found is None:
-        raise SettingError(f"{place}: there is no {word} '{told[word]}'. {nearest(told[word], known)}")
+        raise SettingError(
+            "{place}: there is no {word} '{told}'. {hint}",
+            place=place,
+            word=word,
+            told=told[word],
+            hint=nearest(told[word], known),
+        )
     return found
 
 
@@ -197,5 +225,10 @@ def _cars(told: Mapping[str, str], place: str) -> int | None:
         return None
     text = told["cars"]
     if not (text.isascii() and text.isdigit()) or not 1 <= int(text) <= MAX_CARS:
-        raise SettingError(f"{place}: cars={text}; expected a whole number from 1 to {MAX_CARS}. Leave the group out.")
+        raise SettingError(
+            "{place}: cars={text}; expected a whole number from 1 to {max_cars}. Leave the group out.",
+            place=place,
+            text=text,
+            max_cars=MAX_CARS,
+        )
     return int(text)

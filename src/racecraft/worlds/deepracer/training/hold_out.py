@@ -42,8 +42,9 @@ def require_apart(trained: Sequence[Track], held_out: Sequence[Track]) -> tuple[
     for track in held_out:
         if track.name in seen or any(track.hash() == one.hash() for one in trained):
             raise SettingError(
-                f"--hold-out {track.name}: cars are trained on it too; expected a track that none of them sees. Leave "
-                "it out of one of the two."
+                "--hold-out {name}: cars are trained on it too; expected a track that none of them sees. Leave "
+                "it out of one of the two.",
+                name=track.name,
             )
     pairs = ((one, next((name for name, other in seen.items() if are_alike(one, other)), None)) for one in held_out)
     alike = [f"{track.name} is the road of {name}" for track, name in pairs if name is not None]

@@ -72,10 +72,10 @@ def read_model_folder(
     """
     if folder is not None and not folder.is_dir():
         what = "is a file" if folder.exists() else "there is no such folder"
-        raise UserInputError(f"{folder}: {what}; {EXPECTED}")
+        raise UserInputError("{folder}: {what}; {expected}", folder=folder, what=what, expected=EXPECTED)
     files = _found(folder, keys or {})
     if folder is not None and files.is_empty and not (folder / RUN_ENV).is_file():
-        raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
+        raise UserInputError("{folder}: holds none of a racer's files; {expected}", folder=folder, expected=EXPECTED)
     notes, faults = list(files.notes), Faults()
     reward, metadata, given = None, default or default_model_metadata(), Hyperparameters()
     if files.reward is not None:

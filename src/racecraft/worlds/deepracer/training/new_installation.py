@@ -38,7 +38,9 @@ def new_installation(folder: Path) -> Installation:
         OutputFileError: It cannot be written.
     """
     if folder.exists() and not folder.is_dir():
-        raise UserInputError(f"{folder}: is a file; expected a folder, or a new name. Choose another name.")
+        raise UserInputError(
+            "{folder}: is a file; expected a folder, or a new name. Choose another name.", folder=folder
+        )
     activate = {suffix: _free_activate(folder, suffix) for suffix in ("sh", "ps1")}
     files: dict[str, Callable[[Path], None]] = {
         SYSTEM_ENV: lambda path: write_atomic(path, run_env_text("system")),

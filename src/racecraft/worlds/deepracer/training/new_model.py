@@ -62,13 +62,17 @@ def new_model(folder: Path, reward: str | None = None) -> list[Path]:
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         what = "is not empty" if folder.is_dir() else "is a file"
-        raise UserInputError(f"{folder}: {what}; expected a new or empty folder. Choose another name.")
+        raise UserInputError(
+            "{folder}: {what}; expected a new or empty folder. Choose another name.", folder=folder, what=what
+        )
     source = racing_reward_source() if reward is None else _offered_reward(reward)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserInputError(
-            f"{folder}: cannot be made ({error.strerror}); expected a place you may write to."
+            "{folder}: cannot be made ({strerror}); expected a place you may write to.",
+            folder=folder,
+            strerror=error.strerror,
         ) from error
     write_atomic(folder / "reward_function.py", source)
     write_atomic(folder / "hyperparameters.json", HYPERPARAMETERS)
@@ -88,6 +92,8 @@ def _offered_reward(name: str) -> str:
     module = load_offered("rewards", name)
     if module is None:
         raise SettingError(
-            f"--reward is {name!r}; expected one of an installed package. {nearest(name, offered('rewards'))}"
+            "--reward is {name!r}; expected one of an installed package. {hint}",
+            name=name,
+            hint=nearest(name, offered("rewards")),
         )
     return inspect.getsource(module)

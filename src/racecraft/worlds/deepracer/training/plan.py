@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import Faults, RunFolderError, SettingError, TrackError
+from racecraft.contract.message import Message
 from racecraft.formats.checkpoint import IMPORTED
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import JOB, RunFolder
@@ -176,7 +177,9 @@ def plan_car(request: RaceRequest) -> CarPlan:
         clone_from=with_metadata(request.clone_from or asked.clone_from, model.metadata),
     )
     if request.car is not None and request.car not in PROFILES:
-        raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
+        raise SettingError(
+            "--car {car}: there is no such car; expected {profiles}.", car=request.car, profiles=" or ".join(PROFILES)
+        )
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
     wanted = worlds_for(groups) if preset != "aws" else ()
     overrides = (*wanted, *request.overrides)
@@ -231,8 +234,12 @@ def _require_known_lap(plan: CarPlan) -> None:
     gaps = [stop for stop in plan.stops if stop.kind == GAP]
     if gaps and known_lap_of(plan) is None:
         raise SettingError(
-            f"--stop {gaps[0]}: found no best known lap of {plan.track.name} with the car {plan.settings.race.car} at "
-            f"{plan.actions.fastest:g} m/s; expected one to compare with. Say --stop lap=SECONDS."
+            "--stop {gaps}: found no best known lap of {name} with the car {car} at "
+            "{fastest:g} m/s; expected one to compare with. Say --stop lap=SECONDS.",
+            gaps=gaps[0],
+            name=plan.track.name,
+            car=plan.settings.race.car,
+            fastest=plan.actions.fastest,
         )
 
 
@@ -265,8 +272,10 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     job = run.read_job_of(KIND)
     if IMPORTED in job:
         raise RunFolderError(
-            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run "
-            f"that was trained here. Begin a new one with its weights: --from {path}."
+            "{path}: was imported from {job}, which holds nothing of its trainer's state; expected a run "
+            "that was trained here. Begin a new one with its weights: --from {path}.",
+            path=path,
+            job=job[IMPORTED],
         )
     _require_copies(run)
     asked = job["asked"]
@@ -274,8 +283,12 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     if track.hash() != job["track"]["hash"]:
         place = run.track if run.track.is_file() else path
         raise RunFolderError(
-            f"{place}: its track {asked['track']!r} has changed since the run began (now {track.hash()}, then "
-            f"{job['track']['hash']}); expected the same waypoints. Restore the file, or begin a new run with --from."
+            "{place}: its track {asked!r} has changed since the run began (now {hash}, then "
+            "{job}); expected the same waypoints. Restore the file, or begin a new run with --from.",
+            place=place,
+            asked=asked["track"],
+            hash=track.hash(),
+            job=job["track"]["hash"],
         )
     request = RaceRequest(
         folder=path,
@@ -402,8 +415,10 @@ def _race_of(request: RaceRequest, told: tuple[str, ...]) -> tuple[str, ...]:
     types = [one for one in (*told, *request.overrides) if one.startswith("race.type=")]
     if request.against and types and types[-1] != wanted and types[-1] != f"race.type={TIME_TRIAL}":
         raise SettingError(
-            f"--against asks for a race of {HEAD_TO_MODEL}, and {types[-1]} was asked for, too; expected one of them. "
-            "Leave one out."
+            "--against asks for a race of {head_to_model}, and {types} was asked for, too; expected one of them. "
+            "Leave one out.",
+            head_to_model=HEAD_TO_MODEL,
+            types=types[-1],
         )
     return (wanted,) if request.against else ()
 
@@ -416,8 +431,8 @@ def _load_track(request: RaceRequest, env: RunEnv) -> Track:
     except TrackError as error:
         if env.values.get(TRACK_VARIABLE) != name:
             raise
-        found = f"'{name}': {error.found}"
-        raise env.letter(TRACK_VARIABLE, error.expected, error.cure, found) from error
+        found = Message("'{name}': {found}", name=name, found=error.found)
+        raise env.error_at(TRACK_VARIABLE, error.expected, error.hint, found) from error
 
 
 def _require_copies(run: RunFolder) -> None:
@@ -425,8 +440,10 @@ def _require_copies(run: RunFolder) -> None:
     for copy in (run.reward_function, run.model_metadata, run.hyperparameters):
         if not copy.is_file():
             raise RunFolderError(
-                f"{copy}: the run's own copy is gone; expected the file it was begun with. Put it back, or begin a new "
-                f"run from these weights with --from {run.path}."
+                "{copy}: the run's own copy is gone; expected the file it was begun with. Put it back, or begin a new "
+                "run from these weights with --from {path}.",
+                copy=copy,
+                path=run.path,
             )
 
 

@@ -187,9 +187,11 @@ def settings_for(
         SettingError: An unknown preset or fidelity, or an override that is not legal.
     """
     if preset not in PRESETS:
-        raise SettingError(f"There is no preset '{preset}'. {nearest(preset, PRESETS)}")
+        raise SettingError("There is no preset '{preset}'. {hint}", preset=preset, hint=nearest(preset, PRESETS))
     if fidelity is not None and fidelity not in FIDELITIES:
-        raise SettingError(f"There is no fidelity '{fidelity}'. {nearest(fidelity, FIDELITIES)}")
+        raise SettingError(
+            "There is no fidelity '{fidelity}'. {hint}", fidelity=fidelity, hint=nearest(fidelity, FIDELITIES)
+        )
     settings, notes = preset_settings(preset, metadata, algorithm)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = _with_json(settings, hyperparameters, notes)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.message import Message
 from racecraft.formats.run_folder import HYPERPARAMETERS
 from racecraft.training.stopping import parse_stops
 from racecraft.worlds.deepracer.analysis.films.shells import COLOURS, SHELLS
@@ -107,7 +108,7 @@ def _require_looks(env: RunEnv) -> None:
     for name, known in LOOKS.items():
         written = env.text(name)
         if written and written.casefold() not in {one.casefold() for one in known}:
-            raise env.letter(name, "one that the original had", nearest(written, known))
+            raise env.error_at(name, "one that the original had", nearest(written, known))
 
 
 def race_type(env: RunEnv) -> str:
@@ -139,7 +140,9 @@ def _own_settings(env: RunEnv) -> list[str]:
     written = env.text("RACECRAFT_SET").split()
     for one in written:
         if "=" not in one or "." not in one.partition("=")[0]:
-            raise env.letter("RACECRAFT_SET", "settings such as runtime.threads=2 ppo.clip=0.1", found=f"'{one}'")
+            raise env.error_at(
+                "RACECRAFT_SET", "settings such as runtime.threads=2 ppo.clip=0.1", found=Message("'{one}'", one=one)
+            )
     return written
 
 
@@ -156,7 +159,7 @@ def _stops(env: RunEnv) -> tuple[str, ...]:
     try:
         parse_stops(stops)
     except SettingError as error:
-        raise env.letter("RACECRAFT_STOP", "stops such as laps minutes=30", str(error)) from error
+        raise env.error_at("RACECRAFT_STOP", "stops such as laps minutes=30", str(error)) from error
     return stops
 
 
@@ -174,11 +177,16 @@ def _clone_source(env: RunEnv, folder: Path, drfc: DrfcFolder | None) -> str | N
             return f"{place}:{which}"
     place_of = name if name in env.values else "DR_LOCAL_S3_PRETRAINED"
     bucket = "" if drfc is None else f"a prefix in {drfc.bucket}, "
-    raise env.letter(
+    raise env.error_at(
         place_of,
-        f"the run folder of an older training: {bucket}a path, or a name here, beside {folder} or below {_SHELF}/",
+        Message(
+            "the run folder of an older training: {bucket}a path, or a name here, beside {folder} or below {shelf}/",
+            bucket=bucket,
+            folder=folder,
+            shelf=_SHELF,
+        ),
         "Say where it lies, or set DR_LOCAL_S3_PRETRAINED=False.",
-        found=f"there is no folder '{written}'",
+        found=Message("there is no folder '{written}'", written=written),
     )
 
 
@@ -205,8 +213,13 @@ def keys_in_bucket(drfc: DrfcFolder) -> dict[str, Path]:
     for file, name in KEYS.items():
         place = drfc.key(name)
         if not place.is_file():
-            cure = "dr-upload-custom-files copies custom_files there."
-            raise drfc.letter(name, f"the file {file} in the bucket", cure, found=f"there is no file {place}")
+            hint = "dr-upload-custom-files copies custom_files there."
+            raise drfc.error_at(
+                name,
+                Message("the file {file} in the bucket", file=file),
+                hint,
+                found=Message("there is no file {place}", place=place),
+            )
         found[file] = place
     return found
 
@@ -220,9 +233,11 @@ def _notes_on_keys(drfc: DrfcFolder | None) -> list[str]:
     return [f"{name}={drfc.text(name)} lies outside DR_LOCAL_S3_CUSTOM_FILES_PREFIX={prefix}" for name in others]
 
 
-def _existing(env: RunEnv, name: str, place: Path, cure: str) -> Path:
+def _existing(env: RunEnv, name: str, place: Path, hint: str) -> Path:
     if not place.is_file():
-        raise env.letter(name, "a file of the racer's folder", cure, found=f"there is no file {place}")
+        raise env.error_at(
+            name, "a file of the racer's folder", hint, found=Message("there is no file {place}", place=place)
+        )
     return place
 
 
@@ -235,9 +250,9 @@ def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:
     """Return the settings of a worker's race; what its file does not say is as in run.env."""
     race = race_type(env if "DR_RACE_TYPE" in env.values else run)
     if race == HEAD_TO_MODEL and "DR_RACE_TYPE" in env.values:
-        cure = "Race against others in a training of its own."
+        hint = "Race against others in a training of its own."
         others = " or ".join(one for one in RACE_TYPES if one != HEAD_TO_MODEL)
-        raise env.letter("DR_RACE_TYPE", others, cure, found=f"'{race}' races on one course only")
+        raise env.error_at("DR_RACE_TYPE", others, hint, found=Message("'{race}' races on one course only", race=race))
     offset = _share(env, "DR_TRAIN_START_POSITION_OFFSET")
     starts = () if offset is None else (f"race.start_offset={offset}",)
     own = tuple(one for one in _overrides(env) if one.startswith(("race.", "variation.")))

@@ -6,6 +6,7 @@ The variables of a race that is not run are kept and named like any other that c
 from __future__ import annotations
 
 from racecraft.contract.errors import SettingError
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.env.objects import BOX_TYPES, read_positions
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_BOT, OBJECT_AVOIDANCE, TIME_TRIAL
 from racecraft.worlds.deepracer.files.run_env import RunEnv
@@ -67,7 +68,7 @@ def objects_overrides(env: RunEnv, race: str) -> tuple[str, ...]:
 def _count(env: RunEnv, name: str) -> int:
     number = env.number(name, 0.0, 0.0, MOST)
     if number != int(number):
-        raise env.letter(name, f"a whole number from 0 to {MOST}")
+        raise env.error_at(name, Message("a whole number from 0 to {most}", most=MOST))
     return int(number)
 
 
@@ -75,5 +76,5 @@ def _positions(env: RunEnv, name: str) -> str:
     try:
         read_positions(env.values[name])
     except SettingError as error:
-        raise env.letter(name, 'places such as "0.23,-1;0.46,1"', str(error)) from error
+        raise env.error_at(name, 'places such as "0.23,-1;0.46,1"', str(error)) from error
     return env.values[name]

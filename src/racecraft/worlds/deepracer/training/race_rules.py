@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.evaluation.trial_race import RANGES
 from racecraft.worlds.deepracer.files.run_env import RunEnv
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
@@ -63,5 +64,5 @@ def whole_number(env: RunEnv, name: str, low: float, high: float) -> int:
     """
     number = env.number(name, low, low, high)
     if number != int(number):
-        raise env.letter(name, f"a whole number from {low:g} to {high:g}")
+        raise env.error_at(name, Message("a whole number from {low:g} to {high:g}", low=low, high=high))
     return int(number)

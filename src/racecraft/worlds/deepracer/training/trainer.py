@@ -332,7 +332,9 @@ def open_log(run: RunFolder) -> TextIO:
     try:
         return open(run.log, "a", encoding="utf-8", buffering=1)
     except OSError as error:
-        raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
+        raise RunFolderError(
+            "{log}: cannot be written ({strerror}); expected a log file.", log=run.log, strerror=error.strerror
+        ) from error
 
 
 def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], say: Say) -> None:

@@ -83,7 +83,7 @@ class GymnasiumWorld:
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every copy by one tick; ended ones begin again at once."""
         if not self._begun:
-            raise ContractError(f"{self._spec.name}: step before reset; expected reset first.")
+            raise ContractError("{name}: step before reset; expected reset first.", name=self._spec.name)
         buffers.active[:] = True
         for n, env in enumerate(self._envs):
             if self._parked[n]:
@@ -192,8 +192,10 @@ def _registered(name: str, settings: dict[str, Any]) -> gymnasium.Env:
         return gymnasium.make(name, disable_env_checker=True, **settings)
     except gymnasium.error.Error as error:
         raise UserInputError(
-            f"Gymnasium cannot make '{name}': {error}. Expected an id that is registered and whose packages are "
-            "installed, such as CartPole-v1."
+            "Gymnasium cannot make '{name}': {error}. Expected an id that is registered and whose packages are "
+            "installed, such as CartPole-v1.",
+            name=name,
+            error=error,
         ) from error
 
 
@@ -206,8 +208,11 @@ def parts_of(space: spaces.Space, name: str) -> dict[str, spaces.Box | spaces.Di
             known[key] = part
         else:
             raise UserInputError(
-                f"{name}: observation '{key}' is {part}; expected Box, Discrete or a Dict of them. "
-                "gymnasium.wrappers.FlattenObservation makes a Box of most others."
+                "{name}: observation '{key}' is {part}; expected Box, Discrete or a Dict of them. "
+                "gymnasium.wrappers.FlattenObservation makes a Box of most others.",
+                name=name,
+                key=key,
+                part=part,
             )
     return known
 
@@ -229,7 +234,9 @@ def action_spec(space: spaces.Space, name: str) -> tuple[SingleActions, int]:
     if isinstance(space, spaces.Box) and len(space.shape) == 1:
         low, high = (tuple(float(x) for x in bound) for bound in (space.low, space.high))
         return ContinuousActions(low, high), 0
-    raise UserInputError(f"{name}: actions are {space}; expected Discrete or a one-dimensional Box.")
+    raise UserInputError(
+        "{name}: actions are {space}; expected Discrete or a one-dimensional Box.", name=name, space=space
+    )
 
 
 def make_world(environment: str | Callable[[], gymnasium.Env], num_worlds: int = 1, **settings: Any) -> GymnasiumWorld:

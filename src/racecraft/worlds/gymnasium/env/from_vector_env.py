@@ -79,7 +79,7 @@ class VectorEnvWorld:
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every row by one tick; of those that ended before, this tick is their beginning."""
         if not self._begun:
-            raise ContractError(f"{self._spec.name}: step before reset; expected reset first.")
+            raise ContractError("{name}: step before reset; expected reset first.", name=self._spec.name)
         told = actions[:, 0].copy()
         self._taken.append(told)
         if isinstance(self._spec.actions, DiscreteActions):

@@ -51,7 +51,12 @@ def _all_of(env: Any, method: str, told: Any, things: tuple[str, ...]) -> Any:
         return told
     gave = f"{len(told)} things" if isinstance(told, tuple) else type(told).__name__
     raise EnvironmentFailedError(
-        f"{_place(env, method)}{_name(env)}.{method} gave {gave}; expected ({', '.join(things)}). Mend what it returns."
+        "{place}{name}.{method} gave {gave}; expected ({things}). Mend what it returns.",
+        place=_place(env, method),
+        name=_name(env),
+        method=method,
+        gave=gave,
+        things=", ".join(things),
     )
 
 
@@ -68,8 +73,11 @@ def made(make: Callable[..., Any], *words: Any, **named: Any) -> Any:
     except (Exception, SystemExit) as error:
         what = make.__name__ if isinstance(make, type) else "the environment"
         raise EnvironmentFailedError(
-            f"{_line(user_code_location(error))}{what} {_said(error)} as it was made; expected one that can be "
-            "made again and again, for several stand side by side. Mend it there."
+            "{line}{what} {said} as it was made; expected one that can be "
+            "made again and again, for several stand side by side. Mend it there.",
+            line=_line(user_code_location(error)),
+            what=what,
+            said=_said(error),
         ) from error
 
 
@@ -92,8 +100,11 @@ def failure(env: Any, method: str, error: BaseException) -> EnvironmentFailedErr
     """Return the letter about an environment whose method failed."""
     place = _line(user_code_location(error)) or _place(env, method)
     return EnvironmentFailedError(
-        f"{place}{_name(env)}.{method} {_said(error)}; expected an environment that plays episode after episode. "
-        "Mend it there."
+        "{place}{name}.{method} {said}; expected an environment that plays episode after episode. Mend it there.",
+        place=place,
+        name=_name(env),
+        method=method,
+        said=_said(error),
     )
 
 
@@ -102,15 +113,25 @@ def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object)
     shape = getattr(value, "shape", None)
     gave = f"{type(value).__name__} of shape {tuple(shape)}" if shape is not None else _short(value)
     return EnvironmentFailedError(
-        f"{_place(env, method)}{_name(env)}.{method} gave {gave} as {what} ({why}); expected {space}. Mend "
-        "what it returns, or what it promises."
+        "{place}{name}.{method} gave {gave} as {what} ({why}); expected {space}. Mend "
+        "what it returns, or what it promises.",
+        place=_place(env, method),
+        name=_name(env),
+        method=method,
+        gave=gave,
+        what=what,
+        why=why,
+        space=space,
     )
 
 
 def lacking(env: Any, name: str) -> EnvironmentFailedError:
     """Return the letter about something that an environment has not."""
     return EnvironmentFailedError(
-        f"{_place(env, '__init__')}{_name(env)} has no {name}; expected one of gym's spaces, set as it is made."
+        "{place}{name} has no {name_2}; expected one of gym's spaces, set as it is made.",
+        place=_place(env, "__init__"),
+        name=_name(env),
+        name_2=name,
     )
 
 

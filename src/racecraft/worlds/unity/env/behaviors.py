@@ -116,7 +116,7 @@ def learn_behavior(parameters: Any, agent: Any, layout: str) -> Behavior:
         actions = UnityActions(sizes[0] if sizes else 0, ()) if is_continuous else UnityActions(0, sizes)
     name = parameters.brain_name
     if actions.continuous < 0 or any(size < 1 for size in actions.branches):
-        raise WireError(f"behavior '{name}' has impossible actions {actions}.")
+        raise WireError("behavior '{name}' has impossible actions {actions}.", name=name, actions=actions)
     taken: set[str] = set()
     sensors = []
     for index, observation in enumerate(agent.observations):
@@ -126,7 +126,9 @@ def learn_behavior(parameters: Any, agent: Any, layout: str) -> Behavior:
         taken.add(sensor.name)
         sensors.append(sensor)
     if not sensors:
-        raise WireError(f"behavior '{name}' has no observations; an agent that sees nothing cannot be taught.")
+        raise WireError(
+            "behavior '{name}' has no observations; an agent that sees nothing cannot be taught.", name=name
+        )
     return Behavior(name, tuple(sensors), actions)
 
 
@@ -143,16 +145,21 @@ def read_agents(behavior: Behavior, agents: Sequence[Any]) -> AgentRows:
         parts = agent.observations
         if len(parts) != len(behavior.sensors):
             raise WireError(
-                f"an agent of '{behavior.name}' has {len(parts)} observations; the first had {len(behavior.sensors)}."
+                "an agent of '{name}' has {count} observations; the first had {count_2}.",
+                name=behavior.name,
+                count=len(parts),
+                count_2=len(behavior.sensors),
             )
         for sensor, part, into in zip(behavior.sensors, parts, observations, strict=True):
             _read_observation(behavior, sensor, part, into[row])
     rewards = np.array([(agent.reward, agent.group_reward) for agent in agents], np.float32).reshape(count, 2)
     for sensor, values in zip(behavior.sensors, observations, strict=True):
         if values.dtype == np.float32 and not np.isfinite(values).all():
-            raise WireError(f"observation '{sensor.name}' of '{behavior.name}' holds NaN or infinity.")
+            raise WireError(
+                "observation '{name}' of '{name_2}' holds NaN or infinity.", name=sensor.name, name_2=behavior.name
+            )
     if not np.isfinite(rewards).all():
-        raise WireError(f"a reward of '{behavior.name}' is NaN or infinite.")
+        raise WireError("a reward of '{name}' is NaN or infinite.", name=behavior.name)
     return AgentRows(
         agent_id=np.array([agent.id for agent in agents], np.int32),
         observations=observations,
@@ -234,12 +241,27 @@ def _learn_sensor(part: Any, index: int, layout: str, behavior: str, use_name: b
     wire_shape = tuple(part.shape)
     numbers = math.prod(wire_shape)
     if not 1 <= len(wire_shape) <= 3 or any(size < 0 for size in wire_shape) or numbers > MAX_NUMBERS:
-        raise WireError(f"observation {index} of '{behavior}' claims shape {wire_shape}; expected rank 1 to 3.")
+        raise WireError(
+            "observation {index} of '{behavior}' claims shape {wire_shape}; expected rank 1 to 3.",
+            index=index,
+            behavior=behavior,
+            wire_shape=wire_shape,
+        )
     if part.compression_type not in (NO_COMPRESSION, PNG):
-        raise WireError(f"observation {index} of '{behavior}' has compression {part.compression_type}; known: 0, 1.")
+        raise WireError(
+            "observation {index} of '{behavior}' has compression {compression_type}; known: 0, 1.",
+            index=index,
+            behavior=behavior,
+            compression_type=part.compression_type,
+        )
     compressed = part.compression_type == PNG
     if compressed and len(wire_shape) != 3:
-        raise WireError(f"observation {index} of '{behavior}' is a PNG of shape {wire_shape}; expected rank 3.")
+        raise WireError(
+            "observation {index} of '{behavior}' is a PNG of shape {wire_shape}; expected rank 3.",
+            index=index,
+            behavior=behavior,
+            wire_shape=wire_shape,
+        )
     shape = wire_shape
     if len(wire_shape) == 3 and layout == CHW:
         shape = (wire_shape[1], wire_shape[2], wire_shape[0])
@@ -252,13 +274,20 @@ def _read_observation(behavior: Behavior, sensor: Sensor, part: Any, into: Array
     """Write one agent's observation by one sensor into its row."""
     if tuple(part.shape) != sensor.wire_shape:
         raise WireError(
-            f"observation '{sensor.name}' of '{behavior.name}' has shape {tuple(part.shape)}; "
-            f"the first had {sensor.wire_shape}."
+            "observation '{name}' of '{name_2}' has shape {shape}; the first had {wire_shape}.",
+            name=sensor.name,
+            name_2=behavior.name,
+            shape=tuple(part.shape),
+            wire_shape=sensor.wire_shape,
         )
     if part.compression_type not in ((NO_COMPRESSION, PNG) if sensor.is_picture else (NO_COMPRESSION,)):
         raise WireError(
-            f"observation '{sensor.name}' of '{behavior.name}', rank {len(sensor.shape)}, has compression "
-            f"{part.compression_type}; pictures may be plain (0) or PNG (1), all else is plain."
+            "observation '{name}' of '{name_2}', rank {count}, has compression "
+            "{compression_type}; pictures may be plain (0) or PNG (1), all else is plain.",
+            name=sensor.name,
+            name_2=behavior.name,
+            count=len(sensor.shape),
+            compression_type=part.compression_type,
         )
     if part.compression_type == PNG:
         picture = _read_png(sensor, part)
@@ -267,8 +296,12 @@ def _read_observation(behavior: Behavior, sensor: Sensor, part: Any, into: Array
     values = np.array(part.float_data.data, np.float32)
     if values.size != into.size:
         raise WireError(
-            f"observation '{sensor.name}' of '{behavior.name}' brings {values.size} numbers; "
-            f"its shape {sensor.wire_shape} holds {into.size}."
+            "observation '{name}' of '{name_2}' brings {size} numbers; its shape {wire_shape} holds {size_2}.",
+            name=sensor.name,
+            name_2=behavior.name,
+            size=values.size,
+            wire_shape=sensor.wire_shape,
+            size_2=into.size,
         )
     values = values.reshape(sensor.wire_shape)
     if sensor.is_picture and sensor.layout == CHW:
@@ -281,7 +314,7 @@ def _read_png(sensor: Sensor, part: Any) -> Array:
     try:
         return decode_picture(part.compressed_data, sensor.shape, list(part.compressed_channel_mapping))
     except ValueError as cause:
-        raise WireError(f"observation '{sensor.name}' {cause}") from cause
+        raise WireError("observation '{name}' {cause}", name=sensor.name, cause=cause) from cause
 
 
 def _read_masks(behavior: Behavior, agents: Sequence[Any]) -> Array | None:
@@ -295,13 +328,16 @@ def _read_masks(behavior: Behavior, agents: Sequence[Any]) -> Array | None:
         if len(forbidden):
             if len(forbidden) != sum(branches):
                 raise WireError(
-                    f"an action mask of '{behavior.name}' has {len(forbidden)} entries; branches {branches} need "
-                    f"{sum(branches)}."
+                    "an action mask of '{name}' has {count} entries; branches {branches} need {sum}.",
+                    name=behavior.name,
+                    count=len(forbidden),
+                    branches=branches,
+                    sum=sum(branches),
                 )
             allowed[row] = ~np.array(forbidden, bool)
     starts = np.cumsum((0, *branches[:-1]))
     if not np.logical_or.reduceat(allowed, starts, axis=1).all():
-        raise WireError(f"an action mask of '{behavior.name}' forbids every action of a branch.")
+        raise WireError("an action mask of '{name}' forbids every action of a branch.", name=behavior.name)
     return allowed
 
 

@@ -144,15 +144,19 @@ def read_manifest(manifest: str | Path | None = None) -> dict[str, RegistryEntry
         return {name: _entry(name, facts or {}) for name, facts in pairs}
     except (yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as cause:
         raise BuildError(
-            f"{source}: not a manifest of scenes ({cause!r}); expected `environments:`, a list of "
-            "`NAME: {linux_url: …, darwin_url: …, win_url: …}`."
+            "{source}: not a manifest of scenes ({cause!r}); expected `environments:`, a list of "
+            "`NAME: {{linux_url: …, darwin_url: …, win_url: …}}`.",
+            source=source,
+            cause=cause,
         ) from cause
 
 
 def fetch_entry(entry: RegistryEntry, cache_folder: Path) -> Path:
     """Return the folder of a manifest's scene, fetched and unpacked unless it is there."""
     if entry.url is None:
-        raise BuildError(f"registry:{entry.name} has no build for this platform ({_PLATFORM}).")
+        raise BuildError(
+            "registry:{name} has no build for this platform ({platform}).", name=entry.name, platform=_PLATFORM
+        )
     digest = hashlib.md5(entry.url.encode(), usedforsecurity=False).hexdigest()
     folder = cache_folder / "binaries" / f"{entry.name}-{digest}"
     if not folder.is_dir():
@@ -174,14 +178,17 @@ def executable_in(folder: Path) -> Path:
     if len(found) != 1:
         listed = ", ".join(path.name for path in found) or "none"
         raise BuildError(
-            f"{folder}: players found: {listed}; expected exactly one for {_PLATFORM}. Name the file itself."
+            "{folder}: players found: {listed}; expected exactly one for {platform}. Name the file itself.",
+            folder=folder,
+            listed=listed,
+            platform=_PLATFORM,
         )
     return _made_executable(found[0])
 
 
 def _builtin(name: str) -> Build:
     if name not in BUILTIN:
-        raise BuildError(f"builtin:{name} is no built-in scene. {nearest(name, BUILTIN)}")
+        raise BuildError("builtin:{name} is no built-in scene. {hint}", name=name, hint=nearest(name, BUILTIN))
     home = str(Path(racecraft.__file__).parent.parent)
     others = os.environ.get("PYTHONPATH")
     environment = {"PYTHONPATH": f"{home}{os.pathsep}{others}" if others else home}
@@ -198,11 +205,15 @@ def _from_registry(name: str, cache: Path, manifest: str | Path | None) -> Build
     except BuildError as cause:
         ours = f" `builtin:{name}` is a stand-in that needs no download." if name in BUILTIN else ""
         raise BuildError(
-            f"registry:{name} is not in the cache {cache / 'binaries'} and no manifest can be read: {cause} "
-            f"Give a local manifest (RACECRAFT_UNITY_MANIFEST), or the path of a build.{ours}"
+            "registry:{name} is not in the cache {cache} and no manifest can be read: {cause} "
+            "Give a local manifest (RACECRAFT_UNITY_MANIFEST), or the path of a build.{ours}",
+            name=name,
+            cache=cache / "binaries",
+            cause=cause,
+            ours=ours,
         ) from cause
     if name not in entries:
-        raise BuildError(f"registry:{name} is not in the manifest. {nearest(name, entries)}")
+        raise BuildError("registry:{name} is not in the manifest. {hint}", name=name, hint=nearest(name, entries))
     entry = entries[name]
     return Build(f"registry:{name}", (str(executable_in(fetch_entry(entry, cache))), *entry.additional_args))
 
@@ -214,9 +225,13 @@ def _from_path(path: Path, cache: Path) -> Build:
             return Build(path.name, (str(found),))
     tried = " and ".join(str(place) for place in _places(path))
     raise BuildError(
-        f"{path}: no Unity build stands there (looked at {tried}); expected a player for {_PLATFORM} "
-        f"({', '.join(suffix or 'a plain file' for suffix in _SUFFIXES[_PLATFORM])}), its folder, or a .zip. "
-        "`builtin:Basic` needs no build, `editor` waits for the Unity Editor."
+        "{path}: no Unity build stands there (looked at {tried}); expected a player for {platform} "
+        "({suffixes}), its folder, or a .zip. "
+        "`builtin:Basic` needs no build, `editor` waits for the Unity Editor.",
+        path=path,
+        tried=tried,
+        platform=_PLATFORM,
+        suffixes=", ".join(suffix or "a plain file" for suffix in _SUFFIXES[_PLATFORM]),
     )
 
 
@@ -263,7 +278,7 @@ def _players_in(folder: Path) -> list[Path]:
 def _inside_app(app: Path) -> Path:
     inside = sorted((app / "Contents" / "MacOS").glob("*"))
     if len(inside) != 1:
-        raise BuildError(f"{app}: {len(inside)} programs in Contents/MacOS; expected one.")
+        raise BuildError("{app}: {count} programs in Contents/MacOS; expected one.", app=app, count=len(inside))
     return _made_executable(inside[0])
 
 
@@ -273,12 +288,14 @@ def _made_executable(path: Path) -> Path:
     if not os.access(path, os.X_OK):
         if not _is_program(path):
             raise BuildError(
-                f"{path}: is no program for this machine; expected a Unity player. Name the player itself."
+                "{path}: is no program for this machine; expected a Unity player. Name the player itself.", path=path
             )
         try:
             path.chmod(0o755)
         except OSError as cause:
-            raise BuildError(f"{path}: not executable, and that cannot be changed ({cause}). chmod 755 it.") from cause
+            raise BuildError(
+                "{path}: not executable, and that cannot be changed ({cause}). chmod 755 it.", path=path, cause=cause
+            ) from cause
     return path
 
 
@@ -330,4 +347,4 @@ def _fetch(source: str) -> bytes:
                 return bytes(reply.read())
         return Path(source).read_bytes()
     except (OSError, urllib.error.URLError, ValueError) as cause:
-        raise BuildError(f"{source}: cannot be fetched ({cause}).") from cause
+        raise BuildError("{source}: cannot be fetched ({cause}).", source=source, cause=cause) from cause

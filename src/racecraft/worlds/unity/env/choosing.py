@@ -41,11 +41,17 @@ def choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
     if wish not in groups:
         told = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
         raise BuildError(
-            f"{told}; the scene has {', '.join(known)}. Choose one with behavior= (--behavior at the command line), or "
-            "act for all of them through racecraft.worlds.unity.env.parallel."
+            "{told}; the scene has {known}. Choose one with behavior= (--behavior at the command line), or "
+            "act for all of them through racecraft.worlds.unity.env.parallel.",
+            told=told,
+            known=", ".join(known),
         )
     first, *others = groups[wish]
     for other in others:
         if (known[other].sensors, known[other].actions) != (known[first].sensors, known[first].actions):
-            raise BuildError(f"the teams {first} and {other} see or do different things; choose one with behavior=.")
+            raise BuildError(
+                "the teams {first} and {other} see or do different things; choose one with behavior=.",
+                first=first,
+                other=other,
+            )
     return groups[wish]

@@ -60,4 +60,6 @@ class BuildError(UserInputError):
 
 def missing_extra(package: str) -> MissingExtraError:
     """Return the letter for an absent package of the `unity` extra."""
-    return MissingExtraError(f"Unity worlds need the package '{package}', which is not installed. {INSTALL}")
+    return MissingExtraError(
+        "Unity worlds need the package '{package}', which is not installed. {install}", package=package, install=INSTALL
+    )

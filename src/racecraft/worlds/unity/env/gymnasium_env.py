@@ -34,8 +34,11 @@ def unity_env(build: str, **words: Any) -> WorldEnv:
     except ContractError as cause:
         world.close()
         raise BuildError(
-            f"{build}: {world.spec.num_worlds * world.spec.num_agents} agents of '{world.behavior.name}' ask for "
-            "decisions; a gymnasium.Env is for one. Use unity_vector_env, or racecraft.worlds.unity.env.parallel."
+            "{build}: {num_worlds} agents of '{name}' ask for "
+            "decisions; a gymnasium.Env is for one. Use unity_vector_env, or racecraft.worlds.unity.env.parallel.",
+            build=build,
+            num_worlds=world.spec.num_worlds * world.spec.num_agents,
+            name=world.behavior.name,
         ) from cause
 
 

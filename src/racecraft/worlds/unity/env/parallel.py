@@ -187,8 +187,11 @@ class _Game:
     def _take_place(self, name: str, agent: int) -> str:
         if not self._free.get(name):
             raise UnityError(
-                f"agent {agent} of '{name}' joined a game of {self._counts.get(name, 0)} agents of its behavior; "
-                "PettingZoo needs to know everybody from the start."
+                "agent {agent} of '{name}' joined a game of {counts} agents of its behavior; "
+                "PettingZoo needs to know everybody from the start.",
+                agent=agent,
+                name=name,
+                counts=self._counts.get(name, 0),
             )
         return self._free[name].pop(0)
 

@@ -67,7 +67,12 @@ class PlayerProcess:
                 )
         except OSError as cause:
             self._drop_folder()
-            raise BuildError(f"{self.command[0]}: cannot be started ({cause}). {_start_cure(cause)}") from cause
+            raise BuildError(
+                "{command}: cannot be started ({cause}). {start_cure}",
+                command=self.command[0],
+                cause=cause,
+                start_cure=_start_cure(cause),
+            ) from cause
         self._closed = False
 
     @property
@@ -93,7 +98,10 @@ class PlayerProcess:
         code = self.exit_code
         if code is not None and not (code == 0 and self._group_lives()):
             raise PlayerDiedError(
-                f"the player ended by itself with {_describe_exit(code)}: {self.command[0]}\n{self.log_tail()}"
+                "the player ended by itself with {describe_exit}: {command}\n{log_tail}",
+                describe_exit=_describe_exit(code),
+                command=self.command[0],
+                log_tail=self.log_tail(),
             )
 
     def log_tail(self, lines: int = LOG_TAIL_LINES) -> str:

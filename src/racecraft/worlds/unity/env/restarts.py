@@ -31,11 +31,14 @@ class RestartLimits:
         for name in ("max_lifetime_restarts", "restarts_rate_limit_n"):
             if getattr(self, name) < UNLIMITED:
                 raise UserInputError(
-                    f"{name} is {getattr(self, name)}; expected a count, 0 for none, or -1 for no limit."
+                    "{name} is {problem}; expected a count, 0 for none, or -1 for no limit.",
+                    name=name,
+                    problem=getattr(self, name),
                 )
         if self.restarts_rate_limit_period_s < 0:
             raise UserInputError(
-                f"restarts_rate_limit_period_s is {self.restarts_rate_limit_period_s}; expected seconds, 0 or more."
+                "restarts_rate_limit_period_s is {restarts_rate_limit_period_s}; expected seconds, 0 or more.",
+                restarts_rate_limit_period_s=self.restarts_rate_limit_period_s,
             )
 
 

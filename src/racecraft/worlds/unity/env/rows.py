@@ -105,7 +105,7 @@ class Seats:
         guests = self._guests[process]
         for name in self.names:
             if name not in moments:
-                raise WireError(f"the player no longer has the behavior '{name}' that it began with.")
+                raise WireError("the player no longer has the behavior '{name}' that it began with.", name=name)
             if buffers is not None:
                 self._settle_ends(guests, name, moments[name].ended, buffers)
         for name in self.names:
@@ -168,7 +168,7 @@ class Seats:
         if not rows:
             return
         if len(set(rows)) != len(rows):
-            raise WireError(f"an agent of '{name}' stands twice in one message; expected each once.")
+            raise WireError("an agent of '{name}' stands twice in one message; expected each once.", name=name)
         for sensor, values in zip(self._sensors, asking.observations, strict=True):
             self._latest[sensor.name][rows] = values
         if asking.allowed is not None:
@@ -179,8 +179,11 @@ class Seats:
         """Return the row that the agent had before, or the first free one."""
         if not guests.free:
             raise UnityError(
-                f"agent {agent} of '{name}' asks for a decision, but all {self._rows_each} rows kept for a player are "
-                "taken. Give max_agents= (--max-agents at the command line) the largest number that live at once."
+                "agent {agent} of '{name}' asks for a decision, but all {rows_each} rows kept for a player are "
+                "taken. Give max_agents= (--max-agents at the command line) the largest number that live at once.",
+                agent=agent,
+                name=name,
+                rows_each=self._rows_each,
             )
         before = guests.last_row_of.pop((name, agent), None)
         row = before if before in guests.free else guests.free[0]

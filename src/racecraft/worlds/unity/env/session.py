@@ -284,7 +284,7 @@ class Session:
     def _announcement(self, name: str) -> int:
         """Return the behavior's place among the announced ones."""
         if name not in self._announced:
-            raise WireError(f"agents of behavior '{name}' came without BrainParameters; expected them first.")
+            raise WireError("agents of behavior '{name}' came without BrainParameters; expected them first.", name=name)
         return list(self._announced).index(name)
 
     def _learn(self, name: str, agent: Any) -> None:
@@ -312,11 +312,13 @@ class Session:
         try:
             message = parsed(self._classes.UnityMessage, data)
         except MessageError as cause:
-            raise WireError(f"the player's {cause}; expected a message of the protocol.") from cause
+            raise WireError("the player's {cause}; expected a message of the protocol.", cause=cause) from cause
         if message.header.status == messages.STATUS_GOODBYE:
-            raise PlayerLeftError(f"the player ended the conversation by itself.\n{self._log_tail()}")
+            raise PlayerLeftError("the player ended the conversation by itself.\n{log_tail}", log_tail=self._log_tail())
         if message.header.status != messages.STATUS_OK:
-            raise WireError(f"a message has status {message.header.status}; expected 200, or 400 for goodbye.")
+            raise WireError(
+                "a message has status {status}; expected 200, or 400 for goodbye.", status=message.header.status
+            )
         return message
 
     def _answer(self) -> Any:
@@ -354,8 +356,9 @@ def require_patience(begun: float, seconds: float) -> None:
     """Raise when, since `begun` on the monotonic clock, no agent has asked for too long."""
     if time.monotonic() - begun > seconds:
         raise PlayerTimeoutError(
-            f"for {seconds:.0f} s no agent has asked for a decision; the scene runs, but nobody in it is enabled or "
-            "requests decisions. Add a Decision Requester to the agent, or give a longer timeout_seconds."
+            "for {seconds:.0f} s no agent has asked for a decision; the scene runs, but nobody in it is enabled or "
+            "requests decisions. Add a Decision Requester to the agent, or give a longer timeout_seconds.",
+            seconds=seconds,
         )
 
 
@@ -374,11 +377,16 @@ def _require_same_version(theirs: str, package: str) -> None:
     """Players and servers understand each other within one major version (before 1.0: one minor version)."""
     ours, parts = COMMUNICATION_VERSION.split("."), theirs.split(".")
     if len(parts) < 2 or not all(part.isdigit() for part in parts[:2]):
-        raise WireVersionError(f"the player claims version '{theirs}' of the protocol; expected something like 1.5.0.")
+        raise WireVersionError(
+            "the player claims version '{theirs}' of the protocol; expected something like 1.5.0.", theirs=theirs
+        )
     if parts[0] != ours[0]:
         raise WireVersionError(
-            f"the player speaks version {theirs} of the protocol (package {package or 'unknown'}); "
-            f"expected {ours[0]}.x. Build the scene with com.unity.ml-agents 1.0 or later."
+            "the player speaks version {theirs} of the protocol (package {package}); "
+            "expected {ours}.x. Build the scene with com.unity.ml-agents 1.0 or later.",
+            theirs=theirs,
+            package=package or "unknown",
+            ours=ours[0],
         )
 
 

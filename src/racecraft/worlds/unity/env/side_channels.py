@@ -143,7 +143,12 @@ class SideChannels:
             elif channel == STATISTICS:
                 key, value, kind = reader.read_string(), reader.read_float(), reader.read_int()
                 if not 0 <= kind < len(AGGREGATIONS):
-                    raise WireError(f"statistic '{key}' has aggregation {kind}; expected 0 to {len(AGGREGATIONS) - 1}.")
+                    raise WireError(
+                        "statistic '{key}' has aggregation {kind}; expected 0 to {count}.",
+                        key=key,
+                        kind=kind,
+                        count=len(AGGREGATIONS) - 1,
+                    )
                 self.statistics.append(Statistic(key, value, AGGREGATIONS[kind]))
             elif channel == FLOAT_PROPERTIES:
                 key, value = reader.read_string(), reader.read_float()
@@ -187,7 +192,9 @@ class Reader:
         left = len(self.data) - self.at
         if not 0 <= count <= left:
             raise WireError(
-                f"a side channel message claims {count} more bytes where {left} are left; it is cut or lies."
+                "a side channel message claims {count} more bytes where {left} are left; it is cut or lies.",
+                count=count,
+                left=left,
             )
         self.at += count
         return self.data[self.at - count : self.at]

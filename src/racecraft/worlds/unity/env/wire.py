@@ -87,7 +87,13 @@ class Wire:
             self.port: int = self._server.add_insecure_port(f"{host}:{port}")
         except RuntimeError as cause:
             self._threads.shutdown()
-            raise PortTakenError(f"cannot listen on {host}:{port} ({cause}). {_PORT_CURE}") from cause
+            raise PortTakenError(
+                "cannot listen on {host}:{port} ({cause}). {port_cure}",
+                host=host,
+                port=port,
+                cause=cause,
+                port_cure=_PORT_CURE,
+            ) from cause
         self._server.start()
 
     def hear(self, timeout_seconds: float, look_after: Callable[[], None] = lambda: None) -> bytes | None:
@@ -157,8 +163,8 @@ class Wire:
         except Exception:  # noqa: BLE001 (StopIteration or gRPC's own: either way no whole message came)
             self._calls.put(WireError(
                 "a message of the player did not arrive whole: it is larger than "
-                f"{self._max_message_bytes:,} bytes, or the player ended while sending. "
-                "Raise max_message_bytes, or make its observations smaller."
+                "{max_message_bytes:,} bytes, or the player ended while sending. "
+                "Raise max_message_bytes, or make its observations smaller.", max_message_bytes=self._max_message_bytes
             ))  # fmt: skip
             context.abort(grpc.StatusCode.RESOURCE_EXHAUSTED, "the message did not arrive whole")
         this_call = object()
@@ -244,7 +250,9 @@ def _require_free(port: int) -> None:
         try:
             probe.bind(("127.0.0.1", port))
         except OSError as cause:
-            raise PortTakenError(f"port {port} is in use ({cause}). {_PORT_CURE}") from cause
+            raise PortTakenError(
+                "port {port} is in use ({cause}). {port_cure}", port=port, cause=cause, port_cure=_PORT_CURE
+            ) from cause
 
 
 def _grpc() -> Any:

@@ -403,7 +403,12 @@ def _ports_from(base_port: int | None, count: int) -> list[dict[str, int]]:
     if base_port is None:
         return [{} for _ in range(count)]
     if not 0 < base_port <= 65536 - count:
-        raise UserInputError(f"base_port is {base_port}; expected 1 to {65536 - count} for {count} players.")
+        raise UserInputError(
+            "base_port is {base_port}; expected 1 to {count} for {count_2} players.",
+            base_port=base_port,
+            count=65536 - count,
+            count_2=count,
+        )
     return [{"port": base_port + index} for index in range(count)]
 
 

@@ -166,8 +166,11 @@ def _require_made_for(behavior: Behavior, policy: UnityPolicy) -> None:
     reads = (policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.eyes).names
     if sorted(reads) != sorted(sensor.name for sensor in behavior.sensors):
         raise UserInputError(
-            f"the policy reads {', '.join(reads)}; behavior '{behavior.name}' shows "
-            f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
+            "the policy reads {reads}; behavior '{name}' shows "
+            "{sensors}. Export it with the behavior it was trained on.",
+            reads=", ".join(reads),
+            name=behavior.name,
+            sensors=", ".join(sensor.name for sensor in behavior.sensors),
         )
     if isinstance(policy, QPolicy):
         decides: Any = DiscreteActions(policy.network.count)
@@ -175,8 +178,11 @@ def _require_made_for(behavior: Behavior, policy: UnityPolicy) -> None:
         decides = (policy.kind if isinstance(policy, SacPolicy) else policy.distribution).spec
     if decides != (wanted := ActionTable(behavior.actions).spec):
         raise UserInputError(
-            f"the policy decides {decides}; behavior '{behavior.name}' obeys {wanted}. Export it with the behavior it "
-            "was trained on."
+            "the policy decides {decides}; behavior '{name}' obeys {wanted}. Export it with the behavior it "
+            "was trained on.",
+            decides=decides,
+            name=behavior.name,
+            wanted=wanted,
         )
 
 
@@ -312,7 +318,9 @@ class _Graph:
                 return self.node("Flatten", self.node("Transpose", value, perm=[0, 2, 3, 1]), axis=1)
             case Vector():
                 return self.vector(module, value)
-        raise UserInputError(f"a layer of kind {type(module).__name__} cannot be exported to Unity yet.")
+        raise UserInputError(
+            "a layer of kind {type_name} cannot be exported to Unity yet.", type_name=type(module).__name__
+        )
 
     def vector(self, module: Vector, value: str) -> str:
         """Write numbers side by side, scaled as the running statistics stand now."""
@@ -361,5 +369,6 @@ def _onnx() -> Any:
 
 def _missing(package: str) -> MissingExtraError:
     return MissingExtraError(
-        f"Exporting to Unity needs the package '{package}', which is not installed. pip install 'racecraft[onnx]'"
+        "Exporting to Unity needs the package '{package}', which is not installed. pip install 'racecraft[onnx]'",
+        package=package,
     )

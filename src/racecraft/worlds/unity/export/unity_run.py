@@ -65,7 +65,11 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
     trained = load_policy(run, which)
     behaviors = behaviors_in(trained.metadata)
     if len(behaviors) > 1 and output is not None and Path(output).suffix == ".onnx":
-        raise SettingError(f"{output}: one file cannot hold {', '.join(behaviors)}; expected a folder for --output.")
+        raise SettingError(
+            "{output}: one file cannot hold {behaviors}; expected a folder for --output.",
+            output=output,
+            behaviors=", ".join(behaviors),
+        )
     file = run.path / OBSERVATIONS
     recorded = load_state(file) if file.exists() else {}
     checked = []
@@ -95,8 +99,11 @@ def can_export_to_unity(path: str | Path) -> bool:
 def _actor(policy: Any, path: str | Path, base: str) -> UnityPolicy:
     if not isinstance(policy, UnityPolicy):
         raise SettingError(
-            f"{path}: the policy of '{base}' is a {type(policy).__name__}; expected one of ppo, sac, dqn or apex "
-            "without a memory, which Unity can load: what a memory carries has no place in the files written here."
+            "{path}: the policy of '{base}' is a {type_name}; expected one of ppo, sac, dqn or apex "
+            "without a memory, which Unity can load: what a memory carries has no place in the files written here.",
+            path=path,
+            base=base,
+            type_name=type(policy).__name__,
         )
     return policy
 
@@ -110,9 +117,13 @@ def _check(
     rows, difference = _compare(unity_model(policy, behavior), policy, behavior, seen)
     if difference is not None and difference > TOLERANCE:
         raise ExportError(
-            f"{path}: the exported model's actions for '{behavior.base_name}' are up to {difference:g} away from the "
-            f"checkpoint's; expected {TOLERANCE:g} at most. Nothing was written. Please report this with the run "
-            "folder."
+            "{path}: the exported model's actions for '{base_name}' are up to {difference:g} away from the "
+            "checkpoint's; expected {tolerance:g} at most. Nothing was written. Please report this with the run "
+            "folder.",
+            path=path,
+            base_name=behavior.base_name,
+            difference=difference,
+            tolerance=TOLERANCE,
         )
     return behavior, policy, rows, fits, difference
 

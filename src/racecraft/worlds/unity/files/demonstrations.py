@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.protobuf_messages import parsed, read_varint
 from racecraft.worlds.unity.files import messages
@@ -142,14 +143,20 @@ def read_demonstrations(path: str | Path, image_layout: str | None = None) -> li
     where = Path(path)
     files = sorted(where.glob(f"*{SUFFIX}")) if where.is_dir() else [where]
     if not files:
-        raise DemonstrationError(where, f"holds no {SUFFIX} file", f"a folder of {SUFFIX} files, or one of them")
+        raise DemonstrationError(
+            where,
+            Message("holds no {suffix} file", suffix=SUFFIX),
+            Message("a folder of {suffix} files, or one of them", suffix=SUFFIX),
+        )
     read = [read_demonstration(file, image_layout) for file in files]
     for file, one in zip(files, read, strict=True):
         if _kind(one) != _kind(read[0]):
             raise DemonstrationError(
-                file, f"sees and does {_kind(one)}", f"what {files[0].name} has, {_kind(read[0])}",
+                file,
+                Message("sees and does {kind}", kind=_kind(one)),
+                Message("what {name} has, {kind}", name=files[0].name, kind=_kind(read[0])),
                 "Keep demonstrations of one behavior together.",
-            )  # fmt: skip
+            )
     return read
 
 
@@ -190,7 +197,9 @@ class _Reader:
         try:
             return self._path.read_bytes()
         except OSError as cause:
-            raise DemonstrationError(self._path, f"cannot be read ({cause})", f"a {SUFFIX} file") from cause
+            raise DemonstrationError(
+                self._path, Message("cannot be read ({cause})", cause=cause), Message("a {suffix} file", suffix=SUFFIX)
+            ) from cause
 
     def _read(self, data: bytes) -> Demonstration:
         kinds = messages.load()

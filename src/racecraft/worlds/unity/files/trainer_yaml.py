@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.contract.message import Message
 from racecraft.worlds.unity.files.trainer_config import (
     DEFAULT_MAX_STEPS,
     DEFAULT_MEMORY_SIZE,
@@ -124,7 +125,9 @@ class _Reader:
         try:
             text = self.path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as cause:
-            raise TrainerConfigError(self.path, f"cannot be read ({cause})", "a YAML file") from cause
+            raise TrainerConfigError(
+                self.path, Message("cannot be read ({cause})", cause=cause), "a YAML file"
+            ) from cause
         try:
             tree = yaml.compose(text, Loader=yaml.SafeLoader)
             self._remember_lines(tree, ())
@@ -132,11 +135,15 @@ class _Reader:
         except (yaml.YAMLError, ValueError, RecursionError) as cause:
             line = getattr(getattr(cause, "problem_mark", None), "line", None)
             raise TrainerConfigError(
-                self.path, f"not YAML: {getattr(cause, 'problem', None) or cause}", "a trainer configuration",
+                self.path,
+                Message("not YAML: {problem}", problem=getattr(cause, "problem", None) or cause),
+                "a trainer configuration",
                 line=None if line is None else line + 1,
-            ) from cause  # fmt: skip
+            ) from cause
         if not isinstance(value, dict):
-            raise TrainerConfigError(self.path, f"holds {_kind(value)}", "`behaviors:` and other groups")
+            raise TrainerConfigError(
+                self.path, Message("holds {kind}", kind=_kind(value)), "`behaviors:` and other groups"
+            )
         return {str(key): part for key, part in value.items()}
 
     def _remember_lines(self, node: Any, at: tuple[str, ...]) -> None:
@@ -389,7 +396,9 @@ class _Reader:
             self._refuse((*at, "sampler_type"), repr(kind), "uniform, gaussian or multirangeuniform")
         told = value.get("sampler_parameters")
         if not isinstance(told, dict):
-            self._refuse((*at, "sampler_parameters"), _kind(told), f"{', '.join(_SAMPLERS[kind])}")
+            self._refuse(
+                (*at, "sampler_parameters"), _kind(told), Message("{samplers}", samplers=", ".join(_SAMPLERS[kind]))
+            )
         numbers: list[float] = []
         for key in _SAMPLERS[kind]:
             parts: Any = told.get(key)
@@ -431,7 +440,7 @@ class _Reader:
         number = _as_number(group[key])
         if number is None or not low <= number <= high:
             bounds = "" if math.isinf(low) else f" from {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
-            self._refuse((*at, key), repr(group[key]), f"a number{bounds}")
+            self._refuse((*at, key), repr(group[key]), Message("a number{bounds}", bounds=bounds))
         return number
 
     def _whole(self, group: Mapping[str, Any], key: str, at: tuple[str, ...], low: float = -math.inf) -> int | None:
@@ -449,8 +458,10 @@ class _Reader:
     def _note(self, at: tuple[str, ...], why: str) -> None:
         self.notes.append(f"{'.'.join(at)}: {why}")
 
-    def _refuse(self, at: tuple[str, ...], found: str, expected: str, cure: str = "") -> NoReturn:
-        raise TrainerConfigError(self.path, found, expected, cure, line=self.lines.get(at), key=".".join(at))
+    def _refuse(
+        self, at: tuple[str, ...], found: str | Message, expected: str | Message, hint: str | Message = ""
+    ) -> NoReturn:
+        raise TrainerConfigError(self.path, found, expected, hint, line=self.lines.get(at), key=".".join(at))
 
 
 def _merged(defaults: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:

@@ -108,7 +108,9 @@ def _stops_of(texts: Sequence[str]) -> tuple[StopCondition, ...]:
     stops = parse_stops(texts)
     for stop in stops:
         if stop.kind not in ("minutes", "steps"):
-            raise SettingError(f"--stop {stop} can never hold while nothing is learned; expected minutes or steps.")
+            raise SettingError(
+                "--stop {stop} can never hold while nothing is learned; expected minutes or steps.", stop=stop
+            )
     return stops
 
 
@@ -120,8 +122,13 @@ def _require_same_scene(policy: TrainedPolicy, behaviors: Sequence[Behavior]) ->
         for name in ("sensors", "actions"):
             if one.get(name) != other.get(name):
                 raise RunFolderError(
-                    f"{policy.run.path}: was trained with {name} {one.get(name)} of '{base}'; the scene has "
-                    f"{other.get(name)}. Expected the scene it was trained in."
+                    "{path}: was trained with {name} {one} of '{base}'; the scene has "
+                    "{other}. Expected the scene it was trained in.",
+                    path=policy.run.path,
+                    name=name,
+                    one=one.get(name),
+                    base=base,
+                    other=other.get(name),
                 )
 
 

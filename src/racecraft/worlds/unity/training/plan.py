@@ -170,8 +170,9 @@ def plan_unity(request: UnityRequest, learns: bool = True) -> UnityPlan:
     config = read_trainer_yaml(request.config) if request.config else TrainerConfig({})
     if config.inference and learns:
         raise UserInputError(
-            f"{request.config}: checkpoint_settings.inference is true, so nothing would be learned. Take it out, or "
-            "let a trained policy play: racecraft unity train --inference --from RUN"
+            "{config}: checkpoint_settings.inference is true, so nothing would be learned. Take it out, or "
+            "let a trained policy play: racecraft unity train --inference --from RUN",
+            config=request.config,
         )
     build_name = request.build or config.env_path
     if build_name is None:
@@ -201,8 +202,10 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
     asked, copy = job["asked"], path / TRAINER_FILE
     if asked["config"] is not None and not copy.exists():
         raise RunFolderError(
-            f"{copy}: is missing; the run was begun with a configuration, {asked['config']}, and its copy is expected "
-            "here. Put it back, or begin a new run with --from."
+            "{copy}: is missing; the run was begun with a configuration, {asked}, and its copy is expected "
+            "here. Put it back, or begin a new run with --from.",
+            copy=copy,
+            asked=asked["config"],
         )
     request = UnityRequest(
         build=asked["build"],

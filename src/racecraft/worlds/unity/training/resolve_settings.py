@@ -173,21 +173,32 @@ def _settings_of_begun(
     if list(then) != [behavior.base_name for behavior in behaviors]:
         here = ", ".join(behavior.base_name for behavior in behaviors)
         raise RunFolderError(
-            f"{run.path}: was begun with the behaviors {', '.join(then)}; the scene has {here} now. Give back the "
-            "build, or begin a new run."
+            "{path}: was begun with the behaviors {then}; the scene has {here} now. Give back the "
+            "build, or begin a new run.",
+            path=run.path,
+            then=", ".join(then),
+            here=here,
         )
     for behavior in behaviors:
         before, now = card_of(then[behavior.base_name][0]), card_of(behavior)
         for name in ("name", "sensors", "actions"):
             if before[name] != now[name]:
                 raise RunFolderError(
-                    f"{run.path}: the scene has changed since the run began; of '{behavior.base_name}' its {name} "
-                    f"was {before[name]} and is {now[name]}. Give back the build, or begin a new run."
+                    "{path}: the scene has changed since the run began; of '{base_name}' its {name} "
+                    "was {before} and is {now}. Give back the build, or begin a new run.",
+                    path=run.path,
+                    base_name=behavior.base_name,
+                    name=name,
+                    before=before[name],
+                    now=now[name],
                 )
     if rows != plan.settings.rollout.num_worlds:
         raise RunFolderError(
-            f"{run.path}: was begun with {plan.settings.rollout.num_worlds} agents and the scene has {rows} now; "
-            "expected as many. Give back the build, or begin a new run with --from."
+            "{path}: was begun with {num_worlds} agents and the scene has {rows} now; "
+            "expected as many. Give back the build, or begin a new run with --from.",
+            path=run.path,
+            num_worlds=plan.settings.rollout.num_worlds,
+            rows=rows,
         )
     each = {base: from_dictionary(plan.settings, own) for base, (_, own) in then.items()}
     return {

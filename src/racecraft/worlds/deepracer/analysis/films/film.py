@@ -57,11 +57,16 @@ class FilmStyle:
             VideoError: Pictures a second outside the range.
         """
         if self.view not in VIEWS:
-            raise SettingError(f"there is no view '{self.view}'. {nearest(self.view, VIEWS)}")
+            raise SettingError("there is no view '{view}'. {hint}", view=self.view, hint=nearest(self.view, VIEWS))
         if self.size not in SIZES:
-            raise SettingError(f"there is no film size '{self.size}'. {nearest(self.size, SIZES)}")
+            raise SettingError("there is no film size '{size}'. {hint}", size=self.size, hint=nearest(self.size, SIZES))
         if not LEAST_FPS <= self.fps <= MOST_FPS:
-            raise VideoError(f"{self.fps} pictures a second: expected {LEAST_FPS} to {MOST_FPS}. Give --fps 30.")
+            raise VideoError(
+                "{fps} pictures a second: expected {least_fps} to {most_fps}. Give --fps 30.",
+                fps=self.fps,
+                least_fps=LEAST_FPS,
+                most_fps=MOST_FPS,
+            )
         shell_named(self.shell, self.colour)
 
 

@@ -79,9 +79,9 @@ def paint_of(name: str = DEEPRACER, colour: str = "Red") -> RGB:
     """
     by_letters = {known.lower(): paint for known, paint in COLOURS.items()}
     if name.lower() not in SHELLS:
-        raise SettingError(f"there is no body shell '{name}'. {nearest(name, SHELLS)}")
+        raise SettingError("there is no body shell '{name}'. {hint}", name=name, hint=nearest(name, SHELLS))
     if colour.lower() not in by_letters:
-        raise SettingError(f"there is no car colour '{colour}'. {nearest(colour, COLOURS)}")
+        raise SettingError("there is no car colour '{colour}'. {hint}", colour=colour, hint=nearest(colour, COLOURS))
     return F1_COLOURS.get(name.lower(), by_letters[colour.lower()])
 
 

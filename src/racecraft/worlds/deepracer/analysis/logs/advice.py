@@ -200,12 +200,12 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     if worst["exits"] >= FEWEST_EXITS and (worst["share"] * table.height > 1.5 or worst["share"] >= 0.25):
         crashes, place = worst["crashes"] > worst["exits"] / 2, worst["name"]
         of_them = f", {worst['crashes']} of them crashes" if crashes else ""
-        end, cure = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
+        end, hint = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
         yield Advice(
             f"Segment {_place(track, place)} takes {worst['exits']} of {table['exits'].sum()} exits of the last two "
             f"fifths{of_them}; {100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s "
             f"where they {end}.",
-            f"Pay for {cure} or less speed in {place}, and start more episodes before it.",
+            f"Pay for {hint} or less speed in {place}, and start more episodes before it.",
             lambda: exit_points(ticks, track),
             "racecraft why RUN",
         )

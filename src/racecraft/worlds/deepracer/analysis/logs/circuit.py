@@ -44,8 +44,9 @@ def find_track(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> 
     fits = sorted(((_misfit(track, sample), track.name, track) for track in map(load_track, near)), key=lambda f: f[:2])
     if not fits or fits[0][0] > 2.0 * fits[0][2].width_mean:
         raise PlotError(
-            f"No track of the catalogue is {length:.3f} m long and lies where the car drove; expected its name. "
-            "Name it with --track, or bring its waypoint file (.npy)."
+            "No track of the catalogue is {length:.3f} m long and lies where the car drove; expected its name. "
+            "Name it with --track, or bring its waypoint file (.npy).",
+            length=length,
         )
     return _counted(_turned(fits[0][2], sample), sample)
 

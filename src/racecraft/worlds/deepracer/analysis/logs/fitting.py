@@ -47,7 +47,7 @@ def fitted_line(ticks: pl.DataFrame | pl.LazyFrame, track: Track, unique_episode
     segments = find_segments(track)
     lap = in_segments(with_motion(ticks), track, segments).filter(pl.col("unique_episode") == episode)
     if not lap.height:
-        raise PlotError(f"There is no episode {episode} among the ticks; expected one that is there.")
+        raise PlotError("There is no episode {episode} among the ticks; expected one that is there.", episode=episode)
     rows = []
     for number, segment in enumerate(segments.all):
         part = lap.filter(pl.col("segment") == number)
@@ -58,7 +58,11 @@ def fitted_line(ticks: pl.DataFrame | pl.LazyFrame, track: Track, unique_episode
         ends = (float(driven.max()), float(driven.min())) if len(driven) else (math.nan, math.nan)
         rows.append((segment.number, segment.name, radius, heading, stray, *ends, part.height))
     if not rows:
-        raise PlotError(f"Episode {episode} has less than {FEWEST_TICKS} ticks in each segment; choose a longer one.")
+        raise PlotError(
+            "Episode {episode} has less than {fewest_ticks} ticks in each segment; choose a longer one.",
+            episode=episode,
+            fewest_ticks=FEWEST_TICKS,
+        )
     names = ("segment", "name", "radius_m", "heading_rad", "stray_m", "fastest_mps", "slowest_mps", "ticks")
     data = pl.DataFrame(rows, schema=list(names), orient="row")
     return Plot("fitted_line", f"The line of episode {episode}", data, lambda: _draw(data, lap, track))

@@ -41,7 +41,7 @@ def cells(ticks: pl.DataFrame | pl.LazyFrame, value: str = "reward", cell_m: flo
     import polars as pl
 
     if not cell_m > 0:
-        raise PlotError(f"A cell of {cell_m} m is no cell; expected more than 0.")
+        raise PlotError("A cell of {cell_m} m is no cell; expected more than 0.", cell_m=cell_m)
     frame = require(ticks, "x_m", "y_m", value)
     middle = [((pl.col(name) / cell_m).floor() * cell_m + cell_m / 2).alias(name) for name in ("x_m", "y_m")]
     grouped = frame.select(*middle, pl.col(value).cast(pl.Float64).alias("mean")).group_by("x_m", "y_m")

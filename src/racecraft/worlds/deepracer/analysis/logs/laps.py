@@ -76,7 +76,9 @@ def lap_correlations(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
 
     laps = lap_features(ticks)
     if laps.height < 3:
-        raise PlotError(f"There are {laps.height} full laps; expected three at least. Let the training go on.")
+        raise PlotError(
+            "There are {height} full laps; expected three at least. Let the training go on.", height=laps.height
+        )
     told = [(name, correlation(*values(laps, "seconds", name)), laps.height) for name in CAUSES]
     data = pl.DataFrame(told, schema={"feature": pl.String, "correlation": pl.Float64, "laps": pl.Int64}, orient="row")
     data = data.sort(pl.col("correlation").abs(), descending=True, nulls_last=True)
@@ -159,7 +161,7 @@ def _sectors(track: Track, parts: int | None) -> tuple[Any, dict[int, str]]:
     """Return where sectors begin, shares of the lap in rising order, and their numbers and names in that order."""
     if parts is not None:
         if parts < 1:
-            raise PlotError(f"A lap has no {parts} sectors; expected 1 or more.")
+            raise PlotError("A lap has no {parts} sectors; expected 1 or more.", parts=parts)
         return np.arange(parts) / parts, {k + 1: f"sector {k + 1}" for k in range(parts)}
     segments = sorted(find_segments(track).all, key=lambda segment: segment.begin)
     return np.array([segment.begin for segment in segments]), {segment.number: segment.name for segment in segments}

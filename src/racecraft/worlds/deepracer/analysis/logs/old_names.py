@@ -83,7 +83,11 @@ def plot_episode_run(ticks: pl.DataFrame, track: Track, episode: int) -> Plot:
 
     mine = ticks.filter(pl.col("episode") == episode)["unique_episode"]
     if not len(mine):
-        raise PlotError(f"There is no episode {episode}; expected one of {ticks['episode'].n_unique()} in the log.")
+        raise PlotError(
+            "There is no episode {episode}; expected one of {n_unique} in the log.",
+            episode=episode,
+            n_unique=ticks["episode"].n_unique(),
+        )
     return paths.one_episode(ticks, track, int(mine[0]))
 
 
@@ -118,7 +122,7 @@ def plot_grid_world(
     """
     x, y, throttle, time = (np.asarray(episode_df[name], float) for name in ("x", "y", "throttle", "timestamp"))
     if len(x) < 2:
-        raise PlotError(f"The episode has {len(x)} tick(s); expected two at least. Choose another.")
+        raise PlotError("The episode has {count} tick(s); expected two at least. Choose another.", count=len(x))
     distance = float(np.hypot(np.diff(x), np.diff(y)).sum()) / CM
     seconds = float(time[-1] - time[0])
     velocity = distance / seconds if seconds > 0 else math.nan

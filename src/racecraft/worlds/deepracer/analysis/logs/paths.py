@@ -110,7 +110,7 @@ def best_laps(ticks: pl.DataFrame | pl.LazyFrame, count: int = 10, by: str = "se
     if by == "seconds":
         return episodes.filter(episodes["complete"]).sort("seconds").head(count)
     if by not in ("progress_share", "reward"):
-        raise PlotError(f"Laps cannot be ranked by {by!r}; expected seconds, progress_share or reward.")
+        raise PlotError("Laps cannot be ranked by {by!r}; expected seconds, progress_share or reward.", by=by)
     return episodes.sort(by, "unique_episode", descending=[True, False]).head(count)
 
 
@@ -123,7 +123,13 @@ def _of(ticks: pl.DataFrame | pl.LazyFrame, column: str, wanted: list[int], valu
     lacking = sorted(set(wanted) - set(data[column].unique()))
     if lacking:
         low, high = int(frame[column].min() or 0), int(frame[column].max() or 0)  # type: ignore[arg-type]
-        raise PlotError(f"There is no {column.replace('_', ' ')} {lacking[0]}; expected {low} to {high}.")
+        raise PlotError(
+            "There is no {column} {lacking}; expected {low} to {high}.",
+            column=column.replace("_", " "),
+            lacking=lacking[0],
+            low=low,
+            high=high,
+        )
     return data
 
 

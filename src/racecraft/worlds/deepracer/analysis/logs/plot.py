@@ -73,8 +73,9 @@ def _must_have(found: Sequence[str], columns: Sequence[str]) -> None:
     missing = [name for name in columns if name not in found]
     if missing:
         raise PlotError(
-            f"The ticks have no column {', '.join(missing)}; found {', '.join(found) or 'none'}. "
-            "`racecraft.worlds.deepracer.logs.read` gives them all."
+            "The ticks have no column {missing}; found {found}. `racecraft.worlds.deepracer.logs.read` gives them all.",
+            missing=", ".join(missing),
+            found=", ".join(found) or "none",
         )
 
 

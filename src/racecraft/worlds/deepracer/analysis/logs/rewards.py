@@ -66,7 +66,7 @@ def discount_tester(
     import polars as pl
 
     if wrong := [one for one in discounts if not 0.0 < one <= 1.0]:
-        raise PlotError(f"{wrong[0]} is no discount factor; expected above 0 and at most 1.")
+        raise PlotError("{wrong} is no discount factor; expected above 0 and at most 1.", wrong=wrong[0])
     frame = require(ticks, "unique_episode", "tick", "reward", "progress_share")
     if unique_episode is None:
         reached = frame.group_by("unique_episode").agg(pl.col("progress_share").max())

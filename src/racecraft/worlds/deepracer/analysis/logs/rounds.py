@@ -41,9 +41,11 @@ def metrics_summary(metrics: pl.DataFrame | pl.LazyFrame, method: str = "mean", 
     import polars as pl
 
     if method not in METHODS:
-        raise PlotError(f"method {method!r} is not known; expected one of {', '.join(METHODS)}.")
+        raise PlotError(
+            "method {method!r} is not known; expected one of {methods}.", method=method, methods=", ".join(METHODS)
+        )
     if rolling < 1:
-        raise PlotError(f"An average over {rolling} iterations is none; expected 1 or more.")
+        raise PlotError("An average over {rolling} iterations is none; expected 1 or more.", rolling=rolling)
     frame = _of_trainings(metrics)
     lap = pl.col("seconds").filter(pl.col("progress_share") >= FULL)
     parts = []

@@ -27,14 +27,16 @@ def action_sequences(ticks: pl.DataFrame | pl.LazyFrame, length: int = LENGTH, m
     import polars as pl
 
     if length < 2:
-        raise PlotError(f"A sequence of {length} action is none; expected 2 or more.")
+        raise PlotError("A sequence of {length} action is none; expected 2 or more.", length=length)
     frame = with_action_number(ticks)
     names = action_names(frame)
     follows = [pl.col("action_number").shift(-k).over("unique_episode").alias(f"_{k}") for k in range(length)]
     paid = sum((pl.col("reward").shift(-k).over("unique_episode") for k in range(length)), pl.lit(0.0)) / length
     runs = frame.with_columns(*follows, paid.alias("_paid")).drop_nulls([f"_{k}" for k in range(length)])
     if not runs.height:
-        raise PlotError(f"No episode has {length} actions; expected one that long. Ask for shorter sequences.")
+        raise PlotError(
+            "No episode has {length} actions; expected one that long. Ask for shorter sequences.", length=length
+        )
     counted = runs.group_by([f"_{k}" for k in range(length)]).agg(
         pl.len().alias("count"), pl.col("_paid").mean().alias("mean_reward")
     )

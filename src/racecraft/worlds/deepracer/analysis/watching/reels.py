@@ -195,8 +195,11 @@ def episode_reel(run: RunFolder, iteration: int, world: int, agent: int, episode
     parts = [_part(run, iteration, *wanted)]
     if not len(parts[0]["tick"]):
         raise ReelError(
-            f"{run.path}: iteration {iteration} has no episode {episode} of car {_name(world, agent, 2)}; expected one "
-            "that its list names."
+            "{path}: iteration {iteration} has no episode {episode} of car {name}; expected one that its list names.",
+            path=run.path,
+            iteration=iteration,
+            episode=episode,
+            name=_name(world, agent, 2),
         )
     before = iteration
     while parts[0]["tick"][0] > 1 and (run.episodes / f"{before - 1}.parquet").is_file():

@@ -41,8 +41,10 @@ def local_aws(context: typer.Context) -> None:
         _copy(_place(drfc, words[2]), _place(drfc, words[3]), recursive)
     else:
         raise SettingError(
-            f"'{' '.join(context.args)}' is not understood; expected s3 ls [s3://…] or s3 cp FROM TO. "
-            f"The bucket is the folder {drfc.bucket}: cp, ls and rm work there."
+            "'{args}' is not understood; expected s3 ls [s3://…] or s3 cp FROM TO. "
+            "The bucket is the folder {bucket}: cp, ls and rm work there.",
+            args=" ".join(context.args),
+            bucket=drfc.bucket,
         )
 
 
@@ -56,7 +58,7 @@ def _place(drfc: DrfcFolder, text: str) -> Path:
 def _list(drfc: DrfcFolder, text: str, recursive: bool) -> None:
     place = _place(drfc, text)
     if not place.exists():
-        raise UserInputError(f"{text}: there is nothing; expected a prefix of {drfc.bucket}.")
+        raise UserInputError("{text}: there is nothing; expected a prefix of {bucket}.", text=text, bucket=drfc.bucket)
     found = [place] if place.is_file() else sorted(place.rglob("*") if recursive else place.iterdir())
     for path in found:
         if path.is_dir():
@@ -73,9 +75,9 @@ def _copy(source: Path, target: Path, recursive: bool) -> None:
     from racecraft.formats.run_lock import unwritable
 
     if not source.exists():
-        raise UserInputError(f"{source}: there is nothing to copy; expected a file or a folder.")
+        raise UserInputError("{source}: there is nothing to copy; expected a file or a folder.", source=source)
     if source.is_dir() and not recursive:
-        raise UserInputError(f"{source}: is a folder; expected a file, or --recursive.")
+        raise UserInputError("{source}: is a folder; expected a file, or --recursive.", source=source)
     try:
         if source.is_dir():
             shutil.copytree(source, target, dirs_exist_ok=True)

@@ -74,8 +74,9 @@ def require_free(place: Place | None) -> None:
 
     if place is not None and (found := open_store(place.access).listed(place.address)):
         raise BucketError(
-            f"{place.address}: holds {len(found)} objects already; expected a free prefix. Give another, or wipe it "
-            "with -w."
+            "{address}: holds {count} objects already; expected a free prefix. Give another, or wipe it with -w.",
+            address=place.address,
+            count=len(found),
         )
 
 
@@ -156,8 +157,10 @@ def _send(folder: Path, place: Place) -> None:
     try:
         done = push(open_store(place.access), folder, place.address)
     except NetworkError as error:
-        cure = f"racecraft bucket push {word(folder)} {place.command}"
-        raise NetworkError(f"{error} {folder} is whole; `{cure}` brings the rest there.") from error
+        hint = f"racecraft bucket push {word(folder)} {place.command}"
+        raise NetworkError(
+            "{error} {folder} is whole; `{hint}` brings the rest there.", error=error, folder=folder, hint=hint
+        ) from error
     print(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
 
 

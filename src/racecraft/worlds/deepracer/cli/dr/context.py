@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder, open_drfc_folder
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 
@@ -44,9 +45,9 @@ def trained_model(drfc: DrfcFolder) -> RunFolder:
     from racecraft.formats.run_folder import RunFolder
 
     if not drfc.model.exists():
-        raise drfc.letter(
+        raise drfc.error_at(
             "DR_LOCAL_S3_MODEL_PREFIX", "a model that was trained", "dr-start-training trains it.",
-            found=f"{drfc.model} holds no model yet",
+            found=Message("{model} holds no model yet", model=drfc.model),
         )  # fmt: skip
     return RunFolder.open(drfc.model)
 
@@ -80,7 +81,11 @@ def require_job(drfc: DrfcFolder, kind: str, begins: str) -> Job:
     job = latest_job(drfc, kind)
     if job is None:
         raise NothingToDoError(
-            f"{drfc.path}: no {kind} of run id {drfc.run_id} is known; expected one that {begins} has begun."
+            "{path}: no {kind} of run id {run_id} is known; expected one that {begins} has begun.",
+            path=drfc.path,
+            kind=kind,
+            run_id=drfc.run_id,
+            begins=begins,
         )
     return job
 
@@ -114,8 +119,10 @@ def refuse_if_busy(drfc: DrfcFolder, kind: str, model: Path) -> None:
         run = job.spec.run_folder()
         if not job.ended and run is not None and _same(run, model):
             raise UserInputError(
-                f"{model}: job {job.name} trains there; expected a prefix of its own for each run id. "
-                "Give another DR_LOCAL_S3_MODEL_PREFIX."
+                "{model}: job {name} trains there; expected a prefix of its own for each run id. "
+                "Give another DR_LOCAL_S3_MODEL_PREFIX.",
+                model=model,
+                name=job.name,
             )
 
 
@@ -223,7 +230,7 @@ def await_run(drfc: DrfcFolder, kind: str, job: Job, before: RecordedJob | None)
         print(f"{job.name}: {now.state} before it began")
         raise typer.Exit
     if not (letter := last_letter(home.log(job.name))):
-        raise JobError(f"{job.name}: {now.reason}. Its log is {home.log(job.name)}.")
+        raise JobError("{name}: {reason}. Its log is {log}.", name=job.name, reason=now.reason, log=home.log(job.name))
     delete(home, store, job.name)
     if before is not None:
         record_job(drfc.path, drfc.run_id, kind, before)
@@ -296,7 +303,9 @@ def ask_first(question: str, force: bool) -> None:
     if force:
         return
     if not sys.stdin.isatty():
-        raise UserInputError(f"{question} Nobody is here to answer; expected -f where no question shall be asked.")
+        raise UserInputError(
+            "{question} Nobody is here to answer; expected -f where no question shall be asked.", question=question
+        )
     typer.confirm(question, abort=True)
 
 

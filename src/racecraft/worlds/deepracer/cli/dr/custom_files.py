@@ -38,13 +38,13 @@ def download_custom_files(context: typer.Context) -> None:
     _sync(drfc.custom_prefix, drfc.custom_files, "dr-upload-custom-files copies custom_files there.", keeps=True)
 
 
-def _sync(source: Path, target: Path, cure: str, keeps: bool = False) -> None:
+def _sync(source: Path, target: Path, hint: str, keeps: bool = False) -> None:
     """Copy the files of a folder that are not there yet, or differ, into another."""
     from racecraft.formats.atomic import make_folder, write_atomic
 
     files = sorted(path for path in source.rglob("*") if path.is_file()) if source.is_dir() else []
     if not files:
-        raise UserInputError(f"{source}: holds no files; expected the racer's. {cure}")
+        raise UserInputError("{source}: holds no files; expected the racer's. {hint}", source=source, hint=hint)
     copied = 0
     for path in files:
         place = target / path.relative_to(source)

@@ -30,7 +30,7 @@ def env(
 ) -> None:
     """Print what a shell evaluates to take over the installation's variables; people read standard error."""
     if shell not in SHELLS:
-        raise SettingError(f"--shell {shell!r} is not known. {nearest(shell, SHELLS)}")
+        raise SettingError("--shell {shell!r} is not known. {hint}", shell=shell, hint=nearest(shell, SHELLS))
     drfc = _files(context)
     print("\n".join(_lines(drfc, shell)))
     if not drfc.flag("DR_QUIET_ACTIVATE"):

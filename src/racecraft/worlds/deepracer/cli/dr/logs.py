@@ -70,7 +70,9 @@ def follow_simulator(drfc: DrfcFolder, job: Job, worker: int) -> None:
     from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
 
     if worker != 1:
-        raise SettingError(f"worker {worker}: all cars of a training write one log; expected 1, or no number.")
+        raise SettingError(
+            "worker {worker}: all cars of a training write one log; expected 1, or no number.", worker=worker
+        )
     store = JobPaths.of_user().store()
     log = AwsModelFolder(Path(job.spec.run)).simulation_log
     follow_file(log, lambda: get(store, job.name).ended, job.name)

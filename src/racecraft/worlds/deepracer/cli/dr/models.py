@@ -57,7 +57,9 @@ def upload_model(
     if import_ or import_as:
         raise SettingError("-i: the console that models were imported into has closed; expected -i left out.")
     if best and checkpoint is not None:
-        raise SettingError(f"-b and -c {checkpoint}: two checkpoints are asked for; expected one of them.")
+        raise SettingError(
+            "-b and -c {checkpoint}: two checkpoints are asked for; expected one of them.", checkpoint=checkpoint
+        )
     drfc = installation(context)
     say_notes(drfc)
     if increment:
@@ -137,7 +139,7 @@ def _copy(
 
     run = RunFolder.open(source)
     if target.resolve() == source.resolve():
-        raise UserInputError(f"{target}: is the model itself; expected another place to copy it to.")
+        raise UserInputError("{target}: is the model itself; expected another place to copy it to.", target=target)
     chosen = None if which is None else find_checkpoint(run, which)
     what = "all checkpoints" if chosen is None else f"checkpoint: {chosen.iteration} ({chosen.steps} steps)"
     if dry_run:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 if TYPE_CHECKING:
@@ -62,15 +63,15 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any]) -> No
 
 def _require_race(drfc: DrfcFolder, asked: Mapping[str, Any]) -> None:
     if not asked["is_continuous"]:
-        raise drfc.letter(
+        raise drfc.error_at(
             "DR_EVAL_IS_CONTINUOUS", "True where cars race each other: their laps are one drive", found="it is False"
         )
     if not drfc.opponent.is_dir():
-        raise drfc.letter(
+        raise drfc.error_at(
             "DR_EVAL_OPP_S3_MODEL_PREFIX",
             "the prefix of a trained model in the bucket",
             "Train one there, or name another.",
-            found=f"there is no {drfc.opponent}",
+            found=Message("there is no {opponent}", opponent=drfc.opponent),
         )
 
 

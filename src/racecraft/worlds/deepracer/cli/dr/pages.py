@@ -72,7 +72,7 @@ def open_viewer(context: typer.Context, drfc: DrfcFolder) -> None:
 def _port(drfc: DrfcFolder) -> int:
     port = drfc.env.run.number("DR_WEBVIEWER_PORT", 8100, 1, 65535)
     if port != int(port):
-        raise drfc.letter("DR_WEBVIEWER_PORT", "a whole number from 1 to 65535")
+        raise drfc.error_at("DR_WEBVIEWER_PORT", "a whole number from 1 to 65535")
     return int(port)
 
 

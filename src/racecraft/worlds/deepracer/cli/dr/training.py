@@ -9,6 +9,7 @@ import typer
 
 from racecraft.cli.buckets.training import mirrored
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.cli.dr.bucket_sync import fetch_for_training, place_of_model, require_free, wipe
 from racecraft.worlds.deepracer.cli.dr.context import (
     ask_first,
@@ -115,7 +116,9 @@ def increment_training(
     following = prefix or next_prefix(now, delimiter)
     target = drfc.in_bucket(following)
     if target == drfc.model:
-        raise UserInputError(f"-p {following}: is the prefix of this training already; expected another one.")
+        raise UserInputError(
+            "-p {following}: is the prefix of this training already; expected another one.", following=following
+        )
     ask_first(f"Train {following} next, beginning with {now}, and write that into {drfc.config}?", force)
     if wipe:
         wipe_model(target)
@@ -156,11 +159,11 @@ def _wipe(model: Path, place: Place | None) -> None:
 def _require_free(drfc: DrfcFolder) -> None:
     model = drfc.model
     if model.exists() and (not model.is_dir() or any(model.iterdir())):
-        raise drfc.letter(
+        raise drfc.error_at(
             "DR_LOCAL_S3_MODEL_PREFIX",
             "a prefix that is free",
             "Give another one, or start with -w to wipe it.",
-            found=f"{model} holds files already",
+            found=Message("{model} holds files already", model=model),
         )
 
 
@@ -184,11 +187,11 @@ def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
         return
     path, which = split_source(planned.request.clone_from)
     if Path(path).resolve().is_relative_to(drfc.model.resolve()):
-        raise drfc.letter(
+        raise drfc.error_at(
             "DR_LOCAL_S3_PRETRAINED_PREFIX",
             "a model that is not the one to be wiped",
             "Give another DR_LOCAL_S3_MODEL_PREFIX, or leave out -w.",
-            found=f"{path}, which -w would wipe",
+            found=Message("{path}, which -w would wipe", path=path),
         )
     older = open_run(path)
     older.read_job_of(KIND)

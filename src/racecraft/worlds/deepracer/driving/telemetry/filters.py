@@ -42,9 +42,13 @@ class LapFilter:
             SettingError: A value outside its range.
         """
         if self.begins is not None and self.begins not in BEGINNINGS:
-            raise SettingError(f"--begins is {self.begins!r}; expected one of {', '.join(BEGINNINGS)}.")
+            raise SettingError(
+                "--begins is {begins!r}; expected one of {beginnings}.",
+                begins=self.begins,
+                beginnings=", ".join(BEGINNINGS),
+            )
         if self.quarter is not None and not 1 <= self.quarter <= 4:
-            raise SettingError(f"--quarter is {self.quarter}; expected 1 to 4.")
+            raise SettingError("--quarter is {quarter}; expected 1 to 4.", quarter=self.quarter)
 
     def rows(self, laps: Laps) -> Array:
         """Return the rows of the laps that count, in the log's order."""
@@ -89,5 +93,5 @@ def read_iterations(text: str) -> tuple[int, int]:
     except ValueError:
         ends = (1, 0)
     if ends[1] < ends[0] or not text:
-        raise SettingError(f"--iterations is {text!r}; expected a number, or two such as 10..20.")
+        raise SettingError("--iterations is {text!r}; expected a number, or two such as 10..20.", text=text)
     return ends

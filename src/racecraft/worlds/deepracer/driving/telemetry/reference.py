@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.action_tables import read_table
 from racecraft.worlds.deepracer.driving.known_laps import TABLE, direction_of, read_laps
@@ -113,10 +114,10 @@ def of_line_file(path: Path, track: Track) -> Reference:
             try:
                 rows.append([float(row[name]) for name in COLUMNS])
             except (KeyError, TypeError, ValueError) as error:
-                expected = f"a number for each of {', '.join(COLUMNS)}"
-                raise InputFileError(path, f"the row {row}", expected, line=reader.line_num) from error
+                expected = Message("a number for each of {columns}", columns=", ".join(COLUMNS))
+                raise InputFileError(path, Message("the row {row}", row=row), expected, line=reader.line_num) from error
     if len(rows) < 3:
-        raise InputFileError(path, f"{len(rows)} points", "a line of three points or more")
+        raise InputFileError(path, Message("{count} points", count=len(rows)), "a line of three points or more")
     x, y, speed, seconds, heading = np.array(rows).T
     if track.closed:
         x, y, speed, heading = (np.append(one, one[0]) for one in (x, y, speed, heading))

@@ -47,8 +47,10 @@ class GraphFunction:
         for node in self.order:
             if node.op not in _OPERATIONS and node.op not in ("Placeholder", "Const", *VARIABLES):
                 raise GraphArithmeticError(
-                    f"{node.name}: the operation {node.op} is not known here; expected a network of convolutions and "
-                    "dense layers, as AWS trains."
+                    "{name}: the operation {op} is not known here; expected a network of convolutions and "
+                    "dense layers, as AWS trains.",
+                    name=node.name,
+                    op=node.op,
                 )
 
     @property
@@ -75,20 +77,25 @@ class GraphFunction:
     def _value(self, node: Node, fed: Mapping[str, Array], values: Mapping[str, Any]) -> Any:
         if node.op == "Placeholder":
             if node.name not in fed:
-                raise GraphArithmeticError(f"{node.name}: nothing is fed to it; expected an array.")
+                raise GraphArithmeticError("{name}: nothing is fed to it; expected an array.", name=node.name)
             return np.asarray(fed[node.name], np.float32)
         if node.op == "Const":
             return node.attributes["value"]
         if node.op in VARIABLES:
             if node.name not in self._variables:
-                raise GraphArithmeticError(f"{node.name}: the checkpoint holds no such variable; expected its values.")
+                raise GraphArithmeticError(
+                    "{name}: the checkpoint holds no such variable; expected its values.", name=node.name
+                )
             return self._variables[node.name]
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 result = _OPERATIONS[node.op](node, [values[name] for name in _data_inputs(node)])
         except (ValueError, IndexError, KeyError, TypeError) as error:
             raise GraphArithmeticError(
-                f"{node.name}: {node.op} cannot be computed ({error}); expected sizes that fit."
+                "{name}: {op} cannot be computed ({error}); expected sizes that fit.",
+                name=node.name,
+                op=node.op,
+                error=error,
             ) from error
         return result
 
@@ -110,9 +117,11 @@ def ancestors(graph: Graph, output: str) -> list[Node]:
         if name in order:
             continue
         if name not in graph.nodes:
-            raise GraphArithmeticError(f"{name}: the graph holds no such node; expected one that is read there.")
+            raise GraphArithmeticError(
+                "{name}: the graph holds no such node; expected one that is read there.", name=name
+            )
         if name in path:
-            raise GraphArithmeticError(f"{name}: the graph reads itself in a circle; expected a network.")
+            raise GraphArithmeticError("{name}: the graph reads itself in a circle; expected a network.", name=name)
         path.add(name)
         waiting.append((name, True))
         waiting += [(read, False) for read in _data_inputs(graph.nodes[name])]

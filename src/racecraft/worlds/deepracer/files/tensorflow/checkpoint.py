@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.protobuf_messages import MessageError, parsed
@@ -53,7 +54,9 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
     index = Path(f"{prefix}{INDEX}")
     try:
         if index.stat().st_size > MOST_INDEX_BYTES:
-            raise TensorFlowCheckpointError(index, f"{index.stat().st_size} bytes long", "an index of a few kilobytes")
+            raise TensorFlowCheckpointError(
+                index, Message("{st_size} bytes long", st_size=index.stat().st_size), "an index of a few kilobytes"
+            )
         entries = read_table(index.read_bytes())
         shards = _count_of_shards(entries.pop(b"", None))
         named = ((name.decode("utf-8"), entry) for name, entry in entries.items())
@@ -63,9 +66,11 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
         raise TensorFlowCheckpointError(error.filename or index, "there is no such file", KIND) from None
     except OSError as error:
         file = error.filename or index
-        raise TensorFlowCheckpointError(file, f"cannot be read ({error.strerror})", KIND) from error
+        raise TensorFlowCheckpointError(
+            file, Message("cannot be read ({strerror})", strerror=error.strerror), KIND
+        ) from error
     except (MessageError, UnicodeDecodeError) as error:
-        raise TensorFlowCheckpointError(index, f"damaged, or no index ({error})", KIND) from error
+        raise TensorFlowCheckpointError(index, Message("damaged, or no index ({error})", error=error), KIND) from error
 
 
 def write_checkpoint(prefix: str | Path, arrays: Mapping[str, Array]) -> None:
@@ -119,9 +124,14 @@ def _array(prefix: Path, shards: int, name: str, data: bytes) -> Array | None:
     path = Path(f"{prefix}.data-{entry.shard_id:05d}-of-{shards:05d}")
     if path.stat().st_size < entry.offset + entry.size:
         raise TensorFlowCheckpointError(
-            path, f"ends before {name} does (byte {entry.offset + entry.size})", "the whole file", "Copy it again."
+            path,
+            Message("ends before {name} does (byte {offset})", name=name, offset=entry.offset + entry.size),
+            "the whole file",
+            "Copy it again.",
         )
     array = np.fromfile(path, dtype, count, offset=entry.offset)
     if masked_crc32c(array) != entry.crc32c:
-        raise TensorFlowCheckpointError(path, f"the checksum of {name} is wrong", "undamaged weights", "Copy it again.")
+        raise TensorFlowCheckpointError(
+            path, Message("the checksum of {name} is wrong", name=name), "undamaged weights", "Copy it again."
+        )
     return array.reshape(shape)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import InputFileError
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.protobuf_messages import MessageError, parsed
 from racecraft.formats.user_file import read_user_file
@@ -98,7 +99,7 @@ def read_meta_graph(path: str | Path) -> Graph:
     try:
         message = parsed(messages.load().MetaGraphDef, _content(path))
     except MessageError as error:
-        raise GraphError(path, f"damaged ({error})", expected) from error
+        raise GraphError(path, Message("damaged ({error})", error=error), expected) from error
     if not message.HasField("graph_def"):
         raise GraphError(path, "it holds no graph", expected)
     return _graph(message.graph_def, path)
@@ -117,7 +118,7 @@ def graph_in(data: bytes, path: str | Path) -> Graph:
     try:
         return _graph(parsed(messages.load().GraphDef, data), path)
     except MessageError as error:
-        raise GraphError(path, f"damaged, or no graph ({error})", KIND) from error
+        raise GraphError(path, Message("damaged, or no graph ({error})", error=error), KIND) from error
 
 
 def _content(path: str | Path) -> bytes:
@@ -136,7 +137,7 @@ def _graph(message: Any, path: str | Path) -> Graph:
                 raise MessageError(f"two nodes are called {part.name!r}")
             nodes[part.name] = _node(part)
     except MessageError as error:
-        raise GraphError(path, f"damaged, or no graph ({error})", KIND) from error
+        raise GraphError(path, Message("damaged, or no graph ({error})", error=error), KIND) from error
     if not nodes:
         raise GraphError(path, "it holds no node", KIND)
     return Graph(nodes.values())

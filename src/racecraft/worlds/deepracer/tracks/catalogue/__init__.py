@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.contract.errors import TrackError, nearest
+from racecraft.contract.message import Message
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.tracks.track import Track
@@ -125,7 +126,7 @@ def resolve(name: str) -> str:
     hint = f"Did you mean '{min(begun, key=len)}'?" if begun else nearest(name, every)
     if not hint.startswith("Did"):
         hint = "`racecraft tracks list` shows all names."
-    expected = f"one of the catalogue's {len(_index())}, one of your own, or a .npy file"
+    expected = Message("one of the catalogue's {count}, one of your own, or a .npy file", count=len(_index()))
     raise TrackError(name, "no circuit of this name", expected, hint)
 
 
@@ -157,7 +158,10 @@ def _rows_m(shape: str) -> np.ndarray:
             return shapes[shape] / 1e6
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise TrackError(
-            path, f"not readable ({error!r})", "the rows of every shape", "Install racecraft again."
+            path,
+            Message("not readable ({error!r})", error=error),
+            "the rows of every shape",
+            "Install racecraft again.",
         ) from error
 
 

@@ -1,1 +1,0 @@
-"""Changes of the tables, oldest first; `database/migrate.py` runs them."""
