@@ -15,6 +15,7 @@ GENERAL = (
     Command("settings", "racecraft.cli.settings:settings", TRAIN),
     Command("watch", "racecraft.cli.runs.watch:watch", JUDGE),
     Command("checkpoints", "racecraft.cli.runs.checkpoints:checkpoints", JUDGE),
+    Command("compare", "racecraft.cli.runs.compare:compare", JUDGE),
     Command("report", "racecraft.cli.runs.report:report", UNDERSTAND),
     Command("export", "racecraft.cli.runs.export:export", EXCHANGE),
     Command("serve", "racecraft.cli.runs.serve:serve", EXCHANGE),

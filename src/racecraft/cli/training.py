@@ -23,11 +23,12 @@ from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, 
 from racecraft.cli.signals import SIGTERM, TERMINATED, sigterm_interrupts
 
 if TYPE_CHECKING:
+    from racecraft.cli.jobs.seeds import SeedRequest
     from racecraft.training.callbacks import TrainingCallback
     from racecraft.training.request import TrainRequest
     from racecraft.training.trainer import Spread, Trained
 
-OF_A_NEW_RUN = ("seed", "algorithm", "set_", "from_")
+OF_A_NEW_RUN = ("seed", "seeds", "algorithm", "set_", "from_")
 """Options of every training that a run keeps: at --resume they are refused, unless they say what it was begun with."""
 Left = dict[str, Any]
 """What a training leaves for people, by kind: paths, and figures of its own; `--json` tells it with the summary."""
@@ -42,6 +43,15 @@ class TrainingOptions:
     ] = None
     run: Annotated[Path | None, typer.Option(help="Run folder to make.")] = None
     seed: Annotated[int | None, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1
+    seeds: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            max=100,
+            help="Train so many seeds one after another, from --seed on, each into a run of its own below --run, and "
+            "judge them on fresh starts; with --detach each is a job. `racecraft compare` takes the folder.",
+        ),
+    ] = None
     algorithm: AlgorithmName = None
     """None: what the user's own files ask for, else ppo."""
     set_: Overrides = None
@@ -80,6 +90,20 @@ class TrainingOptions:
             "overrides": tuple(self.set_ or ()),
             "clone_from": source,
         }
+
+    def several_seeds(self, count: int) -> SeedRequest:
+        """Return what `--seeds` asks for.
+
+        Raises:
+            SettingError: --mirror was given.
+        """
+        from racecraft.cli.jobs.seeds import SeedRequest
+        from racecraft.contract.errors import SettingError
+
+        if self.mirror is not None:
+            raise SettingError("--mirror has one place for one run; expected it left out with --seeds.")
+        first = self.seed if self.seed is not None else 1
+        return SeedRequest(tuple(range(first, first + count)), self.run, self.detach, self.json, self.tell)
 
     def leave_report(self, trained: Trained) -> Left:
         """Leave the run's page in its folder, where that is wanted."""
@@ -136,6 +160,7 @@ class Road:
         """
         from racecraft.cli.buckets.training import mirrored, place_of_mirror
         from racecraft.cli.jobs.detaching import detach_training
+        from racecraft.cli.jobs.seeds import train_seeds
         from racecraft.cli.output import print_json
         from racecraft.jobs.tuning.dry_run import PLAN_ONLY
         from racecraft.training import worlds
@@ -144,6 +169,8 @@ class Road:
         if os.environ.get(PLAN_ONLY):
             worlds.plan(request())
             return
+        if options.seeds is not None and not options.resume:
+            return train_seeds(context, options.several_seeds(options.seeds), request())
         spread = self._spread()
         begun = self._begun(context, options)
         place = place_of_mirror(options.mirror, self.folder, begun, options.tell)

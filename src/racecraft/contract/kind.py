@@ -116,6 +116,9 @@ class WorldKind:
     """Keywords that `evaluate` takes."""
     judging_world: str = ""
     """Function (run: RunFolder, num_worlds: int) -> context manager of a World, where its policy is judged."""
+    fresh_scores: str = ""
+    """Function (run: RunFolder, which: str, episodes: int) -> evaluation.fresh_starts.FreshScores, how good a
+    checkpoint is from starts that did not choose it. Default: returns of whole episodes in `judging_world`."""
     score: Score = Score()
     """What its scores are called."""
 

@@ -37,7 +37,7 @@ def detach_training(
     """
     from racecraft.training import worlds
 
-    verb = _verb(context)
+    verb = verb_of(context)
     words = typed_words(context, NOT_FOR_THE_JOB)
     if request is not None:
         worlds.plan(request)
@@ -128,10 +128,10 @@ def tell_submitted(job: Job, json: bool) -> None:
     print(f"  racecraft jobs stop {job.name}        # end it; `jobs resume` goes on later")
 
 
-def _verb(context: typer.Context) -> tuple[str, ...]:
+def verb_of(context: typer.Context) -> tuple[str, ...]:
     """Return a command's words behind `racecraft`, such as ("gym", "train")."""
     parent = context.parent
-    return () if parent is None else (*_verb(parent), str(context.info_name))  # type: ignore[arg-type]
+    return () if parent is None else (*verb_of(parent), str(context.info_name))  # type: ignore[arg-type]
 
 
 def typed_words(context: typer.Context, leave_out: Sequence[str]) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ KIND = WorldKind(
     },
     open_run="racecraft.worlds.deepracer.players.borrowed:open_run_or_model",
     evaluate="racecraft.worlds.deepracer.evaluation.judged_run:judge_car",
+    fresh_scores="racecraft.worlds.deepracer.evaluation.fresh_laps:fresh_laps",
     evaluate_words=("track", "tracks", "laps"),
     status_labels="racecraft.worlds.deepracer.files.training_metrics:STATUS_LABELS",
     commands=(
