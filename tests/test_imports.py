@@ -15,14 +15,14 @@ import racecraft
 PACKAGE = Path(racecraft.__file__).parent
 
 LAYERS = (
-    "contract", "isolation", "kernels", "settings", "pages", "web", "formats", "storage",
+    "contract", "isolation", "kernels", "settings", "pages", "web", "formats", "storage", "database",
     "files", "tracks",
     "algorithms", "adapters", "env", "adapter", "logs",
     "rollout", "players", "evaluation", "driving",
     "analysis", "export", "training", "notebooks",
     "jobs", "league", "cluster",
     "sagemaker", "compat", "estimator",
-    "serving", "actions", "cli",
+    "serving", "actions", "console", "cli",
     "kind",
 )  # fmt: skip
 """From the lowest up, one order for the core's packages and for those inside a world."""
@@ -35,7 +35,8 @@ HEAVY = {
     "ray": {"cluster"},
     "mlflow": {"training"},
     "grpc": {"env"},
-    "sqlalchemy": {"jobs"},
+    "sqlalchemy": {"database", "jobs", "console"},
+    "alembic": {"database"},
     "optuna": {"jobs"},
     "matplotlib": {"analysis", "tracks"},
     "av": {"analysis"},

@@ -23,6 +23,9 @@ def test_what_survives_is_told_as_table_picture_and_figures(racecraft, run, tmp_
     assert said.code == 0, said.err
     for word in ("undisturbed", "glare", "latency", "all together", "95 % of laps"):
         assert word in said.out
+    told = said.err.splitlines()
+    assert "Driving 2 starts undisturbed, then under glare, latency, all together" in told[0], "before any drives"
+    assert [line.rpartition(" (")[2] for line in told[1:5]] == ["1 of 4)", "2 of 4)", "3 of 4)", "4 of 4)"]
     assert (tmp_path / "bars.png").is_file()
     said = racecraft(*under, "--each", "--json")
     assert said.code == 0, said.err
@@ -88,8 +91,11 @@ def test_an_interval_is_that_of_the_mean_and_narrows_with_the_tries():
 def test_every_bar_is_driven_from_the_same_starts_spread_round_the_lap(monkeypatch):
     laid = []
     car = SimpleNamespace(policy=None, world=lambda track, **asked: laid.append(asked))
-    monkeypatch.setattr(robustness, "judge_starts", lambda policy, world, seed: None)
-    bars = list(robustness.judge_under(car, None, "strong", ["blur"], tries=4))
+    monkeypatch.setattr(robustness, "judge_starts", lambda policy, world, seed, on_progress: on_progress(2))
+    heard = []
+    on_progress = lambda ended, of: heard.append((ended, of))  # noqa: E731
+    bars = list(robustness.judge_under(car, None, "strong", ["blur"], tries=4, on_progress=on_progress))
+    assert heard == [(0, 12), (2, 12), (4, 12), (6, 12), (8, 12), (10, 12)], "episodes that ended, of all bars"
     assert [bar.name for bar in bars] == ["undisturbed", "blur", "all together"]
     assert [asked["start_shares"] for asked in laid] == [[0.0, 0.25, 0.5, 0.75]] * 3
     assert [asked["variation"].is_on for asked in laid] == [False, True, True]

@@ -1,37 +1,34 @@
 """What a store of jobs promises, asked of every backend."""
 
+import json
 import sqlite3
 import subprocess
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from tests.jobs.makers import python, wait_until
 
+from racecraft import database
+from racecraft.database.engine import DatabaseError
+from racecraft.database.migrate import HEAD
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.job import new_job
 from racecraft.jobs.job_paths import JobPaths
-from racecraft.jobs.job_table import JobStoreError
 from racecraft.jobs.sql_store import SqlStore
-from racecraft.jobs.sqlite_store import SqliteStore
 from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import MemoryStore, NameTakenError, change, get
 
 
-def by_sqlite(path):
-    return SqliteStore(path)
-
-
-def by_sqlalchemy(path):
+def opened(path):
     return SqlStore(f"sqlite:///{path}")
 
 
-IN_A_FILE = pytest.mark.parametrize("opened", [by_sqlite, by_sqlalchemy])
-
-
-@pytest.fixture(params=["memory", by_sqlite, by_sqlalchemy])
+@pytest.fixture(params=["memory", "sqlite"])
 def store(request, tmp_path):
-    made = MemoryStore() if request.param == "memory" else request.param(tmp_path / "jobs.sqlite")
+    made = MemoryStore() if request.param == "memory" else opened(tmp_path / "jobs.sqlite")
     yield made
     if request.param != "memory":
         made.close()
@@ -142,9 +139,8 @@ CLAIM = """
 import sys, time
 from pathlib import Path
 from racecraft.jobs.sql_store import SqlStore
-from racecraft.jobs.sqlite_store import SqliteStore
 path, owner, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
-store = SqlStore(f"sqlite:///{path}") if owner == "p0" else SqliteStore(Path(path))
+store = SqlStore(f"sqlite:///{path}")
 seen = store.jobs()
 (folder / owner).touch()
 while not (folder / "go").exists():
@@ -154,9 +150,9 @@ print(*[held.name for held in seen if store.replace(held, held.claimed(owner, 2.
 
 
 def test_of_several_processes_that_claim_at_once_one_gets_it(tmp_path):
-    """All have seen all jobs waiting before the first of them claims one; one goes by SQLAlchemy."""
+    """All have seen all jobs waiting before the first of them claims one."""
     path = tmp_path / "jobs.sqlite"
-    store = SqliteStore(path)
+    store = opened(path)
     names = [f"j-{number}" for number in range(40)]
     for name in names:
         store.add(job(name))
@@ -179,50 +175,58 @@ def test_a_store_survives_the_process(tmp_path):
         "store.add(new_job(JobSpec(('gym',), 'kept'), 1.0)); os.kill(os.getpid(), signal.SIGKILL)",
         path,
     ).wait()
-    assert by_sqlite(path).find("kept") is not None
-    store = by_sqlalchemy(path)
+    store = opened(path)
     assert store.find("kept") is not None
     store.close()
 
 
-@pytest.mark.parametrize(("writes", "reads"), [(by_sqlite, by_sqlalchemy), (by_sqlalchemy, by_sqlite)])
-def test_each_opens_and_changes_what_the_other_wrote(writes, reads, tmp_path):
-    first, second = writes(tmp_path / "jobs.sqlite"), reads(tmp_path / "jobs.sqlite")
-    first.add(job(environment={"A": "é"}))
-    assert second.find("a-1") == job(environment={"A": "é"})
-    held = second.find("a-1")
-    assert second.replace(held, held.claimed("me", 2.0))
-    assert not first.replace(held, held.claimed("you", 2.0))
-    assert first.jobs() == second.jobs()
-    assert first.remove(first.find("a-1"))
-    assert second.jobs() == []
-    first.close()
-    second.close()
+V0 = """
+create table racecraft_store (name varchar(32) primary key, value varchar(255) not null);
+insert into racecraft_store values ('version', '1');
+create table racecraft_jobs (name varchar(63) not null, created float not null, state varchar(32) not null,
+    revision integer not null, told text not null, primary key (name));
+create index ix_racecraft_jobs_created on racecraft_jobs (created);
+"""
 
 
-def test_a_home_needs_no_sqlalchemy_for_a_file_and_asks_it_for_the_rest(tmp_path):
-    code = (
-        "import sys; from racecraft.jobs.job_paths import JobPaths;"
-        "import racecraft.jobs.submit, racecraft.jobs.__main__;"
-        "JobPaths.of_user({'RACECRAFT_JOBS': sys.argv[1]}).store().jobs();"
-        "print([name for name in ('sqlalchemy', 'numpy', 'torch', 'typer') if name in sys.modules])"
-    )
-    assert python(code, tmp_path, stdout=subprocess.PIPE, text=True).communicate(timeout=60)[0] == "[]\n"
-    named = {"RACECRAFT_JOBS": str(tmp_path), "RACECRAFT_JOB_STORE": f"sqlite:///{tmp_path}/x.sqlite?timeout=1"}
-    store = JobPaths.of_user(named).store()
-    assert isinstance(store, SqlStore)
+def test_a_database_from_before_the_migrations_keeps_its_jobs(tmp_path):
+    path, old = tmp_path / "jobs.sqlite", job("old")
+    with sqlite3.connect(path) as base:
+        base.executescript(V0)
+        told = json.dumps(old.as_dictionary())
+        base.execute("insert into racecraft_jobs values ('old', 1.0, 'Pending', 0, ?)", (told,))
+    base.close()
+    store = opened(path)
+    assert store.jobs() == [old]
+    store.add(job("new", 2.0))
+    with sqlite3.connect(path) as base:
+        assert base.execute("select name, person from racecraft_jobs").fetchall() == [("old", ""), ("new", "")]
+        assert base.execute("select version_num from alembic_version").fetchall() == [(HEAD,)]
     store.close()
 
 
-@IN_A_FILE
-def test_a_store_of_another_version_is_refused_and_left_alone(opened, tmp_path):
+def test_the_head_is_the_newest_migration():
+    files = sorted((Path(database.__file__).parent / "migrations/versions").glob("v*.py"))
+    assert files[-1].name.startswith(f"v{HEAD}_")
+
+
+def test_many_that_open_a_new_database_at_once_all_can(tmp_path):
+    with ThreadPoolExecutor(6) as pool:
+        stores = list(pool.map(opened, [tmp_path / "jobs.sqlite"] * 6))
+    stores[0].add(job())
+    assert [[one.name for one in store.jobs()] for store in stores] == [["a-1"]] * 6
+    for store in stores:
+        store.close()
+
+
+def test_a_database_of_a_newer_version_is_refused_and_left_alone(tmp_path):
     path = tmp_path / "jobs.sqlite"
     opened(path).close()
     with sqlite3.connect(path) as base:
-        base.execute("update racecraft_store set value = '2'")
+        base.execute("update alembic_version set version_num = '9999'")
     base.close()
     before = path.read_bytes()
-    with pytest.raises(JobStoreError, match="version 2; expected 1.*RACECRAFT_JOB_STORE"):
+    with pytest.raises(DatabaseError, match="version 9999; expected .*RACECRAFT_JOB_STORE"):
         opened(path)
     assert path.read_bytes() == before
 
@@ -236,23 +240,22 @@ def test_a_store_of_another_version_is_refused_and_left_alone(opened, tmp_path):
     ],
 )
 def test_an_address_that_cannot_be_used_is_said(url, letter):
-    with pytest.raises(JobStoreError, match=letter):
+    with pytest.raises(DatabaseError, match=letter):
         SqlStore(url)
 
 
 def test_a_place_that_cannot_be_written_is_said(tmp_path):
-    with pytest.raises(JobStoreError, match="sqlite:////proc/jobs.sqlite: cannot be written"):
+    with pytest.raises(DatabaseError, match="sqlite:////proc/jobs.sqlite: cannot be written"):
         JobPaths(tmp_path, "sqlite:////proc/jobs.sqlite").store()
     (tmp_path / "file").touch()
-    with pytest.raises(JobStoreError, match="file/jobs.sqlite"):
+    with pytest.raises(DatabaseError, match="file/jobs.sqlite"):
         JobPaths(tmp_path, f"sqlite:///{tmp_path}/file/jobs.sqlite").store()
 
 
-@IN_A_FILE
-def test_a_file_that_is_no_store_is_said_and_left_alone(opened, tmp_path):
+def test_a_file_that_is_no_database_is_said_and_left_alone(tmp_path):
     path = tmp_path / "jobs.sqlite"
     path.write_text("these are my notes, no database at all\n" * 100)
-    with pytest.raises(JobStoreError, match="no store of jobs"):
+    with pytest.raises(DatabaseError, match="no database of racecraft"):
         opened(path)
     assert "my notes" in path.read_text()
 
@@ -262,8 +265,7 @@ def add_many(store):
         store.add(job(f"more-{number}", recorded={"much": "x" * 4000}))
 
 
-@IN_A_FILE
-def test_a_full_disk_is_said_and_loses_nothing(opened, tmp_path, monkeypatch):
+def test_a_full_disk_is_said_and_loses_nothing(tmp_path, monkeypatch):
     """SQLite's own limit of pages stands for the disk: it answers as on a full one."""
     store = opened(tmp_path / "jobs.sqlite")
     store.add(job("kept"))
@@ -277,7 +279,7 @@ def test_a_full_disk_is_said_and_loses_nothing(opened, tmp_path, monkeypatch):
     monkeypatch.setattr(sqlite3, "connect", with_no_room)
     monkeypatch.setattr(sqlite3.dbapi2, "connect", with_no_room)
     store.close()  # the next connection finds no room
-    with pytest.raises(JobStoreError, match="the disk is full .* nothing was changed"):
+    with pytest.raises(DatabaseError, match="the disk is full .* nothing was changed"):
         add_many(store)
     assert store.find("kept") == job("kept")
     held = store.find("kept")

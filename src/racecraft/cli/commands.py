@@ -13,6 +13,7 @@ GENERAL = (
     Command("tune", "racecraft.cli.jobs.tune:tune", TRAIN),
     Command("algorithms", "racecraft.cli.algorithms:algorithms", TRAIN),
     Command("settings", "racecraft.cli.settings:settings", TRAIN),
+    Command("console", "racecraft.cli.console:console", TRAIN),
     Command("watch", "racecraft.cli.runs.watch:watch", JUDGE),
     Command("checkpoints", "racecraft.cli.runs.checkpoints:checkpoints", JUDGE),
     Command("compare", "racecraft.cli.runs.compare:compare", JUDGE),

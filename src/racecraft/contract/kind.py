@@ -146,6 +146,10 @@ class WorldKind:
     look: str = ""
     """Why its runs have no live picture, a sentence for the live page. Default: a general one."""
 
+    console: str = ""
+    """A subclass of `racecraft.console.parts.WorldParts`: what its runs show in lists, and the form in which a model
+    is made. Default: score and curves, and no form."""
+
     exporters: Mapping[str, str] = field(default_factory=dict)
     """For `racecraft export --to NAME`: function (run: Path, to: str, which: str | None, output: Path | None,
     check: bool) -> export.exported.Exported; `which` None: the best checkpoint."""

@@ -70,7 +70,9 @@ def score_on_fresh_starts(run: RunFolder, which: str, episodes: int = EPISODES) 
     judging_world = kind.piece("judging_world")
     if judging_world is None:
         raise SettingError(
-            f"{run.path}: runs of the kind {kind.name!r} cannot be compared; expected cars or Gymnasium."
+            "{path}: runs of the kind {name!r} cannot be compared; expected cars or Gymnasium.",
+            path=run.path,
+            name=kind.name,
         )
     policy = load_policy(run, which)
     with judging_world(run, min(episodes, JUDGING_WORLDS)) as world:

@@ -68,7 +68,7 @@ def group_runs(sources: Iterable[str]) -> list[SeedGroup]:
             group = RunGroup.open(path)
             named = [NamedRun(RunFolder.open(run), which) for run in group.runs if run.is_dir()]
             if not named:
-                raise SettingError(f"{path}: none of its seeds has begun; expected one run at least.")
+                raise SettingError("{path}: none of its seeds has begun; expected one run at least.", path=path)
             groups.append(SeedGroup(group.path.resolve().name, tuple(named), settings_of(named[0].run, which)))
             continue
         one = NamedRun(RunFolder.open(path), which)
@@ -124,8 +124,10 @@ def _require_comparable(groups: list[SeedGroup]) -> None:
     """Refuse what no comparison can be made of."""
     places = [(one.run.path.resolve(), one.which) for group in groups for one in group.runs]
     if twice := {str(place) for place, which in places if places.count((place, which)) > 1}:
-        raise SettingError(f"{sorted(twice)[0]} is named twice; expected every run once.")
+        raise SettingError("{twice} is named twice; expected every run once.", twice=sorted(twice)[0])
     for name in ("kind", "track"):
         found = sorted({str(group.settings.get(name)) for group in groups})
         if len(found) > 1:
-            raise SettingError(f"the runs differ in their {name} ({', '.join(found)}); expected one {name}.")
+            raise SettingError(
+                "the runs differ in their {name} ({found}); expected one {name}.", name=name, found=", ".join(found)
+            )

@@ -54,10 +54,14 @@ class RunGroup:
             is_ours = told["format"] == FORMAT and 1 <= told["version"] <= VERSION
             group = cls(path, tuple(map(str, told["command"])), tuple(map(int, told["seeds"])))
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise RunFolderError(f"{path / GROUP}: cannot be read ({error}); expected a group of runs.") from error
+            raise RunFolderError(
+                "{path}: cannot be read ({error}); expected a group of runs.", path=path / GROUP, error=error
+            ) from error
         if not is_ours:
             raise RunFolderError(
-                f"{path / GROUP}: found another format or a newer version; expected version {VERSION}."
+                "{path}: found another format or a newer version; expected version {version}.",
+                path=path / GROUP,
+                version=VERSION,
             )
         return group
 

@@ -3,9 +3,7 @@
     states.py       the map of a job's life, in SageMaker's words
     job.py          one job as it stands, and every legal change of it
     store.py        what a store of jobs promises; one in memory
-    job_table.py    what a database of jobs holds, and the letters about it
-    sqlite_store.py jobs in one SQLite file, the usual one
-    sql_store.py    the same on any database that SQLAlchemy knows
+    sql_store.py    jobs in a database: a SQLite file, or any other that SQLAlchemy knows
     job_paths.py         where the jobs of this account lie: store, logs, folders
     submit.py       put a job into the store, and see to it that somebody works there
     supervisor.py   takes jobs, starts them, restarts what a signal ended, queues the rest

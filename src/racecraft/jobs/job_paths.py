@@ -26,7 +26,6 @@ from racecraft.formats.user_folder import data_folder
 
 if TYPE_CHECKING:
     from racecraft.jobs.sql_store import SqlStore
-    from racecraft.jobs.sqlite_store import SqliteStore
 
 FOLDER_VARIABLE, STORE_VARIABLE = "RACECRAFT_JOBS", "RACECRAFT_JOB_STORE"
 
@@ -55,20 +54,16 @@ class JobPaths:
         """Whether the store may be other machines', too."""
         return not self.store_url.startswith(f"sqlite:///{self.path}")
 
-    def store(self) -> SqliteStore | SqlStore:
+    def store(self) -> SqlStore:
         """Open the store.
 
         Raises:
-            JobStoreError: It cannot be opened.
+            DatabaseError: It cannot be opened.
             OutputFileError: The folder cannot be made.
         """
-        from racecraft.jobs.sqlite_store import SqliteStore, file_of
-
-        make_folder(self.path)
-        if (file := file_of(self.store_url)) is not None:
-            return SqliteStore(file)
         from racecraft.jobs.sql_store import SqlStore
 
+        make_folder(self.path)
         return SqlStore(self.store_url)
 
     def folder(self, name: str) -> Path:

@@ -33,7 +33,7 @@ def submit(home: JobPaths, spec: JobSpec) -> Job:
     Raises:
         NameTakenError: There is a job of that name.
         JobError: This machine could never start it, or it may wait for less time than it may run.
-        JobStoreError: The store cannot be opened or written.
+        DatabaseError: The store cannot be opened or written.
     """
     require_legal_name(spec.name)
     _require_time_to_run(spec)

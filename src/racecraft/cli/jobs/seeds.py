@@ -100,7 +100,9 @@ def _free_folder(run: Path | None) -> Path:
     """
     if run is not None:
         if run.exists() and (not run.is_dir() or any(run.iterdir())):
-            raise SettingError(f"--run {run}: found a folder in use; expected a new one for the group of seeds.")
+            raise SettingError(
+                "--run {run}: found a folder in use; expected a new one for the group of seeds.", run=run
+            )
         return run
     number = 1
     while Path("runs", f"seeds-{number}").exists():

@@ -66,6 +66,7 @@ KIND = WorldKind(
     evaluation_table="racecraft.worlds.deepracer.analysis.evaluations:lap_table",
     advice="racecraft.worlds.deepracer.analysis.account:car_advice",
     watch="racecraft.worlds.deepracer.serving.watch:watch",
+    console="racecraft.worlds.deepracer.console.parts:CarParts",
     exporters={
         "car": f"{EXPORT}:export_car",
         "drfc": f"{EXPORT}:export_aws",

@@ -367,6 +367,25 @@ def test_at_aws_the_distance_slips_away():
     assert np.diff(np.sort(sane._objects.states["arc"], axis=1), axis=1).min() > 1.9
 
 
+def test_at_aws_fixed_boxes_stand_where_the_original_puts_them():
+    """Evenly between a metre before the line and 2 m taken per cent of the lap once when the world is made, and once
+    more before each episode: 6 cm past the line in the first, 1 cm in the second.
+    """
+    config = RaceConfig(type="OBJECT_AVOIDANCE", fidelity="aws", max_episode_seconds=1.0)
+    world = make_world(BoxesConfig(number=4, random=False, min_distance=2.0), race_config=config)
+    buffers, length = begin(world), world.track.length
+    for episode in range(2):
+        least = 2.0 * (length / 100.0) ** (episode + 2)
+        expected = np.linspace(least, length - 1.0, 4)
+        np.testing.assert_allclose(world._objects.states["arc"][0], expected, atol=2e-3)
+        assert np.sign(world._objects.states["lane"][0]).tolist() == [1, -1, 1, -1], "inner lane first"
+        while world.episodes_begun == episode:
+            world.step(np.full((1, 1), 4), buffers)
+    listed = make_world(BoxesConfig(positions="0.23,-1;0.46,1"), race_config=config)
+    begin(listed)
+    np.testing.assert_allclose(listed._objects.states["arc"][0] / length, [0.23, 0.46], atol=1e-4)
+
+
 def test_a_saved_race_goes_on_among_the_same_boxes():
     world, other = make_world(worlds=2), make_world(worlds=2)
     buffers, others = begin(world, 1), begin(other, 2)

@@ -104,5 +104,21 @@ def test_who_looks_on_sees_a_drive_that_is_driven_tick_by_tick(drive, monkeypatc
     asked = []
     monkeypatch.setattr(laps, "play_episodes", lambda *_, **how: asked.append(how) or [])
     judge_starts(None, SimpleNamespace(start_shares=[], is_paid=False), iter(["looks on"]), 3)
-    assert asked == [{"seed": 3, "observers": ("looks on",)}]
+    assert asked == [{"seed": 3, "observers": ["looks on"]}]
     assert drive.asked == []
+
+
+def test_who_waits_hears_how_many_episodes_have_ended_whenever_one_does(monkeypatch):
+    ends = [[0, 0, 0], [0, 1, 0], [0, 1, 0], [1, 0, 1]]
+
+    def play(policy, world, seed, observers):
+        for ended in ends:
+            flags = np.array(ended, bool)[:, None]
+            for look in observers:
+                look(world, SimpleNamespace(terminated=flags, truncated=~flags & False), None)
+        return []
+
+    monkeypatch.setattr(laps, "play_episodes", play)
+    heard = []
+    judge_starts(None, SimpleNamespace(start_shares=[], is_paid=False), on_progress=heard.append)
+    assert heard == [1, 3]

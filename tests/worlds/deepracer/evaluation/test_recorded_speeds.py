@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from racecraft.worlds.deepracer.evaluation import recorded_car, replay_report
+from racecraft.worlds.deepracer.evaluation import car_verdict, replay_report
+from racecraft.worlds.deepracer.evaluation.car_verdict import RECORDED_CARS
 from racecraft.worlds.deepracer.evaluation.open_loop import real_speeds
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "fidelity.md"
@@ -27,10 +28,10 @@ def test_the_page_tells_the_limits_a_car_is_called_the_same_by():
     told = re.search(r"at most (\d+) cm \(`v4`\), (\d+) cm \(`v5-classic`\) or (\d+) cm \(`v6`\).*?below 2 m/s, "
                      r"and (\d+), (\d+) or (\d+) cm above", page)  # fmt: skip
     cm = [int(number) / 100 for number in told.groups()]
-    limits = [replay_report.SAME_CAR_M.get(car, replay_report.OTHER_SAME_CAR_M) for car in replay_report.RECORDED_CARS]
+    limits = [replay_report.SAME_CAR_M.get(car, replay_report.OTHER_SAME_CAR_M) for car in RECORDED_CARS]
     assert list(zip(cm[:3], cm[3:], strict=True)) == limits
     assert replay_report.FAST_MPS == 2.0
-    assert replay_report.FEWEST_WINDOWS == recorded_car.FEWEST_WINDOWS == 20
+    assert replay_report.FEWEST_WINDOWS == car_verdict.MIN_WINDOWS == 20
 
 
 @pytest.mark.parametrize("car", ["v4", "v5-classic", "v6"])

@@ -2,6 +2,7 @@
 
 import json
 import re
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -57,9 +58,9 @@ def test_by_name_the_smooth_curve_is_announced(ask):
 
 def test_one_command_leaves_one_page_that_answers_the_question(ask, tmp_path):
     text = ask(TRACE, "--track", TRACK, "--report", tmp_path / "same.html")
-    assert "The track is the same. So is the car: it is v4." in text
+    assert "The track is the same. So is the car: it is v4 (the next car strays" in text
     page = (tmp_path / "same.html").read_text(encoding="utf-8")
-    assert "The track is the same. So is the car: it is v4." in page
+    assert "The track is the same. So is the car: it is v4 (the next car strays" in page
     for figure in ("650 recorded rows", "100 %", "3.6 cm", "8.5 cm", "evaluation-simtrace/0-iteration.csv"):
         assert figure in page
     assert page.count("<img") == 1
@@ -76,3 +77,24 @@ def test_a_car_that_drives_otherwise_is_told_from_ours(ask):
 
 def test_by_name_the_track_is_the_same_within_a_point(ask):
     assert json.loads(ask(TRACE, "--track", "reinvent_base", "--json"))["same_track"] is True
+
+
+@pytest.fixture
+def robomaker_log(tmp_path):
+    """Return a simulation log with the rows of the trace, as the classic console wrote one."""
+    rows = next(TRACE.rglob("0-iteration.csv")).read_text().splitlines()[1:]
+    log = tmp_path / "logs" / "evaluation" / "evaluation-20220709200242-robomaker.log"
+    log.parent.mkdir(parents=True)
+    head = ["started roslaunch server http://127.0.0.1:1/", " * /rosdistro: melodic", "simapp_version 4.0, training"]
+    log.write_text("\n".join([*head, *(f"SIM_TRACE_LOG:{row}" for row in rows), ""]))
+    return log
+
+
+def test_a_log_a_folder_and_an_archive_are_replayed_and_their_track_is_found(ask, robomaker_log, tmp_path):
+    with tarfile.open(tmp_path / "model.tar.gz", "w:gz") as archive:
+        archive.add(robomaker_log, "model/logs/evaluation/evaluation-robomaker.log")
+    for what in (robomaker_log, robomaker_log.parent.parent, tmp_path / "model.tar.gz"):
+        report = json.loads(ask(what, "--json"))
+        assert (report["rows"], report["track"], report["car"]) == (650, "reinvent_base", "v4")
+        assert report["recorded_car"]["build"] == "ROS 1"
+        assert report["same_car"] is True

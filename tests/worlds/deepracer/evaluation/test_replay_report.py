@@ -1,13 +1,12 @@
 """The figures of the fidelity report by hand: small traces whose every mismatch and distance is known."""
 
 import math
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from racecraft.contract.errors import InputFileError, UserInputError
+from racecraft.contract.errors import InputFileError
 from racecraft.worlds.deepracer.evaluation import replay_report
 from racecraft.worlds.deepracer.evaluation.open_loop import Windows
 from racecraft.worlds.deepracer.evaluation.recompute import RecomputedTrace
@@ -48,7 +47,7 @@ def trace(rows=10, **columns):
 
 
 def report(*files, exact=True, car="v4"):
-    made = tuple(FileReplay(Path("a.csv"), trace(len(one.begins)), one, windows()) for one in files)
+    made = tuple(FileReplay("a.csv", trace(len(one.begins)), one, windows()) for one in files)
     return ReplayReport(OVAL, exact, car, made, {car: 0.1})
 
 
@@ -59,8 +58,8 @@ def test_the_figures_of_two_files_are_added_up():
     }  # fmt: skip
     turns = {"0.5s": np.radians([1.0, 2.0, 3.0]), "1s": np.radians([4.0, NAN, 5.0])}
     far = windows([1, 3, 6], [0.1, 0.2, 0.4], [0.5, NAN, 0.6], turns)
-    first = FileReplay(Path("a.csv"), trace(), retold(**marks), far)
-    other = FileReplay(Path("b.csv"), trace(4), retold(4), windows([0], [0.3], [0.7]))
+    first = FileReplay("a.csv", trace(), retold(**marks), far)
+    other = FileReplay("b.csv", trace(4), retold(4), windows([0], [0.3], [0.7]))
     told = ReplayReport(OVAL, True, "v4", (first, other), {"v4": 0.6}).as_dictionary()
     assert (told["rows"], told["episodes"], told["reversed_episodes"]) == (14, 3, 1)
     names = ("progress", "closest_waypoint", "all_wheels", "off_track")
@@ -80,7 +79,7 @@ def test_the_worst_windows_come_first_and_are_five_with_row_and_errors_to_five_p
     half = [0.1, 0.123456789, NAN, 0.3, 0.2, 0.3, 0.05]
     one = [0.2, NAN, NAN, 0.1, 0.25, 0.4, 0.06]
     turns = {"0.5s": np.full(7, math.radians(2.0)), "1s": np.full(7, NAN)}
-    file = FileReplay(Path("a.csv"), trace(), retold(), windows([1, 2, 3, 4, 6, 7, 8], half, one, turns))
+    file = FileReplay("a.csv", trace(), retold(), windows([1, 2, 3, 4, 6, 7, 8], half, one, turns))
     told = file.worst_windows()
     assert [(row["episode"], row["steps"]) for row in told] == [(1, 3), (0, 5), (1, 2), (0, 2), (0, 3)]
     assert told[4]["position_m"] == {"0.5s": 0.12346, "1s": None}
@@ -167,7 +166,7 @@ def test_errors_are_those_of_windows_that_reach_so_far_and_speeds_are_beside_the
     columns = trace(X=x, Y=np.zeros(10))
     seen = windows([0, 1], [0.1, 0.2], [NAN, 0.3])
     seen = Windows(seen.first, np.array([2, 8]), seen.paths, seen.position_m, seen.yaw_rad)
-    told = ReplayReport(OVAL, True, "v4", (FileReplay(Path("a.csv"), columns, retold(), seen),), {})
+    told = ReplayReport(OVAL, True, "v4", (FileReplay("a.csv", columns, retold(), seen),), {})
     assert {name: errors.tolist() for name, errors in told.errors_m().items()} == {"0.5s": [0.1, 0.2], "1s": [0.3]}
     strayed, speeds = told._by_speed("1s")
     assert (strayed.tolist(), speeds.tolist()) == ([0.3], [pytest.approx(1.5)])
@@ -178,26 +177,6 @@ def test_a_car_strays_by_the_median_of_the_longest_way_that_was_measured():
     assert far([windows([0, 1], [9, 9], [1.0, NAN]), windows([2], [9], [2.0])]) == 1.5
     assert far([windows([0, 1], [3.0, 5.0], [NAN, NAN])]) == 4.0
     assert far([windows([0], [NAN], [NAN]), windows()]) == math.inf
-
-
-def touched(folder, *names):
-    for name in names:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text("")
-    return [folder / name for name in names]
-
-
-def test_the_traces_of_a_folder_come_by_folder_and_by_number(tmp_path):
-    """An iteration without a number counts as the first; what is no trace is left."""
-    files = touched(tmp_path, "a/odd-iteration.csv", "a/1-iteration.csv", "a/2-iteration.csv", "a/10-iteration.csv",
-                    "b/0-iteration.csv")  # fmt: skip
-    touched(tmp_path, "b/notes.csv", "c/0-iteration.json")
-    (single,) = touched(tmp_path, "b/single.csv")
-    assert replay_report._files([str(tmp_path / "b" / "single.csv"), tmp_path]) == [single, *files]
-    with pytest.raises(UserInputError, match="No trace was named"):
-        replay_report._files([])
-    with pytest.raises(LogError, match=r"without any \*-iteration\.csv"):
-        replay_report._files([single, *[tmp_path / "c"]])
 
 
 NUMBERS = ("X", "Y", "yaw", "steer", "throttle", "progress", "tstamp")
@@ -227,31 +206,31 @@ def test_a_trace_is_of_another_track_by_its_progress_or_by_length_and_waypoints(
     told = retold(progress_far=range(far), waypoint_wrong=range(waypoints))
     seen = trace(track_len=np.full(10, length))
     if not refused:
-        replay_report._refuse_other_track(Path("a.csv"), seen, told, circuit)
+        replay_report._refuse_other_track("a.csv", seen, told, circuit)
         return
     words = rf"{refused} lie elsewhere on mine \(20\.00 m\).*a track of {length:.2f} m"
     with pytest.raises(InputFileError, match=words):
-        replay_report._refuse_other_track(Path("a.csv"), seen, told, circuit)
+        replay_report._refuse_other_track("a.csv", seen, told, circuit)
 
 
 def test_tracks_of_the_length_that_a_trace_speaks_of_are_named_where_there_are():
     circuit = SimpleNamespace(name="mine", length=20.0)
     told = retold(progress_far=range(10))
     with pytest.raises(InputFileError, match=r"Of that length there are: .*Oval_track"):
-        replay_report._refuse_other_track(Path("a.csv"), trace(track_len=np.full(10, OVAL.length)), told, circuit)
+        replay_report._refuse_other_track("a.csv", trace(track_len=np.full(10, OVAL.length)), told, circuit)
     with pytest.raises(InputFileError, match="The catalogue has none of that length"):
-        replay_report._refuse_other_track(Path("a.csv"), trace(track_len=np.full(10, 999.0)), told, circuit)
+        replay_report._refuse_other_track("a.csv", trace(track_len=np.full(10, 999.0)), told, circuit)
 
 
 def test_a_trace_in_which_nobody_drove_is_refused_with_what_its_rows_say():
     parked = trace(2, episode_status=np.array(["pause", "park"]))
     with pytest.raises(LogError, match=r"\(only park, pause\)"):
-        replay_report._refuse_parked(Path("a.csv"), parked, retold(2))
+        replay_report._refuse_parked("a.csv", parked, retold(2))
     with pytest.raises(LogError, match="no row in which a car was driven"):
-        replay_report._refuse_parked(Path("a.csv"), trace(2), retold(2, held=[0, 1]))
-    replay_report._refuse_parked(Path("a.csv"), trace(2), retold(2, held=[0]))
+        replay_report._refuse_parked("a.csv", trace(2), retold(2, held=[0, 1]))
+    replay_report._refuse_parked("a.csv", trace(2), retold(2, held=[0]))
     driven = trace(2, episode_status=np.array(["pause", "in_progress"]))
-    replay_report._refuse_parked(Path("a.csv"), driven, retold(2, held=[0, 1]))
+    replay_report._refuse_parked("a.csv", driven, retold(2, held=[0, 1]))
 
 
 @pytest.mark.parametrize(("name", "is_file"), [("a/Track.npy", True), ("track.NPY", True), ("reinvent_base", False)])

@@ -57,7 +57,7 @@ def test_a_row_tells_tries_laps_and_ends_by_hand():
 def test_every_row_drives_the_same_starts_evenly_round_the_lap(monkeypatch, asked, tries, seed):
     driven, judged = [], []
     car = SimpleNamespace(policy="drives", world=lambda track, **how: driven.append((track, how)) or len(driven))
-    judge = lambda policy, world, seed: judged.append((policy, world, seed)) or came(100)  # noqa: E731
+    judge = lambda policy, world, seed, on_progress: judged.append((policy, world, seed)) or came(100)  # noqa: E731
     monkeypatch.setattr(robustness, "judge_starts", judge)
     bars = list(judge_under(car, "a track", "strong", ["glare", "noise"], **asked))
     assert [bar.name for bar in bars] == [UNDISTURBED, "glare", "noise", ALL]

@@ -12,17 +12,16 @@ import pytest
 from racecraft.contract.errors import UserInputError
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.kernels import starts
-from racecraft.worlds.deepracer.env.settings import BoxesConfig
+from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation import trial_race
+from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, _pose, set_down
 from racecraft.worlds.deepracer.evaluation.trial_race import (
     RaceRecord,
     Trial,
     TrialRaceRules,
     _Marshal,
-    _place,
     judge_race,
-    set_down,
 )
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -89,6 +88,11 @@ def test_a_mishap_costs_its_penalty_and_goes_on_where_it_was():
     waits = np.flatnonzero(record.status == "pause")
     assert len(waits) == 60, "four seconds of fifteen ticks"
     off, back = record.ticks[waits[0] - 1], record.ticks[waits[-1] + 1]
+    for name in ("x", "y", "yaw", "progress", "waypoint_nearest", "all_wheels_on", "driven_speed"):
+        assert (record.ticks[waits][name] == back[name]).all(), (
+            f"{name}: it waits where it was set down, not where it was"
+        )
+    assert (np.diff(record.ticks["steps"]) == 1).all()
     assert record.status[waits[0] - 1] == "off_track"
     assert back["progress"] == pytest.approx(record.ticks[waits[0] - 2]["progress"], abs=1.0), "where it left the road"
     assert back["lap_seconds"] == pytest.approx(off["lap_seconds"] + 4.0 + 1 / 15)
@@ -99,7 +103,8 @@ def test_a_mishap_costs_its_penalty_and_goes_on_where_it_was():
     assert half == pytest.approx(0.5, abs=0.12), "in a lane, half way to the border"
     assert math.hypot(off["x"] - back["x"], off["y"] - back["y"]) < back["track_width"], "in the nearer of the two"
     np.testing.assert_allclose(record.pause_seconds[waits], np.arange(59, -1, -1) / 15, atol=1e-9)
-    assert not np.delete(record.pause_seconds, waits).any(), "who drives has nothing left to wait"
+    assert record.pause_seconds[waits[0] - 1] == pytest.approx(4.0), "the tick of the mishap tells the penalty"
+    assert not np.delete(record.pause_seconds, [waits[0] - 1, *waits]).any(), "who drives has nothing left to wait"
     assert trial.seconds == pytest.approx((trial.end + 1) / 15), "penalties are in the lap's time"
     assert record.resets[-1] == 1
     assert record.penalty_seconds[-1] == 4.0
@@ -109,7 +114,7 @@ def test_a_mishap_costs_its_penalty_and_goes_on_where_it_was():
 def test_where_no_reset_is_left_the_trial_ends():
     record, _ = drive(TrialRaceRules(3, max_resets=1), Driver([20, 200]))
     assert [one.status for one in record.trials] == ["off_track"], "a continuous race is over then"
-    assert record.trials[0].off_track_count == 2
+    assert (record.trials[0].off_track_count, record.trials[0].reset_count) == (2, 1)
     assert record.trials[0].seconds is None
     record, _ = drive(TrialRaceRules(3, is_continuous=False, max_resets=0), Driver([20]))
     assert [one.status for one in record.trials] == ["off_track", "lap_complete", "lap_complete"]
@@ -124,20 +129,26 @@ def test_every_mishap_costs_until_resets_are_used_up():
 
     record, _ = drive(TrialRaceRules(1, max_resets=2), Straight(), seconds=40.0)
     assert record.trials[0].status == "off_track", "straight on, it leaves the road each time"
-    assert record.trials[0].reset_count == 3
+    assert record.trials[0].reset_count == 2
+    assert record.resets[-1] == 2
     assert record.trials[0].penalty_seconds == 10.0
 
 
 def test_to_stand_still_costs_no_further_wait():
     rules = TrialRaceRules(off_track_penalty=4.0, collision_penalty=2.0)
     _, world = drive(rules, Driver(), seconds=1.0)
-    for status, ticks in (("immobilized", 0), ("off_track", 60), ("reversed", 60), ("crashed", 30)):
+    for status, ticks in ((race.IMMOBILISED, 0), (race.OFF_TRACK, 60), (race.REVERSED, 60), (race.CRASHED, 30)):
         marshal = _Marshal(world, rules)
-        marshal._keep(world.reports[0, 0], status)
-        assert marshal.wait() == ticks
-        first, last = marshal._rows[0][0], marshal._rows[-1][0]
-        for clock in ("time", "lap_seconds"):
-            assert last[clock] - first[clock] == pytest.approx(ticks / 15), "both clocks run while it waits"
+        report = world.reports[0, 0].copy()
+        report["status"], report["terminated"] = status, True
+        assert marshal.judge(report)
+        assert marshal.held_ticks == ticks
+
+
+def test_a_wait_takes_nothing_of_the_time_for_driving():
+    rules = TrialRaceRules(1, off_track_penalty=60.0)
+    record, _ = drive(rules, Driver([20]), seconds=30.0)
+    assert (record.trials[0].status, record.trials[0].penalty_seconds) == ("lap_complete", 60.0)
 
 
 def test_a_car_is_not_set_down_within_a_metre_of_a_box():
@@ -145,8 +156,39 @@ def test_a_car_is_not_set_down_within_a_metre_of_a_box():
     _, world = drive(TrialRaceRules(1), Driver(), seconds=1.0, objects=BoxesConfig(positions="0.5,1"), config=config)
     length = world.track.length
     for before, arc in ((0.7, 0.5 * length - 1.0), (1.5, 0.5 * length - 1.5)):
-        x, y, _ = _place(world, 0, 0.5 - before / length, (0.0, 0.0), 1.0)
+        x, y, _ = _pose(world, 0, 0.5 - before / length, (0.0, 0.0), BoxResets(1.0))
         assert float(world.track.locate(np.array([[x, y]])).arc[0]) == pytest.approx(arc, abs=0.1)
+
+
+def test_with_mercy_every_third_reset_in_a_row_at_one_box_is_ahead_of_it():
+    resets = TrialRaceRules(enable_mercy_reset=True, reset_behind_dist=1.5, reset_ahead_dist=0.7).box_resets()
+    assert [resets.offset_m(4) for _ in range(6)] == [-1.5, -1.5, 0.7] * 2
+    assert [resets.offset_m(box) for box in (4, 4, 0, 4, 4, 4)] == [-1.5] * 5 + [0.7], "another box between counts anew"
+    without = TrialRaceRules().box_resets()
+    assert [without.offset_m(0) for _ in range(9)] == [-1.0] * 9
+
+
+def test_mercy_ends_what_a_car_without_chance_does_for_ever():
+    """It drives straight on in the lane where it is set down, behind one box and into the next."""
+    boxes = BoxesConfig(positions="0.08,1;0.08,-1")
+    rules = TrialRaceRules(1, max_resets=9, collision_penalty=0.0, off_track_penalty=0.0)
+    stuck, world = drive(rules, Driver(), objects=boxes)
+    assert (stuck.trials[0].crash_count, stuck.trials[0].status) == (10, "crashed")
+    freed, _ = drive(replace(rules, enable_mercy_reset=True), Driver(), objects=boxes)
+    assert (freed.trials[0].crash_count, freed.trials[0].status) == (3, "lap_complete")
+
+
+def test_bots_drive_on_while_a_car_waits_and_who_ran_into_one_waits_where_it_stands():
+    bots = BotsConfig(number=1, speed=0.2)
+    rules = TrialRaceRules(1, max_resets=1, collision_penalty=3.0)
+    record, _ = drive(rules, Driver(), objects=bots, config=replace(RACE, type="HEAD_TO_BOT"))
+    hit = int(np.flatnonzero(record.status == "crashed")[0])
+    waits = np.flatnonzero(record.status == "pause")
+    assert len(waits) == 45
+    place = record.ticks[[hit, waits[0]]]
+    assert math.hypot(*(place[name][0] - place[name][1] for name in ("x", "y"))) < 0.01
+    boxes, _ = record.objects
+    assert math.dist(boxes[waits[0], 0, :2], boxes[waits[-1], 0, :2]) == pytest.approx(0.2 * 44 / 15, abs=0.05)
 
 
 def test_a_race_ends_by_the_clock():
@@ -163,8 +205,6 @@ def test_the_other_direction_is_another_race():
 
 def test_a_crash_costs_its_own_penalty_and_is_gone_round():
     """Facts 5.5: a metre behind the box, in the lane that it does not stand in."""
-    from racecraft.worlds.deepracer.env.settings import BoxesConfig
-
     rules = TrialRaceRules(1, max_resets=1, collision_penalty=2.0, reset_behind_dist=1.2)
     record, world = drive(rules, Driver(), objects=BoxesConfig(positions="0.2,1"), seconds=30.0)
     hit = np.flatnonzero(record.status == "crashed")[0]
@@ -198,6 +238,8 @@ def test_what_no_race_can_be_is_refused(wrong):
         ("off_track_penalty", 0, 600),
         ("collision_penalty", 0, 600),
         ("reset_behind_dist", 0, 10),
+        ("max_resets_after_crash", 1, 1000),
+        ("reset_ahead_dist", 0, 10),
     ],
 )
 def test_each_number_of_a_race_has_a_least_and_a_most(name, least, most):
@@ -259,9 +301,10 @@ def test_the_trace_counts_crashes_within_each_episode(tmp_path):
         np.testing.assert_array_equal(counted[episode == one], np.cumsum(crashed))
 
 
-def test_resets_of_every_kind_are_counted_together():
-    trial = Trial(1, None, 10.0, "off_track", 0, 9, 1, 10, 100, 1000, 5.0)
+def test_resets_of_every_kind_are_counted_together_without_the_mishap_that_ended_the_trial():
+    trial = Trial(1, None, 10.0, "time_up", 0, 9, 1, 10, 100, 1000, 5.0)
     assert trial.reset_count == 1111
+    assert replace(trial, status="off_track").reset_count == 1110
 
 
 class Scripted:
@@ -305,64 +348,64 @@ class Listens:
 
 
 def judged(monkeypatch, world, rules, **seed):
-    """Return the race, who drove it, and how the car was set back: after so many ticks, crashed, behind, ticks."""
+    """Return the race, who drove it, and how the car was set back: after so many ticks, crashed, held so long."""
     set_back = []
     seen = {"seen": np.zeros((1, 1, 3))}
     monkeypatch.setattr(trial_race, "allocate", lambda spec: SimpleNamespace(observations=seen))
-    monkeypatch.setattr(trial_race, "set_back", lambda world, *how: set_back.append(how[:-1]))
+
+    def note(world, before, crashed, resets, held_ticks, buffers):
+        set_back.append((before, crashed, held_ticks))
+
+    monkeypatch.setattr(trial_race, "set_back", note)
     policy = Listens()
     return judge_race(policy, world, rules, **seed), policy, set_back
 
 
 IN, OFF, LAP = race.IN_PROGRESS, race.OFF_TRACK, race.LAP_COMPLETE
-MOVES = {"speed": 1.5, "steering": 0.3, "driven_speed": 1.4, "driven_steering": 0.2}
+HELD = (race.PAUSE, False, False, {})
 
 
 def test_two_laps_of_one_drive_are_counted_by_hand(monkeypatch):
     """Off the road: 2 s of 15 ticks; a crash: 1 s. Resets are those of the whole drive: the third mishap ends it."""
     world = Scripted(
-        (IN, False, False, MOVES | {"steps": 1, "time": 5.0, "lap_seconds": 0.1}),
-        (OFF, True, False, {"steps": 2, "time": 5.1, "lap_seconds": 0.2, "progress": 10.0}),
-        (IN, False, False, {"steps": 33}),
-        (race.CRASHED, True, False, {"steps": 34}),
-        (LAP, False, False, {"steps": 50, "lap_seconds": 20.00000012, "progress": 101.0}),
+        (IN, False, False, {"steps": 1}),
+        (OFF, True, False, {"progress": 10.0}),
+        *[HELD] * 30,
+        (IN, False, False, {}),
+        (race.CRASHED, True, False, {}),
+        *[HELD] * 15,
+        (LAP, False, False, {"lap_seconds": 20.00000012, "progress": 101.0}),
         (IN, False, False, {"lap_seconds": 0.1, "progress": 1.0}),
         (race.IMMOBILISED, True, False, {"progress": 42.5}),
         kinds=(1, 0),
     )
-    rules = TrialRaceRules(2, max_resets=2, off_track_penalty=2.0, collision_penalty=1.0, reset_behind_dist=0.7)
+    rules = TrialRaceRules(2, max_resets=2, off_track_penalty=2.0, collision_penalty=1.0)
     record, policy, set_back = judged(monkeypatch, world, rules, seed=4)
     assert record.trials == (
         Trial(1, 20.0, 100.0, "lap_complete", 0, 49, 1, 1, 0, 0, 3.0),
         Trial(2, None, 42.5, "immobilized", 50, 51, 0, 0, 0, 1, 0.0),
     )
+    assert [one.reset_count for one in record.trials] == [2, 0]
     assert (len(record), record.full_laps, record.best_lap_seconds) == (2, 1, 20.0)
-    assert set_back == [(1, False, 0.7, 30), (3, True, 0.7, 15)], "with the state before the tick of the mishap"
-    assert policy.forgot == [(0, [True]), (2, [True]), (4, [True])]
+    assert set_back == [(1, False, 30), (33, True, 15)], "with the state before the tick of the mishap"
+    assert policy.forgot == [(0, [True]), (2, [True]), (34, [True])]
     assert set(policy.shown) == {(1, 3)}
     assert world.seeds == [4]
-    assert world.told == [[[[0.25, 1.5]]]] * 7
+    assert world.told == [[[[0.25, 1.5]]]] * 52, "it is asked while it waits, too"
     waited = [*np.arange(1, 31) / 15], [*2 + np.arange(1, 16) / 15]
     assert record.penalty_seconds.tolist() == [
         round(one, 6) for one in (0, 0, *waited[0], 2, 2, *waited[1], 3, 0, 0)
     ]  # fmt: skip
     assert record.trial.tolist() == [1] * 50 + [2] * 2
-    assert record.resets.tolist() == [0, 1, *[1] * 30, 1, 2, *[2] * 15, 2, 0, 1]
-    pauses = [*np.arange(29, -1, -1) / 15], [*np.arange(14, -1, -1) / 15]
-    np.testing.assert_allclose(record.pause_seconds, [0, 0, *pauses[0], 0, 0, *pauses[1], 0, 0, 0], atol=1e-12)
+    assert record.resets.tolist() == [0, 1, *[1] * 30, 1, 2, *[2] * 15, 2, 0, 0]
+    pauses = [*np.arange(30, -1, -1) / 15], [*np.arange(15, -1, -1) / 15]
+    np.testing.assert_allclose(record.pause_seconds, [0, *pauses[0], 0, *pauses[1], 0, 0, 0], atol=1e-12)
     words = ["in_progress", "off_track", *["pause"] * 30, "in_progress", "crashed", *["pause"] * 15]
     assert record.status.tolist() == [*words, "lap_complete", "in_progress", "immobilized"]
-    off, first, last = record.ticks[[1, 2, 31]]
-    assert (off["terminated"], first["terminated"], first["truncated"]) == (True, False, False)
-    assert (off["speed"], off["driven_steering"]) == (1.5, 0.2)
-    assert [first[name] for name in MOVES] == [0.0] * 4
-    assert (first["steps"], last["steps"], first["progress"]) == (3, 32, 10.0)
-    assert (first["time"], last["time"]) == pytest.approx((5.1 + 1 / 15, 7.1))
-    assert (first["lap_seconds"], last["lap_seconds"]) == pytest.approx((0.2 + 1 / 15, 2.2))
     boxes, kinds = record.objects
     assert boxes.shape == (52, 2, 6)
     assert kinds.tolist() == [[1, 0]] * 52
-    assert boxes[[0, 1, 2, 31, 32], 0, 0].tolist() == [1, 2, 2, 2, 3], "as they were at each tick, and while it waits"
+    assert boxes[[0, 1, 2], 0, 0].tolist() == [1, 2, 3], "as they were at each tick"
 
 
 def test_laps_from_the_start_line_are_drives_of_their_own(monkeypatch):
@@ -408,9 +451,9 @@ def test_the_figures_of_a_race_are_those_of_its_trials():
     rows = told.pop("trials")
     assert told == {
         "full_laps": 3, "best_lap_seconds": 10.0, "mean_lap_seconds": 10.033333, "total_seconds": 2.066667,
-        "resets": 10, "penalty_seconds": 13.0,
+        "resets": 9, "penalty_seconds": 13.0,
     }  # fmt: skip
-    assert [row["reset_count"] for row in rows] == [3, 3, 4, 0]
+    assert [row["reset_count"] for row in rows] == [3, 2, 4, 0]
     assert (rows[1]["trial"], rows[1]["seconds"], rows[1]["off_track_count"]) == (2, None, 3)
     none = RaceRecord(trials[1:2], *[nothing] * 6, None)
     assert (none.full_laps, none.best_lap_seconds, none.as_dictionary()["mean_lap_seconds"]) == (0, None, None)
@@ -418,7 +461,7 @@ def test_the_figures_of_a_race_are_those_of_its_trials():
 
 def test_a_race_of_which_nothing_is_said_is_judged_as_deepracer_for_cloud_does():
     rules = TrialRaceRules()
-    assert rules == TrialRaceRules(3, True, 100, 5.0, 5.0, 1.0)
+    assert rules == TrialRaceRules(3, True, 100, 5.0, 5.0, 1.0, False, 3, 1.0)
     assert rules.laps_in_one == 3
     assert replace(rules, is_continuous=False).laps_in_one == 1
 
@@ -442,7 +485,7 @@ def test_a_car_is_set_down_at_rest_in_the_nearer_lane_and_its_mishaps_are_forgot
     for name in ("speed", "steering", "old_steering", "old_speed", "still_ticks", "backward_ticks", "preparing"):
         car[name] = 1
     car["laps"], car["lap_ticks"] = 2, 77
-    set_down(world, car, 0, crashed, 1.0)
+    set_down(world, car, 0, crashed, BoxResets(1.0))
     lane = starts.start_pose(world.track.arrays(), share, 0.5 * side)
     assert (car["x"][0], car["y"][0], car["yaw"][0]) == pytest.approx(lane)
     assert car["arc"][0] / world.track.length == pytest.approx(share, abs=0.02)

@@ -69,8 +69,14 @@ def answer(facts: Facts) -> str:
     track = "The track is the same." if facts["same_track"] else "The track is not quite the same."
     if facts["same_car"] is None:
         return f"{track} No stretch was recorded long enough to tell the car."
+    recorded = facts.get("recorded_car")
+    if recorded and recorded["car"] is None:
+        return f"{track} But {facts['verdict']}."
+    why = f" ({facts['verdict'].partition('(')[2]}" if recorded else ""
     if facts["same_car"]:
-        return f"{track} So is the car: it is {facts['car']}."
+        return f"{track} So is the car: it is {facts['car']}{why}."
+    if recorded:
+        return f"{track} Of our cars it is {facts['car']}{why}; it strays further than our limit for the same car."
     return f"{track} The car is not: {facts['car']} strays further than it should."
 
 

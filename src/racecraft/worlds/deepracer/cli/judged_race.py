@@ -49,7 +49,20 @@ class RaceOptions:
     ] = None
     reset_behind_dist: Annotated[
         float | None,
-        typer.Option(help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."),
+        typer.Option(help="Of a race: metres behind a box that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."),
+    ] = None
+    enable_mercy_reset: Annotated[
+        bool | None,
+        typer.Option(
+            "--enable-mercy-reset/--no-enable-mercy-reset",
+            help="Of a race: a car set down at one box again and again goes on ahead of it; off by default.",
+        ),
+    ] = None
+    max_resets_after_crash: Annotated[
+        int | None, typer.Option(help="With mercy: at the how-manieth reset in a row at one box, 3.")
+    ] = None
+    reset_ahead_dist: Annotated[
+        float | None, typer.Option(help="With mercy: metres ahead of the box that it is set down, 1.")
     ] = None
     reverse_direction: Annotated[
         bool | None,

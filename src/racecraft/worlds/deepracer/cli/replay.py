@@ -21,13 +21,16 @@ CARS = {
 
 def replay(
     traces: Annotated[
-        list[Path], typer.Argument(help="SIM_TRACE .csv files, or folders of them.", metavar="SIM_TRACE.csv…")
+        list[Path],
+        typer.Argument(help="Simulation traces (.csv) or logs, archives (.tar.gz) or folders of them.", metavar="LOG…"),
     ],
-    track: Annotated[str, typer.Option(help="The track they were driven on: a name, or its waypoint file (.npy).")],
+    track: Annotated[
+        str | None, typer.Option(help="The track they were driven on, or its waypoint file; by default it is found.")
+    ] = None,
     car: Annotated[
         str | None,
         typer.Option(
-            help="v4, v5-classic, v6, v6-unlimited or kinematic; by default that of the first three that strays least."
+            help="v4, v5-classic, v6, v6-unlimited or kinematic; by default whichever of the first three was recorded."
         ),
     ] = None,
     picture: Annotated[
@@ -44,16 +47,16 @@ def replay(
 
         racecraft replay my-old-logs --track reinvent_base --report same-car.html
 
-        racecraft replay training-simtrace/*.csv --track reinvent_base.npy
+        racecraft replay model.tar.gz
 
-        racecraft replay my-model/training-simtrace --track reinvent_base --car v4 --picture replay.png
+        racecraft replay my-model/training-simtrace --track reinvent_base.npy --car v4 --picture replay.png
     """
     from racecraft.cli.output import print_json, say
     from racecraft.worlds.deepracer.analysis.replay_page import answer, write_replay_page
     from racecraft.worlds.deepracer.evaluation.replay_picture import draw_replay, replay_figure
     from racecraft.worlds.deepracer.evaluation.replay_report import replay as replay_traces
 
-    report = replay_traces(traces, track, car)
+    report = replay_traces(traces, track or _found_track(traces), car)
     facts = report.as_dictionary()
     for clause in facts["damaged_rows"]:
         say(clause, quiet_stdout=True)
@@ -73,6 +76,16 @@ def replay(
     for kind in ("picture", "report"):
         if kind in facts:
             print(f"{kind}: {facts[kind]}")
+
+
+def _found_track(paths: list[Path]) -> str:
+    """Return the name of the track that logs were driven on."""
+    from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
+    from racecraft.worlds.deepracer.logs import read
+
+    found = read(paths)
+    ticks = found.require_ticks()
+    return (track_or_none(ticks, found.about.get("world")) or find_track(ticks)).name
 
 
 def _print_report(report: ReplayReport, facts: dict[str, Any]) -> None:

@@ -75,11 +75,17 @@ class DisturbedDrive:
         """Drive, print the table, draw the bars and keep the figures beside them."""
         from json import dumps
 
-        from racecraft.cli.output import print_json, say
+        from racecraft.cli.output import counting, print_json, say
         from racecraft.formats.atomic import make_folder, write_atomic
         from racecraft.formats.run_folder import RunFolder
         from racecraft.worlds.deepracer.analysis.robustness import draw_robustness
-        from racecraft.worlds.deepracer.evaluation.robustness import RobustnessReport, judge_under, names_asked
+        from racecraft.worlds.deepracer.evaluation.robustness import (
+            ALL,
+            Bar,
+            RobustnessReport,
+            judge_under,
+            names_asked,
+        )
         from racecraft.worlds.deepracer.players.trained_car import load_trained_car
         from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -88,10 +94,16 @@ class DisturbedDrive:
         car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
         circuit = load_track(track) if track else car.trained_on
         tries = self.tries or TRIES
-        bars, only = [], tuple(self.only or ())
-        for bar in judge_under(car, circuit, self.under, names_asked(car, self.under, self.each, only), tries):
-            say(f"{bar.name}: {bar.report.full_laps} of {tries} laps", quiet_stdout=True)
-            bars.append(bar)
+        names = names_asked(car, self.under, self.each, tuple(self.only or ()))
+        bars: list[Bar] = []
+        say(f"Driving {tries} starts undisturbed, then under {', '.join([*names, ALL])} …", quiet_stdout=True)
+        with counting("episodes", quiet_stdout=True) as count:
+            for bar in judge_under(car, circuit, self.under, names, tries, on_progress=count):
+                bars.append(bar)
+                say(
+                    f"{bar.name}: {bar.report.full_laps} of {tries} laps ({len(bars)} of {len(names) + 2})",
+                    quiet_stdout=True,
+                )
         report = RobustnessReport(self.under, tuple(bars)).as_dictionary()
         make_folder(car.run.evaluations)
         stem = f"{circuit.name}-{car.checkpoint.iteration}-under-{self.under}"

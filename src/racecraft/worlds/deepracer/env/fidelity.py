@@ -153,8 +153,9 @@ DEPARTURES = (
     ),
     Quirk(
         "box_distance_slips",
-        "The least distance between boxes that are placed at random, in metres by its documents, is taken per cent of "
-        "the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing.",
+        "The least distance between boxes whose places are not listed, in metres by its documents, is taken per cent "
+        "of the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing, and the first "
+        "of the fixed boxes stands that far past the start line.",
         "It is metres along the centre line, always; every arrangement that keeps it is as likely.",
         "worlds/deepracer/env/placing.py",
     ),

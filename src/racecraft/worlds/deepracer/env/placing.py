@@ -67,7 +67,7 @@ def plan_objects(
         arcs=arcs,
         lanes=np.array([lane_beside(track, is_inner) for is_inner in inner]),
         is_random=asked.random and not places,
-        slips=habits.box_distance_slips and not moves,
+        slips=habits.box_distance_slips and not moves and not places,
         least_distance=asked.min_distance,
     )
     if isinstance(asked, BotsConfig):
@@ -101,8 +101,9 @@ def _require_room(track: Track, plan: ObjectPlan, num_cars: int, group: str) -> 
     count = len(plan.kinds)
     if count == 0 or (plan.is_random and plan.slips):
         return
-    spacing = max(plan.least_distance, 2.0 * float(plan.sizes[0, 0]))
-    kept = CLEAR_AHEAD_M + CLEAR_BEHIND_M * num_cars if plan.is_random else FIXED_END_M + plan.least_distance
+    least = 0.0 if plan.slips else plan.least_distance
+    spacing = max(least, 2.0 * float(plan.sizes[0, 0]))
+    kept = CLEAR_AHEAD_M + CLEAR_BEHIND_M * num_cars if plan.is_random else FIXED_END_M + least
     fitting = 1 + math.floor((track.length - kept) / spacing + 1e-9) if track.length >= kept else 0
     if count > fitting:
         raise SettingError(

@@ -181,6 +181,11 @@ class RaceWorld:
         return self._objects.kinds.copy()
 
     @property
+    def has_bots(self) -> bool:
+        """Whether objects of this world drive."""
+        return self._plan.speed > 0.0
+
+    @property
     def start_shares(self) -> Array:
         """Where each world's first car first starts, share of the lap (N,)."""
         return self._start_shares.copy()

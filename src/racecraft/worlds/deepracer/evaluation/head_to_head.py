@@ -25,7 +25,8 @@ from racecraft.worlds.deepracer.env.actions import OwnActions
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MOST_CARS, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import BODY_HALF_LENGTH_M, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, RANGES, set_down
+from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
+from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, RANGES
 from racecraft.worlds.deepracer.players.driver import Driver
 from racecraft.worlds.deepracer.players.seats import Seats
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -289,7 +290,7 @@ class _Field:
             for name in ("speed", "steering", "old_steering", "old_speed", "still_ticks", "backward_ticks"):
                 car[name] = 0
         else:
-            set_down(self._world, car, n, crashed=False, behind_m=0.0)
+            set_down(self._world, car, n, crashed=False, resets=BoxResets(behind_m=0.0))
         for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts
             car[name] += 1
         car["held"] = round(waits.get(status, self._rules.off_track_penalty) * TICKS_PER_SECOND)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -99,17 +99,46 @@ class LapReport:
 
 
 def judge_starts(
-    policy: Policy, world: RaceWorld | MultiCourseWorld, observers: Iterable[StepObserver] = (), seed: int = 0
+    policy: Policy,
+    world: RaceWorld | MultiCourseWorld,
+    observers: Iterable[StepObserver] = (),
+    seed: int = 0,
+    on_progress: Callable[[int], None] | None = None,
 ) -> LapReport:
-    """Judge one episode from every start of a world, all side by side; in compiled code where nobody looks on."""
+    """Judge one episode from every start of a world, all side by side; in compiled code where nobody looks on.
+
+    Args:
+        policy: Who drives.
+        world: Where.
+        observers: Called after each step.
+        seed: Of the world.
+        on_progress: Hears how many of the episodes have ended, whenever it changes.
+    """
     observers = tuple(observers)
     drive = None if observers else compiled_drive(policy, world)
     if drive is not None:
         episodes = drive.episodes(seed)
+        if on_progress is not None:
+            on_progress(len(episodes))
     else:
-        episodes = play_episodes(policy, world, seed=seed, observers=observers)
+        counters = [] if on_progress is None else [_EndedEpisodes(on_progress)]
+        episodes = play_episodes(policy, world, seed=seed, observers=[*observers, *counters])
     starts, is_paid = world.start_shares, world.is_paid
     return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), is_paid) for episode in episodes))
+
+
+class _EndedEpisodes:
+    """An observer that counts the worlds whose episode has ended."""
+
+    def __init__(self, on_progress: Callable[[int], None]) -> None:
+        self._on_progress = on_progress
+        self._ended: set[int] = set()
+
+    def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
+        ended = np.flatnonzero((buffers.terminated | buffers.truncated).any(axis=1)).tolist()
+        if not self._ended.issuperset(ended):
+            self._ended.update(ended)
+            self._on_progress(len(self._ended))
 
 
 def judge_laps(policy: Policy, world: RaceWorld, laps: int, observers: Sequence[StepObserver] = ()) -> LapReport:

@@ -7,53 +7,54 @@ from typing import NamedTuple
 
 import numpy as np
 
+from racecraft.worlds.deepracer.evaluation.car_verdict import RECORDED_CARS, CarVerdict, judge_car
 from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop
 from racecraft.worlds.deepracer.evaluation.recompute import walk
-from racecraft.worlds.deepracer.evaluation.replay_report import RECORDED_CARS
+from racecraft.worlds.deepracer.logs.about import facts_of
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
+from racecraft.worlds.deepracer.logs.sources import ABOUT, Source
 
-MOST_FILES = 3
-FEWEST_WINDOWS = 20
+MAX_FILES = 3
 
 
 class RecordedCar(NamedTuple):
-    """The car that replays a folder's recordings best."""
+    """What a folder's recordings say of their car."""
 
-    car: str
-    """One of RECORDED_CARS."""
-    strayed_m: dict[str, float]
-    """By car: median distance from the recorded one after a second, m."""
+    verdict: CarVerdict
     rows: int
-    """Recorded rows that were asked."""
+    """Recorded rows that it was judged by."""
 
 
 def recorded_car(folder: str | Path) -> RecordedCar | None:
-    """Return the car that replays the recordings in a folder best.
+    """Return which car the recordings in a folder show.
 
     Args:
-        folder: Where simulation traces (`*-iteration.csv`) lie, in it or below folders of it that are named after
-            traces (`sim-trace`, `training-simtrace`); the MOST_FILES largest are asked.
+        folder: Where simulation traces (`*-iteration.csv`) or logs lie, in it or below folders of it that are named
+            after traces (`sim-trace`, `training-simtrace`) or logs; the MAX_FILES largest are judged, traces if any.
 
     Returns:
-        None where there are no traces, or too few windows of a second in them to tell.
+        None where there are no recordings.
     """
+    folder = Path(folder)
+    logs = _largest([*folder.glob("*.log"), *(log for child in folder.glob("*log*") for log in child.rglob("*.log"))])
     traces = []
-    for path in _recordings(Path(folder)):
+    for path in _recordings(folder) or logs:
         try:
             traces.append(read_sim_trace(path))
         except LogError:
             continue  # `racecraft replay` names what is wrong with it
-    strayed: dict[str, float] = {}
-    for car in RECORDED_CARS if traces else ():
-        far = np.concatenate([drive_open_loop(trace, walk(trace), car).position_m["1s"] for trace in traces])
-        far = far[np.isfinite(far)]
-        if len(far) < FEWEST_WINDOWS:
-            return None
-        strayed[car] = round(float(np.median(far)), 4)
-    if not strayed:
+    if not traces:
         return None
-    return RecordedCar(min(strayed, key=strayed.__getitem__), strayed, sum(map(len, traces)))
+    walks = [walk(trace) for trace in traces]
+    errors = {
+        car: np.concatenate(
+            [drive_open_loop(trace, way, car).position_m["1s"] for trace, way in zip(traces, walks, strict=True)]
+        )
+        for car in RECORDED_CARS
+    }
+    build = "ROS 2" if any("wall_clock" in trace.columns for trace in traces) else _build(logs)
+    return RecordedCar(judge_car(errors, build), sum(map(len, traces)))
 
 
 def _recordings(folder: Path) -> list[Path]:
@@ -61,4 +62,14 @@ def _recordings(folder: Path) -> list[Path]:
     found = list(folder.glob("*-iteration.csv"))
     for child in folder.glob("*trace*"):
         found += child.rglob("*-iteration.csv")
-    return sorted(found, key=lambda path: (-path.stat().st_size, path))[:MOST_FILES]
+    return _largest(found)
+
+
+def _largest(files: list[Path]) -> list[Path]:
+    return sorted(files, key=lambda path: (-path.stat().st_size, path))[:MAX_FILES]
+
+
+def _build(logs: list[Path]) -> str | None:
+    """Return the build that a log names, the largest first."""
+    named = (facts_of(Source(str(log), ABOUT, "")).get("build") for log in logs)
+    return next((build for build in named if build), None)

@@ -7,7 +7,7 @@ Recorded traces of the original are told again by our geometry (`recompute.py`) 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,16 +18,16 @@ from racecraft.contract.errors import InputFileError, UserInputError, nearest
 from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
+from racecraft.worlds.deepracer.evaluation.car_verdict import CARS_OF_BUILDS, RECORDED_CARS, CarVerdict, judge_car
 from racecraft.worlds.deepracer.evaluation.open_loop import HORIZONS, Windows, drive_open_loop, real_speeds
 from racecraft.worlds.deepracer.evaluation.recompute import RecomputedTrace, recompute
+from racecraft.worlds.deepracer.files.model_metadata import car_for_version
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 from racecraft.worlds.deepracer.logs.errors import LogError
-from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
+from racecraft.worlds.deepracer.logs.one_trace import Recordings, read_recordings
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names, summary
 from racecraft.worlds.deepracer.tracks.track import Track
 
-RECORDED_CARS = ("v4", "v5-classic", "v6")
-"""Cars that races were recorded with; where none is asked for, the one of them that strays least is reported."""
 WORST_WINDOWS = 5
 OTHER_LENGTH = 0.005
 """Tracks whose lengths differ by more than this share are not the same."""
@@ -46,14 +46,14 @@ SAME_WHEELS = 0.998
 class FileReplay:
     """One trace, told and driven again."""
 
-    path: Path
+    name: str
     trace: SimTrace
     retold: RecomputedTrace
     windows: Windows
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the figures of this file, ready for JSON."""
-        return {"file": str(self.path), **_figures([self]), "worst_windows": self.worst_windows()}
+        return {"file": self.name, **_figures([self]), "worst_windows": self.worst_windows()}
 
     def worst_windows(self) -> list[dict[str, Any]]:
         """Return the five windows in which our car strayed furthest, the worst first."""
@@ -85,6 +85,8 @@ class ReplayReport:
     files: tuple[FileReplay, ...]
     strayed_m: dict[str, float | None]
     """By car that was tried: median distance from the recorded one after a second, m; None where none was measured."""
+    verdict: CarVerdict | None = None
+    """Which car the recording shows; None where one was asked for."""
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the report as plain values, fit for JSON; what could not be measured is None."""
@@ -96,6 +98,8 @@ class ReplayReport:
             "cars_tried_m": self.strayed_m,
             "same_track": self.is_same_track,
             "same_car": self.is_same_car,
+            "recorded_car": None if self.verdict is None else self.verdict.as_dictionary(),
+            "verdict": None if self.verdict is None else self.verdict.text(),
             **_figures(self.files),
             "notes": self.notes(),
             "damaged_rows": [clause for file in self.files for clause in file.trace.damaged],
@@ -179,10 +183,11 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
     """Tell and drive recorded races again.
 
     Args:
-        paths: Traces (`.csv`), or folders: of these every `*-iteration.csv` at any depth.
+        paths: Traces (`.csv`), simulation logs, archives or folders of them, as `logs.read` takes them.
         track: A catalogue name or a route file (`.npy`). The catalogue's tracks are smooth curves a few millimetres
             beside the original's; only the original's own file brings the differences down to none.
-        car: A name of PROFILES; when None, that one of RECORDED_CARS that strays least.
+        car: A name of PROFILES; when None, the car that the recording shows, or where it cannot tell, the one that goes
+            with the metadata's version, or else the one that strays least.
 
     Raises:
         LogError: A file is no trace, is damaged throughout, or holds no row in which a car was driven.
@@ -192,20 +197,38 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
     """
     if car is not None and car not in PROFILES:
         raise UserInputError("There is no car {car!r}. {hint}", car=car, hint=nearest(car, PROFILES))
+    if not paths:
+        raise UserInputError("No recording was named; expected a trace, a log, an archive or a folder of them.")
     circuit = load_track(track)
+    recordings = read_recordings(paths)
     told = []
-    for path in _files(paths):
-        trace = read_sim_trace(path)
+    for name, trace in recordings.traces:
         retold = recompute(trace, circuit)
-        _refuse_other_track(path, trace, retold, circuit)
-        _refuse_parked(path, trace, retold)
-        told.append((path, trace, retold))
+        _refuse_other_track(name, trace, retold, circuit)
+        _refuse_parked(name, trace, retold)
+        told.append((name, trace, retold))
     candidates = [car] if car else list(RECORDED_CARS)
     driven = {name: [drive_open_loop(trace, retold, name) for _, trace, retold in told] for name in candidates}
-    best = min(candidates, key=lambda name: _strayed(driven[name]))
-    files = tuple(FileReplay(*parts, windows) for parts, windows in zip(told, driven[best], strict=True))
+    verdict = None if car else _verdict(driven, recordings)
+    chosen = car or verdict.car or _likely(verdict, recordings)
+    files = tuple(FileReplay(*parts, windows) for parts, windows in zip(told, driven[chosen], strict=True))
     strayed = {name: _rounded(_strayed(windows)) for name, windows in driven.items()}
-    return ReplayReport(circuit, _is_route_file(track), best, files, strayed)
+    return ReplayReport(circuit, _is_route_file(track), chosen, files, strayed, verdict)
+
+
+def _verdict(driven: Mapping[str, Sequence[Windows]], recordings: Recordings) -> CarVerdict:
+    errors = {name: np.concatenate([part.position_m["1s"] for part in windows]) for name, windows in driven.items()}
+    return judge_car(errors, recordings.build)
+
+
+def _likely(verdict: CarVerdict, recordings: Recordings) -> str:
+    """Return the car to show where the recording cannot tell: by the metadata's version, if the build has it."""
+    version = recordings.about.get("version")
+    try:
+        car = car_for_version(version) if version else verdict.nearest
+    except ValueError:
+        return verdict.nearest
+    return car if car in CARS_OF_BUILDS.get(verdict.build or "", RECORDED_CARS) else verdict.nearest
 
 
 def _figures(files: Sequence[FileReplay]) -> dict[str, Any]:
@@ -248,32 +271,11 @@ def _strayed(windows: Sequence[Windows]) -> float:
     return math.inf
 
 
-def _files(paths: Sequence[str | Path]) -> list[Path]:
-    """Return the traces that were named, folders opened, iterations in their order."""
-    found: list[Path] = []
-    for path in map(Path, paths):
-        if not path.is_dir():
-            found.append(path)
-            continue
-        inside = sorted(path.rglob("*-iteration.csv"), key=lambda file: (file.parent, _iteration(file), file.name))
-        if not inside:
-            raise LogError(path, "a folder without any *-iteration.csv", "a trace, or a folder of traces")
-        found += inside
-    if not found:
-        raise UserInputError("No trace was named; expected at least one SIM_TRACE .csv file.")
-    return found
-
-
-def _iteration(path: Path) -> int:
-    number = path.name.split("-")[0]
-    return int(number) if number.isdigit() else 0
-
-
 def _is_route_file(track: str | Path) -> bool:
     return Path(track).suffix.lower() == ".npy"
 
 
-def _refuse_other_track(path: Path, trace: SimTrace, retold: RecomputedTrace, circuit: Track) -> None:
+def _refuse_other_track(name: str, trace: SimTrace, retold: RecomputedTrace, circuit: Track) -> None:
     """Refuse a trace that was driven elsewhere: its progress is far from ours, or its length and waypoints are."""
     length = float(np.median(trace.columns["track_len"]))
     other_length = not math.isclose(length, circuit.length, rel_tol=OTHER_LENGTH)
@@ -283,7 +285,7 @@ def _refuse_other_track(path: Path, trace: SimTrace, retold: RecomputedTrace, ci
     alike = [name for name in names() if math.isclose(summary(name).length, length, rel_tol=OTHER_LENGTH)]
     known = f"Of that length there are: {', '.join(alike)}." if alike else "The catalogue has none of that length."
     raise InputFileError(
-        path,
+        name,
         Message(
             "{sum} of {count} rows lie elsewhere on {name} ({length:.2f} m)",
             sum=int(elsewhere.sum()),
@@ -296,11 +298,11 @@ def _refuse_other_track(path: Path, trace: SimTrace, retold: RecomputedTrace, ci
     )
 
 
-def _refuse_parked(path: Path, trace: SimTrace, retold: RecomputedTrace) -> None:
+def _refuse_parked(name: str, trace: SimTrace, retold: RecomputedTrace) -> None:
     status = trace.columns.get("episode_status")
     driven = ~retold.held if status is None else status == "in_progress"
     if not driven.any():
         found = "no row in which a car was driven"
         if status is not None:
             found += f" (only {', '.join(sorted(set(map(str, status))))})"
-        raise LogError(path, found, "rows whose episode_status is in_progress")
+        raise LogError(name, found, "rows whose episode_status is in_progress")

@@ -6,7 +6,7 @@ own amounts within the level's ranges. The car is judged greedily, as everywhere
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,7 +86,13 @@ class RobustnessReport:
 
 
 def judge_under(
-    car: TrainedCar, track: Track, level: str, names: Sequence[str] = (), tries: int = TRIES, seed: int = 0
+    car: TrainedCar,
+    track: Track,
+    level: str,
+    names: Sequence[str] = (),
+    tries: int = TRIES,
+    seed: int = 0,
+    on_progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[Bar]:
     """Judge a car without any disturbance, under each of those named, and under all of the level; yield as it goes.
 
@@ -97,6 +103,7 @@ def judge_under(
         names: Disturbances that are tried each by itself.
         tries: Episodes for a row, from as many starts.
         seed: Of what is drawn.
+        on_progress: Hears how many episodes of all bars have ended, and how many there are.
 
     Raises:
         SettingError: There is no such level or disturbance.
@@ -105,9 +112,15 @@ def judge_under(
     variations += [(name, only(level, [name])) for name in names]
     variations += [(ALL, VariationConfig(checked_level(level)))]
     starts = [place / tries for place in range(tries)]
-    for name, variation in variations:
+    for index, (name, variation) in enumerate(variations):
+
+        def hear(ended: int, before: int = index * tries) -> None:
+            if on_progress is not None:
+                on_progress(before + ended, tries * len(variations))
+
+        hear(0)
         world = car.world(track, num_cars=tries, start_shares=starts, variation=variation)
-        yield Bar(name, judge_starts(car.policy, world, seed=seed))
+        yield Bar(name, judge_starts(car.policy, world, seed=seed, on_progress=hear))
 
 
 def names_asked(car: TrainedCar, level: str, each: bool, named: Iterable[str] = ()) -> list[str]:

@@ -1,17 +1,16 @@
 """A race judged as the original judges it: trials, resets and penalties in simulated time. Begin with `judge_race`.
 
-A car that leaves the road, stands still, drives backwards or hits an object is set back on the road where it was and
-waits there while the clock runs (facts: deepracer.md 5.2, 5.3, 5.5, 5.6). It is set down in the nearer of two lanes, at
-the progress of the tick before, nose along the road; where an object is too near, behind that and in the other lane.
-Where its resets are used up, the trial ends as it stands. Continuous: the trials are laps of one drive, the first from
-standstill; else each trial begins at rest on the start line.
+A car that leaves the road, stands still, drives backwards or hits an object is first set back on the road
+(`reset_pose.py`), then held there while the clock runs and bots drive on (facts: deepracer.md 5.2, 5.3, 5.5, 5.6). Its
+policy keeps choosing, as in the original; the commands of a held car do nothing. Where its resets are used up, the
+trial ends as it stands. Continuous: the trials are laps of one drive, the first from standstill; else each trial begins
+at rest on the start line.
 
 The world knows none of this: it ends the episode, and is told to go on from another state.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -22,12 +21,11 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, StepBuffers, allocate
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.env.kernels import localise, starts
 from racecraft.worlds.deepracer.env.settings import RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
 
-PAUSE = "pause"
 MISHAPS = {
     race.CRASHED: "crashed",
     race.OFF_TRACK: "off_track",
@@ -40,10 +38,10 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "off_track_penalty": (0.0, 600.0),
     "collision_penalty": (0.0, 600.0),
     "reset_behind_dist": (0.0, 10.0),
+    "max_resets_after_crash": (1, 1000),
+    "reset_ahead_dist": (0.0, 10.0),
 }
 """Least and most of each number of a TrialRaceRules."""
-CLOSEST_OBJECT_M = 1.0
-"""A car is not set down so near to an object (facts: deepracer.md 5.5, CLOSEST_OBJ_GAP)."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,13 @@ class TrialRaceRules:
     collision_penalty: float = 5.0
     """s that it waits after hitting an object."""
     reset_behind_dist: float = 1.0
-    """m behind an object that a car is set down, in the other lane, where its own place would be too near to it."""
+    """m behind a box that a car is set down, in the other lane, where its own place would be too near to it."""
+    enable_mercy_reset: bool = False
+    """Whether a car that is set down at one box again and again goes on ahead of it (simapp ENABLE_MERCY_RESET)."""
+    max_resets_after_crash: int = 3
+    """At the how-manieth reset in a row at one box that is, with mercy (simapp MAX_RESETS_AFTER_CRASH)."""
+    reset_ahead_dist: float = 1.0
+    """m ahead of the box, with mercy (simapp RESET_AHEAD_DIST)."""
 
     def __post_init__(self) -> None:
         """Refuse what no race can be.
@@ -84,6 +88,11 @@ class TrialRaceRules:
     def laps_in_one(self) -> int:
         """Laps that the world drives in one episode."""
         return self.number_of_trials if self.is_continuous else 1
+
+    def box_resets(self) -> BoxResets:
+        """Return how far from a box a car goes on, before its first reset."""
+        mercy_after = self.max_resets_after_crash if self.enable_mercy_reset else None
+        return BoxResets(self.reset_behind_dist, self.reset_ahead_dist, mercy_after)
 
     def race_config(self, config: RaceConfig, reverse: bool | None = None) -> RaceConfig:
         """Return a race's settings as they are judged: no start advances.
@@ -120,8 +129,9 @@ class Trial:
 
     @property
     def reset_count(self) -> int:
-        """Mishaps of every kind, as the original's metrics count them."""
-        return self.crash_count + self.off_track_count + self.reversed_count + self.immobilized_count
+        """How often the car was set back: a mishap that ended the trial is none."""
+        mishaps = self.crash_count + self.off_track_count + self.reversed_count + self.immobilized_count
+        return mishaps - (self.status in MISHAPS.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +140,16 @@ class RaceRecord:
 
     trials: tuple[Trial, ...]
     ticks: Array
-    """TICK_REPORT (T,); of a tick that was waited through the pose is where the car was set down."""
+    """TICK_REPORT (T,); of a tick that was waited through the pose is where the car was set down, its command that of
+    the policy, which did nothing."""
     status: Array
     """(T,) words: those of `race.STATUSES`, and "pause"."""
     pause_seconds: Array
-    """(T,) s still to be waited."""
+    """(T,) s still to be waited; the penalty itself in the tick of a mishap."""
     trial: Array
     """(T,) number of the trial, counted from 1."""
     resets: Array
-    """(T,) mishaps so far in this trial."""
+    """(T,) how often the car was set back so far in this trial."""
     penalty_seconds: Array
     """(T,) s waited so far in this trial."""
     objects: tuple[Array, Array] | None
@@ -180,7 +191,7 @@ def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: in
         rules: How it is judged.
         seed: Of what chance does to the car, where it does.
     """
-    marshal = _Marshal(world, rules)
+    marshal, resets = _Marshal(world, rules), rules.box_resets()
     buffers = allocate(world.spec)
     while not marshal.is_over:
         world.reset(buffers, seed + len(marshal.trials))
@@ -193,7 +204,7 @@ def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: in
             world.step(actions.reshape(1, 1, *world.spec.actions.shape), buffers)
             if marshal.judge(world.reports[0, 0]):
                 crashed = int(world.reports[0, 0]["status"]) == race.CRASHED
-                set_back(world, before, crashed, rules.reset_behind_dist, marshal.wait(), buffers)
+                set_back(world, before, crashed, resets, marshal.held_ticks, buffers)
                 policy.forget(np.ones(1, bool))
     return marshal.record()
 
@@ -202,71 +213,32 @@ def set_back(
     world: RaceWorld,
     before: Mapping[str, Array],
     crashed: bool,
-    behind_m: float,
-    waited_ticks: int,
+    resets: BoxResets,
+    held_ticks: int,
     buffers: StepBuffers,
 ) -> None:
-    """Put the only car back on the road, at rest, with its lap's clock run on; objects stay where they were.
+    """Put the only car back on the road, where it waits at rest, with its lap's clock run on.
 
     Args:
         world: One car; the episode that its mishap ended goes on.
         before: The world's state before the tick of the mishap.
         crashed: It hit an object: its own place is where it is, not where it was a tick ago.
-        behind_m: How far behind an object it is set down that is too near to its own place.
-        waited_ticks: How long it waits there.
+        resets: How far from a box it goes on; counts.
+        held_ticks: How long it is held there. They do not count for the limit of an episode.
         buffers: What it sees from there is written.
     """
     car = np.zeros(1, race.CAR_STATE)
     for name in race.CAR_STATE.names or ():
         car[name] = before[f"car.{name}"].reshape(1)
-    set_down(world, car, 0, crashed, behind_m)
-    for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts, and so does waiting
-        car[name] += 1 + waited_ticks
+    set_down(world, car, 0, crashed, resets)
+    for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts
+        car[name] += 1
+    car["held"] = held_ticks
+    car["drive_ticks"] -= held_ticks
     state = {name: array.copy() for name, array in before.items()}
     for name in race.CAR_STATE.names or ():
         state[f"car.{name}"] = car[name].reshape(1, 1)
     world.load_state(state, buffers)
-
-
-def set_down(world: RaceWorld, car: Array, n: int, crashed: bool, behind_m: float) -> None:
-    """Put a car of world n, CAR_STATE (1,), back on the road at rest; what else it knows of its lap stays.
-
-    Args:
-        world: Where it drives.
-        car: As it was before the tick of the mishap; written.
-        n: Its world, whose objects are kept away from.
-        crashed: It hit an object: its own place is where it is, not where it was a tick ago.
-        behind_m: How far behind an object it is set down that is too near to its own place.
-    """
-    one = car[0]
-    progress = float(one["progress"] if crashed else one["last_progress"])
-    share = float((one["start_share"] + progress / 100.0) % 1.0)
-    was = float(one["x"]), float(one["y"])
-    car["x"], car["y"], car["yaw"] = _place(world, n, share, was, behind_m)
-    for name in ("speed", "steering", "old_steering", "old_speed"):
-        car[name] = 0.0
-    car["preparing"] = False
-    car["progress"] = progress
-    localise.locate(world.track.arrays(), car[0])
-    car["still_ticks"] = car["backward_ticks"] = 0
-
-
-def _place(
-    world: RaceWorld, n: int, share: float, was: tuple[float, float], behind_m: float
-) -> tuple[float, float, float]:
-    """Return the pose at which a car is set down: the lane nearer to where it was, or away from an object."""
-    arrays, boxes = world.track.arrays(), world.boxes[n]
-    x, y, _ = starts.start_pose(arrays, share, 0.0)
-    gaps = np.hypot(boxes[:, 0] - x, boxes[:, 1] - y)
-    blocked = len(gaps) > 0 and float(gaps.min()) <= CLOSEST_OBJECT_M
-    if blocked:
-        x, y = boxes[int(gaps.argmin()), :2]
-        share = (float(world.track.locate(np.array([[x, y]])).arc[0]) - behind_m) / world.track.length % 1.0
-    lanes = [starts.start_pose(arrays, share, side) for side in (race.START_LANE, -race.START_LANE)]
-    left, right = (
-        math.hypot(lane[0] - (x if blocked else was[0]), lane[1] - (y if blocked else was[1])) for lane in lanes
-    )
-    return lanes[0] if (left > right) == blocked else lanes[1]
 
 
 @dataclass
@@ -280,6 +252,8 @@ class _Marshal:
     goes_on: bool = False
 
     def __post_init__(self) -> None:
+        self.held_ticks = 0
+        """Ticks that the car still waits."""
         self._rows: list[tuple[Array, str, float, int, int, float]] = []
         self._boxes: list[Array] = []
         self._resets_left = self.rules.max_resets
@@ -293,38 +267,32 @@ class _Marshal:
     def judge(self, report: Array) -> bool:
         """Write a tick down; tell whether the car is to be set back."""
         status, ended = int(report["status"]), bool(report["terminated"] | report["truncated"])
+        if status == race.PAUSE:
+            self.held_ticks -= 1
+            self._waited += TICK_SECONDS
         mishap = MISHAPS.get(status) if ended else None
+        is_set_back = mishap is not None and self._resets_left > 0
         if mishap is not None:
             self._counts[mishap] += 1
+        if is_set_back:
+            self._resets_left -= 1
+            self._resets += 1
+            self.held_ticks = self._penalty_ticks(status)
         out_of_time = ended and mishap is None and status != race.LAP_COMPLETE
         self._keep(report, "time_up" if out_of_time else race.STATUSES[status])
         if status == race.LAP_COMPLETE:
             self._end_trial(report, "lap_complete")
             self.goes_on = not ended
-        elif mishap is not None and self._resets_left > 0:
-            self._resets_left -= 1
-            return True
-        elif ended:
+        elif ended and not is_set_back:
             self._end_trial(report, mishap or "time_up")
             self.goes_on = False
             self.is_over = self.is_over or self.rules.is_continuous
-        return False
+        return is_set_back
 
-    def wait(self) -> int:
-        """Let the clock run for what the last mishap costs; return how many ticks."""
-        report, status = self._rows[-1][0].copy(), self._rows[-1][1]
-        costs = {"immobilized": 0.0, "crashed": self.rules.collision_penalty}
-        ticks = round(costs.get(status, self.rules.off_track_penalty) * TICKS_PER_SECOND)
-        report["terminated"] = report["truncated"] = False
-        report["speed"] = report["steering"] = report["driven_speed"] = report["driven_steering"] = 0.0
-        for waited in range(1, ticks + 1):
-            row = report.copy()
-            row["steps"] += waited
-            for clock in ("time", "lap_seconds"):
-                row[clock] += waited * TICK_SECONDS
-            self._waited += TICK_SECONDS
-            self._keep(row, PAUSE, (ticks - waited) * TICK_SECONDS)
-        return ticks
+    def _penalty_ticks(self, status: int) -> int:
+        """Return how many ticks a mishap costs."""
+        seconds = {race.IMMOBILISED: 0.0, race.CRASHED: self.rules.collision_penalty}
+        return round(seconds.get(status, self.rules.off_track_penalty) * TICKS_PER_SECOND)
 
     def record(self) -> RaceRecord:
         """Return the race."""
@@ -341,9 +309,9 @@ class _Marshal:
             (np.array(self._boxes), np.tile(kinds, (len(ticks), 1))) if kinds.size else None,
         )
 
-    def _keep(self, report: Array, status: str, pause: float = 0.0) -> None:
-        resets = sum(self._counts.values())
-        self._rows.append((report.copy(), status, pause, len(self.trials) + 1, resets, self._waited))
+    def _keep(self, report: Array, status: str) -> None:
+        pause = self.held_ticks * TICK_SECONDS
+        self._rows.append((report.copy(), status, pause, len(self.trials) + 1, self._resets, self._waited))
         self._boxes.append(self.world.seen_boxes[0].copy())
 
     def _end_trial(self, report: Array, status: str) -> None:
@@ -369,4 +337,4 @@ class _Marshal:
 
     def _forget_trial(self) -> None:
         self._counts = dict.fromkeys(MISHAPS.values(), 0)
-        self._waited = 0.0
+        self._resets, self._waited = 0, 0.0

@@ -29,6 +29,9 @@ _ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d
 _WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
 _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
 _HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})", re.DOTALL)
+_ROS_1 = re.compile(r"/rosdistro: |started roslaunch server|ROS_DISTRO=(?:kinetic|melodic|noetic)")
+_ROS_2 = re.compile(r"\bros2 launch\b|\[INFO\] \[launch\]|ros_gz_bridge")
+_METADATA_VERSION = re.compile(r"simapp_version (\d+)")
 _ACTIONS = re.compile(r"ction space from file: (.+)")
 _FEWEST = sum(column.required for column in TRACE_COLUMNS)
 _VERSIONS = {fields: NAMES[:fields] for fields in range(_FEWEST, len(NAMES) + 1)}
@@ -36,6 +39,8 @@ _VERSIONS[18] = (*NAMES[:17], NAMES[18])  # between 2022 and 2026 the count of o
 """How many values a row has → their names; a log that was written by several simulators has several."""
 HEAD_BYTES = 1 << 20
 SAMPLED_ROWS = 200
+LEAST_WALL_CLOCK = 1e9
+"""s since 1970; a smaller number is no time of day."""
 USUAL_EPISODES = 20
 """Episodes an iteration where a log does not say (the console's default)."""
 
@@ -73,7 +78,7 @@ def read_log(
     between = b"".join(others)
     says = (before or {}) | what_it_says(between)
     if frame.height:
-        frame = frame.with_columns(_iterations(frame["episode"], between, says, source.phase))
+        frame = _with_obstacles(frame).with_columns(_iterations(frame["episode"], between, says, source.phase))
     return frame, wide + damage, says
 
 
@@ -107,6 +112,18 @@ def _header(source: Source) -> tuple[str, ...]:
     return _VERSIONS.get(fields, ("",) * fields)
 
 
+def _with_obstacles(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return rows of 18 values with the last under its name: seconds since 1970, or in 2022 the count of obstacles."""
+    import polars as pl
+
+    if "wall_clock" not in frame.columns or "obstacle_crash_counter" in frame.columns:
+        return frame
+    if (frame["wall_clock"].max() or 0.0) > LEAST_WALL_CLOCK:  # type: ignore[operator]
+        return frame
+    counted = pl.col("wall_clock").cast(pl.Int64, strict=False).alias("obstacle_crash_counter")
+    return frame.with_columns(counted).drop("wall_clock")
+
+
 def _lines_with_rows(source: Source) -> Iterator[bytes]:
     with source.open() as file:
         yield from (line for line in file if _MARK in line)
@@ -130,11 +147,16 @@ def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: s
 
 
 def what_it_says(data: bytes) -> dict[str, Any]:
-    """Return what the head of a log says of world, hyperparameters and action space."""
-    head = _NODE.sub("", data[:HEAD_BYTES].decode("utf-8", errors="replace"))
+    """Return what the head of a log says of world, build, metadata version, hyperparameters and action space."""
+    raw = data[:HEAD_BYTES].decode("utf-8", errors="replace")
+    head = _NODE.sub("", raw)
     says: dict[str, Any] = {}
     if world := _WORLD.search(head):
         says["world"] = world[1]
+    if _ROS_1.search(raw) or _ROS_2.search(raw):
+        says["build"] = "ROS 1" if _ROS_1.search(raw) else "ROS 2"
+    if match := _METADATA_VERSION.search(head):
+        says["version"] = match[1]
     if match := _HYPERPARAMETERS.search(head):
         says |= _json("hyperparameters", match[1])
     if match := _ACTIONS.search(head):

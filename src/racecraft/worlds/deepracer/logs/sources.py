@@ -86,8 +86,12 @@ class Source:
         return Path(self.file).read_bytes() if isinstance(self.file, str) else self.file.data
 
 
-def find_sources(path: str | Path) -> list[Source]:
+def find_sources(path: str | Path, traces_first: bool = False) -> list[Source]:
     """Return the logs at a path: a file, an archive, or a folder with whatever lies below it.
+
+    Args:
+        path: The file, archive or folder.
+        traces_first: Where a run of ours has both, its traces instead of its own episodes.
 
     Raises:
         LogError: There is nothing at the path, or no log in it.
@@ -105,7 +109,7 @@ def find_sources(path: str | Path) -> list[Source]:
         found = [_single(path)]
     if not any(source.kind != ABOUT for source in found):
         raise LogError(path, "no log was found there", EXPECTED)
-    return _in_order(_without_doubles(found))
+    return _in_order(_without_doubles(found, traces_first))
 
 
 def _below(folder: Path) -> Iterator[tuple[str, str]]:
@@ -183,31 +187,36 @@ def _before(name: str, match: re.Match[str]) -> str:
     return name[: match.start("tail")]
 
 
-def _without_doubles(found: list[Source]) -> list[Source]:
-    """Leave out what tells the same again: logs where traces of that phase stand, traces where our own episodes do."""
-    told = {(source.root, source.phase): source.kind for source in found if source.kind == TRACE}
+def _without_doubles(found: list[Source], traces_first: bool) -> list[Source]:
+    """Leave out what tells the same again: traces where our own episodes stand, or the other way round.
+
+    Of logs whose rows stand in traces only what they say beside their rows is taken.
+    """
+    traced = {(source.root, source.phase) for source in found if source.kind == TRACE}
     ours = {source.root for source in found if source.kind == EPISODES and _is_ours(source, found)}
-
-    def says_it_first(source: Source) -> bool:
-        if source.kind == LOG:
-            return (source.root, source.phase) not in told and source.root not in ours
-        if source.kind == TRACE and source.phase == "training":
-            return source.root not in ours
-        return source.kind != EPISODES or source.root in ours or len(found) == 1
-
-    return [source for source in found if says_it_first(source)]
+    if traces_first:
+        ours -= {root for root, _ in traced}
+    kept = []
+    for source in found:
+        if source.kind == LOG and ({(source.root, source.phase), (source.root, None)} & traced or source.root in ours):
+            kept.append(replace(source, kind=ABOUT, phase=None, stream=""))
+        elif source.kind == TRACE and source.phase == "training" and source.root in ours:
+            continue
+        elif source.kind != EPISODES or source.root in ours or len(found) == 1:
+            kept.append(source)
+    return kept
 
 
 def _is_ours(episodes: Source, found: list[Source]) -> bool:
     """Tell whether a run of ours stands where these episodes lie."""
     for source in found:
         if source.kind == ABOUT and source.root == episodes.root and source.name.endswith(JOB):
-            return about(source).get("format") == RUN_FORMAT
+            return json_object(source).get("format") == RUN_FORMAT
     return False
 
 
-def about(source: Source) -> dict[str, Any]:
-    """Return what a JSON file beside the logs says; nothing where it is no JSON object."""
+def json_object(source: Source) -> dict[str, Any]:
+    """Return the object of a JSON file; an empty one where it holds none."""
     try:
         value = json.loads(source.read())
     except (ValueError, OSError):

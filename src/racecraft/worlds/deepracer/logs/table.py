@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.worlds.deepracer.files.training_params import ParamsFileError, parse_params
+from racecraft.worlds.deepracer.logs.about import facts_of
 from racecraft.worlds.deepracer.logs.clocks import jumps
 from racecraft.worlds.deepracer.logs.errors import Damage, LogError
 from racecraft.worlds.deepracer.logs.lazy_ticks import LazyTicks
 from racecraft.worlds.deepracer.logs.metric_rows import read_metrics
-from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, METRICS, Source, about
+from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, METRICS, Source
 from racecraft.worlds.deepracer.logs.ticks import OURS, Said
 
 if TYPE_CHECKING:
@@ -67,14 +67,11 @@ class Logs:
 
     @cached_property
     def about(self) -> Said:
-        """What the files say beside the ticks, as far as they do.
-
-        `world`; `hyperparameters`; `action_space` and `version` of the metadata; `car`, the vehicle profile of a run.
-        """
+        """What the files say beside the ticks, as `about.facts_of` names it."""
         said: Said = {}
         for source in self.sources:
             if source.kind == ABOUT:
-                said = {**_told(source), **said}
+                said = {**facts_of(source), **said}
         return {**self._lazy_ticks.read()[2], **said}
 
     def require_ticks(self) -> pl.DataFrame:
@@ -152,25 +149,3 @@ def _in_their_words(frame: pl.DataFrame) -> pl.DataFrame:
         pl.col("progress") * 100.0,
         pl.col("steps").cast(pl.Float64),
     )
-
-
-def _told(source: Source) -> Said:
-    """Return what a file beside the logs says."""
-    if source.name.endswith(".yaml"):
-        try:
-            world = parse_params(source.read().decode("utf-8", errors="replace"), source.name).get("WORLD_NAME")
-        except (OSError, ParamsFileError):
-            return {}
-        return {"world": world} if world else {}
-    value: dict[str, Any] = about(source)
-    name = source.name.rsplit("/", 1)[-1]
-    if name == "hyperparameters.json" and value:
-        return {"hyperparameters": value}
-    if name == "model_metadata.json" and "action_space" in value:
-        version = value.get("version")
-        return {"action_space": value["action_space"]} | ({"version": str(version)} if version else {})
-    if name == "job.json":
-        track, race = value.get("track"), (value.get("settings") or {}).get("race") or {}
-        world = {"world": track["name"]} if isinstance(track, dict) and "name" in track else {}
-        return world | ({"car": race["car"]} if "car" in race else {})
-    return {}

@@ -19,8 +19,8 @@ def choose_car(
 ) -> tuple[Settings, tuple[str, ...]]:
     """Return settings with the car filled in, and a note where the racer's recordings chose it.
 
-    In this order: what was set or asked for; the car that replays the recordings in the racer's folder best; the one
-    that goes with the metadata's version. Cars of version 1 and 2 drive in the light of 2019.
+    In this order: what was set or asked for; the car that the recordings in the racer's folder show, where they can
+    tell; the one that goes with the metadata's version. Cars of version 1 and 2 drive in the light of 2019.
 
     Args:
         settings: As they stand.
@@ -42,9 +42,13 @@ def _recorded_or_written(metadata: ModelMetadata, folder: Path | None) -> tuple[
     found = None if folder is None else recorded_car(folder)
     if found is None:
         return metadata.car, ()
-    tried = ", ".join(f"{car} {far:.2f} m" for car, far in found.strayed_m.items())
-    why = f"car {found.car}: it replays {found.rows} rows recorded in {folder} best (after a second {tried} away)"
-    return found.car, (why if found.car == metadata.car else f"{why}; the metadata's version says {metadata.car}",)
+    car = found.verdict.car or metadata.car
+    note = f"car {car}: of {found.rows} rows in {folder}, {found.verdict.text()}"
+    if found.verdict.car is None:
+        note += f"; the metadata's version {metadata.version} goes with {metadata.car}"
+    elif car != metadata.car:
+        note += f"; the metadata's version says {metadata.car}"
+    return car, (note,)
 
 
 def waypoint_notes(settings: Settings, track: Track) -> tuple[str, ...]:

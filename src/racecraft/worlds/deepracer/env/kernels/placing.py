@@ -54,13 +54,15 @@ def choose_places(track, plan, states, key, first_draw, cars, n):
     count = states.shape[0]
     for k in range(count):
         states[k].arc, states[k].lane = plan.arcs[k], plan.lanes[k]
+    if plan.slips:
+        space_evenly(track, states, slipped_distance(track, plan, cars[n, 0].episode))
     if not plan.is_random:
         return
     for k in range(count):
         aside = uniform_at(key, np.uint64(first_draw + 2 * count + k))
         states[k].lane = abs(plan.lanes[k]) * (1.0 if aside < 0.5 else -1.0)
     if plan.slips:
-        jostle(track, plan, states, key, first_draw, cars[n, 0].episode)
+        jostle(track, plan, states, key, first_draw, slipped_distance(track, plan, cars[n, 0].episode))
     else:
         spread(track, plan, states, key, first_draw, cars[n, 0].start_share, cars.shape[1])
 
@@ -88,18 +90,31 @@ def spread(track, plan, states, key, first_draw, start_share, num_cars):
 
 
 @kernel
-def jostle(track, plan, states, key, first_draw, placings):
-    """Draw places as the original does: one after the other, in shuffled order, between its neighbours' distances.
+def slipped_distance(track, plan, episode):
+    """Return the least distance between boxes in an episode, m, as it slips in the original (facts 11, point 8).
 
-    The least distance is taken per cent of the lap, and of that again at each placing (facts 11, point 8).
+    It is taken per cent of the lap, and of that again at each placing: one when the world is made, one before each
+    episode, the first (0) included. On laps above 100 m it grows, here up to FIXED_END_M before the end.
     """
-    count = states.shape[0]
     least = plan.least_distance
-    for _ in range(min(placings + 1, 64)):
+    for _ in range(min(episode + 2, 64)):
         least *= 0.01 * track.length
+    return min(least, track.length - FIXED_END_M)
+
+
+@kernel
+def space_evenly(track, states, least):
+    """Put boxes at even distances from `least`, m past the start line, to FIXED_END_M before the end of the lap."""
+    count = states.shape[0]
     for k in range(count):
         share = k / (count - 1) if count > 1 else 0.0
         states[k].arc = least + share * (track.length - FIXED_END_M - least)
+
+
+@kernel
+def jostle(track, plan, states, key, first_draw, least):
+    """Draw places as the original does: one after the other, in shuffled order, between its neighbours' distances."""
+    count = states.shape[0]
     order = np.arange(count)
     for k in range(count - 1, 0, -1):
         other = int(uniform_at(key, np.uint64(first_draw + k)) * (k + 1))

@@ -1,0 +1,49 @@
+"""Run a command of racecraft's and read what it prints as JSON: the console does nothing that no command does."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import UserInputError
+
+PATIENCE_SECONDS = 600.0
+
+
+class CommandError(UserInputError):
+    """A command could not do what was asked; the message is its own."""
+
+
+def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
+    """Return what a command prints with --json.
+
+    Args:
+        words: Behind `racecraft`.
+        folder: Where it is typed.
+
+    Raises:
+        CommandError: It ended with an error, or took too long.
+    """
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "racecraft", *words, "--json"],
+            cwd=folder, capture_output=True, text=True, timeout=PATIENCE_SECONDS, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise CommandError(
+            "racecraft {words}: not done after {patience_seconds:g} s; expected less.",
+            words=words[0],
+            patience_seconds=PATIENCE_SECONDS,
+        ) from None
+    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+    told = json.loads(lines[-1]) if lines else {}
+    if done.returncode != 0:
+        error = told.get("error")
+        said = error.get("message") if isinstance(error, dict) else None
+        last = done.stderr.strip().splitlines()[-1:] or [f"ended with code {done.returncode}"]
+        raise CommandError(str(said or last[0].removeprefix("racecraft: ")))
+    return dict(told)

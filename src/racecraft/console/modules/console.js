@@ -1,0 +1,108 @@
+/* What every page of the console does: live parts, keys, files dropped on the page.
+
+   A part with `data-live="name"` is fetched again from the page's own address when the server says that something
+   changed, at most once a second; what the reader is typing or has selected stays. */
+const parts = () => document.querySelectorAll("[data-live]");
+let stream = null, hidden = null, due = null, lost = null;
+
+/** @param {string[]} names models that changed */
+function isMine(names) {
+  const only = document.body.querySelector("[data-model]")?.getAttribute("data-model");
+  return !only || names.includes(only);
+}
+
+async function refresh() {
+  due = null;
+  const answer = await fetch(location.href, { headers: { Accept: "text/html" } });
+  if (!answer.ok) return;
+  const next = new DOMParser().parseFromString(await answer.text(), "text/html");
+  for (const old of parts()) {
+    const name = old.getAttribute("data-live"), made = next.querySelector(`[data-live="${name}"]`);
+    if (!made || made.innerHTML === old.innerHTML) continue;
+    const chosen = [...old.querySelectorAll("input:checked")].map(one => one.value);
+    const follows = old.scrollTop + old.clientHeight > old.scrollHeight - 24, at = old.scrollTop;
+    const focus = old.contains(document.activeElement) ? document.activeElement?.getAttribute("href") : null;
+    old.replaceChildren(...made.childNodes);
+    for (const box of old.querySelectorAll("input[type=checkbox]")) if (chosen.includes(box.value)) box.checked = true;
+    old.scrollTop = follows ? old.scrollHeight : at;
+    if (focus) old.querySelector(`[href="${CSS.escape(focus)}"]`)?.focus();
+  }
+  refreshCharts(next);
+  const title = next.querySelector("title")?.textContent;
+  if (title) document.title = title;
+}
+
+/** @param {Document} next the page as it is now: charts get their new data; one that is new is put behind the others. */
+function refreshCharts(next) {
+  for (const made of next.querySelectorAll("[data-chart]")) {
+    const old = document.querySelector(`[data-chart="${CSS.escape(made.getAttribute("data-chart"))}"]`);
+    const chart = old?.querySelector("rc-chart"), text = made.querySelector("script")?.textContent;
+    if (!old) document.querySelector("#below")?.prepend(made);
+    else if (chart?.show && text && text !== chart.shownText) { chart.shownText = text; chart.show(JSON.parse(text)); }
+  }
+}
+
+function listen() {
+  if (stream || !parts().length) return;
+  stream = new EventSource("/events");
+  stream.addEventListener("models", event => { if (isMine(JSON.parse(event.data).changed) && !due) due = setTimeout(refresh, 700); });
+  stream.onopen = () => { lost = null; showLost(); if (!due) due = setTimeout(refresh, 50); };
+  stream.onerror = () => { lost ||= new Date(); setTimeout(showLost, 2500); };
+}
+
+function showLost() {
+  const bar = document.getElementById("lost");
+  if (!bar) return;
+  bar.hidden = !lost;
+  if (lost) bar.querySelector("p").textContent = `No connection to racecraft since ${lost.toLocaleTimeString()}. Trainings go on; this page tries again.`;
+}
+
+document.addEventListener("visibilitychange", () => {
+  clearTimeout(hidden);
+  if (document.hidden) hidden = setTimeout(() => { stream?.close(); stream = null; }, 10_000);
+  else listen();
+});
+listen();
+
+const typing = target => target instanceof HTMLElement && (target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName));
+const rows = () => [...document.querySelectorAll("tr[data-row]")];
+function move(by) {
+  const all = rows(), at = all.findIndex(row => row.contains(document.activeElement));
+  all[Math.min(Math.max(at + by, 0), all.length - 1)]?.querySelector(".name a")?.focus();
+}
+function chosenRow() { return rows().find(row => row.contains(document.activeElement)); }
+const KEYS = {
+  "/": () => document.getElementById("q")?.focus(),
+  n: () => { location.href = "/drafts/new"; },
+  g: () => { location.href = "/"; },
+  j: () => move(1), k: () => move(-1),
+  x: () => { const box = chosenRow()?.querySelector("input[type=checkbox]"); if (box) box.checked = !box.checked; },
+  c: () => document.querySelector("[formaction='/compare']")?.click(),
+  z: () => document.getElementById("undo")?.click(),
+};
+document.addEventListener("keydown", event => {
+  if (event.ctrlKey || event.metaKey || event.altKey || (typing(event.target) && !(event.target.type === "checkbox"))) return;
+  const act = KEYS[event.key];
+  if (act) { event.preventDefault(); act(); }
+});
+
+addEventListener("dragover", event => { if (event.dataTransfer?.types.includes("Files")) { event.preventDefault(); document.body.classList.add("dropping"); } });
+addEventListener("dragleave", event => { if (!event.relatedTarget) document.body.classList.remove("dropping"); });
+addEventListener("drop", async event => {
+  const file = event.dataTransfer?.files[0];
+  if (!file) return;
+  event.preventDefault();
+  document.body.classList.remove("dropping");
+  const form = new FormData();
+  form.append("form_token", document.querySelector("[name=form_token]")?.value || "");
+  form.append("archive", file);
+  const answer = await fetch("/import", { method: "POST", body: form, headers: { Accept: "text/html" } });
+  if (answer.redirected) location.href = answer.url;
+  else { const page = new DOMParser().parseFromString(await answer.text(), "text/html"); document.querySelector("main")?.replaceWith(page.querySelector("main")); }
+});
+
+document.getElementById("show-names")?.addEventListener("click", () => {
+  document.body.classList.toggle("with-names");
+  localStorage.setItem("names", document.body.classList.contains("with-names") ? "1" : "");
+});
+if (localStorage.getItem("names")) document.body.classList.add("with-names");

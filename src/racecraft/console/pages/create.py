@@ -1,0 +1,214 @@
+"""Create model, step by step: a draft that is kept after each change, and Create and train on every step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from racecraft.console.drafts import Draft, DraftChangedError, DraftError, Drafts
+from racecraft.console.form import Field, Step, read_fields
+from racecraft.console.pages.model import address
+from racecraft.console.parts import WorldParts, parts_of
+from racecraft.console.service import Console, Fields, Page, act_route, form_fields, one, page_routes
+from racecraft.console.training import begin_training
+from racecraft.console.workspace import Note
+from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.contract.kinds import kinds
+from racecraft.formats.run_folder import RunFolder
+from racecraft.web.answers import json_answer
+from racecraft.web.errors import WebError
+
+CREATE = "create"
+"""What the button Create and train sends in place of a step."""
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of the form."""
+
+    def begin(request: Request) -> Response:
+        return RedirectResponse(begin_draft(console, request), 303)
+
+    async def keep(request: Request) -> Response:
+        fields = await form_fields(request)
+        return await run_in_threadpool(keep_step, console, request, fields)
+
+    return [
+        Route("/drafts/new", begin),
+        *page_routes(console, "/drafts/{id}/{step}", step_page),
+        act_route(console, "/drafts/{id}/{step}", send_step),
+        Route("/drafts/{id}/{step}/keep", keep, methods=["POST"]),
+    ]
+
+
+def makers() -> list[WorldParts]:
+    """Return the worlds whose models can be made here."""
+    found = [parts_of(kind.name) for kind in kinds()]
+    return sorted((parts for parts in found if parts.steps({})), key=lambda parts: (not parts.lesson, parts.kind.title))
+
+
+def begin_draft(console: Console, request: Request) -> str:
+    """Begin a draft, of a model that is cloned where one is named, and return the address of its first step."""
+    asked, drafts = request.query_params, Drafts(console.workspace.path / "drafts")
+    if asked.get("from"):
+        model = console.workspace.model(asked["from"])
+        row = console.index.row(model.name)
+        if not row["run"]:
+            raise SettingError("{name}: was never trained; expected a model with a training to clone.", name=model.name)
+        parts = parts_of(row["kind"])
+        base = parts.values_of(RunFolder(Path(row["run"])))
+        draft = drafts.begin(row["kind"], console.workspace.free(model.name), base, cloned_from=model.name)
+    else:
+        offered = makers()
+        if not offered:
+            raise SettingError("No installed world has a form; expected one that does. The command line trains them.")
+        parts = parts_of(asked["kind"]) if asked.get("kind") else offered[0]
+        draft = drafts.begin(parts.kind.name, console.workspace.free(f"my-{parts.noun}"))
+    return _at(draft, parts.steps({})[0].key)
+
+
+def step_page(console: Console, request: Request) -> Page:
+    """Return one step of the form."""
+    draft = _draft(console, request)
+    return _page(draft, request.path_params["step"], [])
+
+
+def send_step(console: Console, request: Request, fields: Fields) -> str | Page:
+    """Keep what was typed in a step; go to another one, or make the model and train it."""
+    draft, key = _draft(console, request), request.path_params["step"]
+    steps = parts_of(draft.kind).steps(draft.typed)
+    try:
+        draft = _kept(console, draft, _step(steps, key), fields)
+    except DraftChangedError as error:
+        return _page(draft, key, [str(error)], 409)
+    go = one(fields, "go")
+    if go != CREATE:
+        return _at(draft, go if go in {step.key for step in steps} else key)
+    try:
+        return _create(console, draft)
+    except _WrongFieldsError as error:
+        return _page(draft, error.step, [], 422)
+    except UserInputError as error:
+        return _page(draft, key, [str(error)], 422)
+
+
+def keep_step(console: Console, request: Request, fields: Fields) -> Response:
+    """Keep what is being typed and say what is wrong with it."""
+    draft, key = _draft(console, request), request.path_params["step"]
+    parts = parts_of(draft.kind)
+    try:
+        draft = _kept(console, draft, _step(parts.steps(draft.typed), key), fields)
+    except DraftChangedError as error:
+        return json_answer({"error": "changed", "message": str(error)}, 409)
+    values, wrong = read_fields(parts.steps(draft.typed), draft.typed)
+    return json_answer({"edits": draft.edits, "wrong": wrong, "remarks": parts.remarks(values)})
+
+
+class _WrongFieldsError(Exception):
+    """Some fields cannot be used."""
+
+    def __init__(self, step: str) -> None:
+        super().__init__(step)
+        self.step = step
+
+
+def _create(console: Console, draft: Draft) -> str:
+    """Make the model of a draft and put its training into the queue."""
+    parts = parts_of(draft.kind)
+    steps = parts.steps(draft.typed)
+    values, wrong = read_fields(steps, draft.typed)
+    if wrong:
+        raise _WrongFieldsError(next(step.key for step in steps if any(field.name in wrong for field in step.fields)))
+    if draft.cloned_from and values.get("weights", True):
+        row = console.index.row(console.workspace.model(draft.cloned_from).name)
+        values["from"] = f"{row['run']}:best"
+        parts.require_same_body(values, read_fields(steps, draft.base)[0])
+    files = parts.files(values)
+    model = console.workspace.create(draft.name, files, Note(cloned_from=draft.cloned_from))
+    begin_training(console.home, model, parts.words(values))
+    Drafts(console.workspace.path / "drafts").remove(draft)
+    console.watcher.look()
+    return address(model.name)
+
+
+def _page(draft: Draft, key: str, messages: list[str], status: int = 200) -> Page:
+    parts = parts_of(draft.kind)
+    steps = parts.steps(draft.typed)
+    step = _step(steps, key)
+    values, wrong = read_fields(steps, draft.typed)
+    keys = [one.key for one in steps]
+    at = keys.index(step.key)
+    return Page(
+        "create.html",
+        f"{step.title}: {draft.name}",
+        {
+            "draft": asdict(draft),
+            "steps": [
+                {"key": one.key, "title": one.title, "wrong": sum(field.name in wrong for field in one.fields)}
+                for one in steps
+            ],
+            "step": {"key": step.key, "title": step.title, "lead": step.lead, "data": step.data or {}},
+            "fields": [_field(field, draft, wrong) for field in step.fields],
+            "step_template": step.template,
+            "next": keys[at + 1] if at + 1 < len(keys) else "",
+            "messages": messages,
+            "summary": parts.summary({**parts.defaults(), **values}),
+            "remarks": parts.remarks(values),
+            "makers": [(one.kind.name, one.kind.title) for one in makers()],
+            "path": f"/drafts/{draft.id}/{step.key}",
+        },
+        status=status,
+    )
+
+
+def _field(field: Field, draft: Draft, wrong: Mapping[str, str]) -> dict[str, Any]:
+    """Return a field as the page draws it: what was typed, what is wrong, what it was in the cloned model."""
+    typed = draft.typed.get(field.name, field.default)
+    was = draft.base.get(field.name, field.default) if draft.base else None
+    is_changed = draft.base and str(was) != str(typed)
+    return {
+        **{name: getattr(field, name) for name in ("name", "label", "kind", "unit", "sentence", "matters")},
+        "value": typed in (True, "on", "1", "true") if field.kind == "switch" else typed,
+        "choices": [list(choice) for choice in field.choices],
+        "names": [list(name) for name in field.names],
+        "wrong": wrong.get(field.name, ""),
+        "was": (str(was) if len(str(was)) < 40 else "another text") if is_changed else None,
+    }
+
+
+def _kept(console: Console, draft: Draft, step: Step, fields: Fields) -> Draft:
+    """Return the draft with what a step's form sent; a switch that is off is not sent at all."""
+    typed: dict[str, Any] = {}
+    for field in step.fields:
+        if field.kind == "switch":
+            typed[field.name] = one(fields, field.name) in ("on", "1", "true")
+        elif field.name in fields:
+            typed[field.name] = one(fields, field.name).replace("\r\n", "\n")
+    edits = one(fields, "edits", "0")
+    return Drafts(console.workspace.path / "drafts").keep(
+        draft, int(edits) if edits.isdigit() else 0, one(fields, "name", draft.name).strip(), typed
+    )
+
+
+def _draft(console: Console, request: Request) -> Draft:
+    try:
+        return Drafts(console.workspace.path / "drafts").find(request.path_params["id"])
+    except DraftError as error:
+        raise WebError(404, "no_such_draft", str(error)) from error
+
+
+def _step(steps: list[Step], key: str) -> Step:
+    for step in steps:
+        if step.key == key:
+            return step
+    raise WebError(404, "no_such_step", f"There is no step {key[:40]!r}; begin at {steps[0].key}.")
+
+
+def _at(draft: Draft, step: str) -> str:
+    return f"/drafts/{draft.id}/{step}"

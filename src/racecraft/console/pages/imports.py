@@ -1,0 +1,98 @@
+"""Bring another program's model into the workspace: an archive dropped on any page becomes a model."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from racecraft.console.commands import CommandError, run_command
+from racecraft.console.pages.model import address
+from racecraft.console.parts import parts_of
+from racecraft.console.service import Console, Page, form_fields, page_routes, shown
+from racecraft.console.workspace import Note
+from racecraft.contract.errors import SettingError
+from racecraft.contract.kinds import kinds
+
+UPLOADS = "uploads"
+PIECE = 2**20
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of imports."""
+
+    async def take(request: Request) -> Response:
+        await form_fields(request)
+        async with request.form() as form:
+            archive = form.get("archive")
+            if not isinstance(archive, UploadFile) or not archive.filename:
+                raise SettingError("Import: found no file; expected an archive, such as model.tar.gz.")
+            answer = await run_in_threadpool(take_in, console, archive)
+        if isinstance(answer, str):
+            return RedirectResponse(answer, 303)
+        return await run_in_threadpool(shown, console, request, answer)
+
+    return [
+        *page_routes(console, "/import", import_page),
+        Route("/import", take, methods=["POST"]),
+        *page_routes(console, "/import/{name}", imported_page),
+    ]
+
+
+def import_page(console: Console, request: Request) -> Page:
+    """Return the form of an import."""
+    return Page("import.html", "Import", {"wrong": "", "file": ""})
+
+
+def take_in(console: Console, archive: UploadFile) -> str | Page:
+    """Make a model of an archive; what cannot be used is said on the form."""
+    file = re.sub(r"[^\w.+-]+", "-", Path(str(archive.filename)).name)[-80:] or "model"
+    place = console.workspace.path / UPLOADS / file
+    place.parent.mkdir(exist_ok=True)
+    try:
+        with open(place, "wb") as out:
+            shutil.copyfileobj(archive.file, out, PIECE)
+        return _imported(console, place, file)
+    except CommandError as error:
+        return Page("import.html", "Import", {"wrong": str(error).replace(str(place), file), "file": file}, status=422)
+    finally:
+        place.unlink(missing_ok=True)
+
+
+def _imported(console: Console, place: Path, file: str) -> str:
+    name = console.workspace.free(re.sub(r"(\.tar)?\.(gz|bz2|zip|tar|tgz|pb)$", "", file).strip("-. ") or "imported")
+    model = console.workspace.create(name, {}, Note())
+    try:
+        told = run_command(_words(place, model.path / model.next_run()), model.path)
+    except CommandError:
+        shutil.rmtree(model.path)
+        raise
+    notes = [f"Imported from {file}.", *(f"- {note}" for note in told.get("notes", ()))]
+    model.write_note(Note(tags=("imported",), text="\n".join(notes)))
+    console.watcher.look()
+    return f"/import/{model.name}"
+
+
+def _words(place: Path, run: Path) -> list[str]:
+    """Return the command that imports; the first world with one is asked."""
+    for kind in kinds():
+        if words := parts_of(kind.name).import_words(place, run):
+            return words
+    raise CommandError("No installed world imports models; expected DeepRacer.")
+
+
+def imported_page(console: Console, request: Request) -> Page:
+    """Return what an import brought, what is missing, and what can be done with it."""
+    model = console.workspace.model(request.path_params["name"])
+    row = console.index.row(model.name)
+    return Page(
+        "imported.html",
+        model.name,
+        {"row": row, "notes": row["text"].splitlines(), "path": address(model.name)},
+    )

@@ -1,0 +1,215 @@
+"""A model's page: while it trains and after, with its log, charts, notes and what can be done with it."""
+
+from __future__ import annotations
+
+import contextlib
+import shlex
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from starlette.requests import Request
+from starlette.routing import BaseRoute
+
+from racecraft.console.model_row import NEW, QUEUED, STOPPING, TRAINING
+from racecraft.console.parts import Figure, WorldParts, parts_of
+from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
+from racecraft.console.training import stop_training
+from racecraft.console.workspace import Model, WorkspaceError
+from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.formats.run_folder import RunFolder
+from racecraft.jobs import submit
+from racecraft.jobs.states import JobError
+from racecraft.jobs.store import get
+from racecraft.web.errors import WebError
+
+LOG_LINES, LOG_BYTES = 60, 64_000
+TABS = (("Overview", ""),)
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of a model's own page."""
+    return [
+        *page_routes(console, "/models/{name}", overview),
+        act_route(console, "/models/{name}/stop", stop),
+        act_route(console, "/models/{name}/resume", resume),
+        act_route(console, "/models/{name}/note", write_note),
+        act_route(console, "/models/{name}/rename", rename),
+    ]
+
+
+def address(name: str, below: str = "") -> str:
+    """Return the address of a model's page."""
+    return f"/models/{quote(name)}{below}"
+
+
+def overview(console: Console, request: Request) -> Page:
+    """Return what a model is, how it learns or learned, and what it said."""
+    model, row = model_of(console, request)
+    run = RunFolder(Path(row["run"])) if row["run"] else None
+    metrics = _metrics(run)
+    parts = parts_of(row["kind"]) if row["kind"] else None
+    live = row["status"] in (TRAINING, STOPPING, QUEUED, NEW)
+    told = _sentence(run, metrics, live)
+    return Page(
+        "model.html",
+        model.name,
+        {
+            **frame(row, "Overview", parts),
+            "live": live,
+            "figures": [asdict(figure) for figure in (*(parts.figures(row) if parts else ()), *_counts(row))],
+            "sentence": told,
+            "charts": [(chart.title, chart.shown()) for chart in parts.charts(row, metrics)] if parts else [],
+            "log": _log(console, row, run),
+            "commands": {"command": _commands(console, model, row), "python": _python(row)},
+            "left": _left(row),
+        },
+    )
+
+
+def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]:
+    """Return the model that an address names, and its row."""
+    try:
+        model = console.workspace.model(request.path_params["name"])
+    except WorkspaceError as error:
+        raise WebError(404, "no_such_model", str(error)) from error
+    try:
+        return model, console.index.row(model.name)
+    except UserInputError:
+        console.watcher.look()  # a folder that has just been made
+        return model, console.index.row(model.name)
+
+
+def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[str, Any]:
+    """Return what the head of each of a model's pages shows."""
+    more = parts.tabs(row) if parts is not None and row["run"] else []
+    tabs = [*TABS, *more]
+    return {
+        "row": dict(row),
+        "tabs": [(label, address(row["name"], below)) for label, below in tabs],
+        "tab": here,
+        "path": address(row["name"]),
+    }
+
+
+def _counts(row: Mapping[str, Any]) -> list[Figure]:
+    """Return the large numbers that every training has."""
+    seconds = int(row["seconds"])
+    minutes = next((stop.partition("=")[2] for stop in row["stops"] if stop.startswith("minutes=")), "")
+    until = f"of {float(minutes):g} min" if minutes else ""
+    speed = row["speed"]
+    return [
+        Figure(value=f"{row['iterations']:,}", label=f"iterations, {row['steps']:,} steps"),
+        Figure(value="–" if not speed else f"{speed:,.0f}", label="steps a second"),
+        Figure(value=f"{seconds // 60}:{seconds % 60:02}", unit=until, label="trained"),
+    ]
+
+
+def _left(row: Mapping[str, Any]) -> float | None:
+    """Return the share of its time that a training has had; None where no time is set."""
+    minutes = next((float(stop.partition("=")[2]) for stop in row["stops"] if stop.startswith("minutes=")), None)
+    return None if not minutes else min(1.0, row["seconds"] / 60.0 / minutes)
+
+
+def _metrics(run: RunFolder | None) -> list[dict[str, Any]]:
+    try:
+        return run.read_metrics() if run is not None else []
+    except RacecraftError:
+        return []  # the row says what is wrong
+
+
+def _sentence(run: RunFolder | None, metrics: list[dict[str, Any]], live: bool) -> str:
+    """Return what came of a run in a few sentences; "" while nothing did."""
+    if run is None or not metrics or live:
+        return ""
+    from racecraft.analysis.run_facts import read_facts
+    from racecraft.analysis.run_summary import happened_words
+
+    try:
+        return happened_words(read_facts(run))
+    except RacecraftError:
+        return ""
+
+
+def _log(console: Console, row: Mapping[str, Any], run: RunFolder | None) -> list[str]:
+    """Return the last lines of the run's log, or of its job's where the run did not begin."""
+    places = [run.log] if run is not None else []
+    places += [console.home.log(row["job"])] if row["job"] else []
+    for place in places:
+        try:
+            with open(place, "rb") as file:
+                size = file.seek(0, 2)
+                file.seek(max(0, size - LOG_BYTES))
+                lines = file.read().decode("utf-8", "replace").splitlines()
+        except OSError:
+            continue
+        if lines:
+            return list(deque(lines, LOG_LINES))
+    return []
+
+
+def _commands(console: Console, model: Model, row: Mapping[str, Any]) -> str:
+    """Return the commands that do what the page's buttons do."""
+    lines = [f"cd {shlex.quote(str(model.path))}"]
+    if row["job"]:
+        with contextlib.suppress(JobError):
+            lines.append(f"racecraft {shlex.join(get(console.home.store(), row['job']).spec.command)}")
+        if row["status"] in (TRAINING, STOPPING, QUEUED):
+            lines.append(f"racecraft jobs stop {row['job']}")
+    if row["run"]:
+        run = shlex.quote(row["run"])
+        lines += [f"racecraft watch {run}", f"racecraft evaluate {run}", f"racecraft report {run}"]
+    return "\n".join(lines)
+
+
+def _python(row: Mapping[str, Any]) -> str:
+    if not row["run"]:
+        return ""
+    return f"import racecraft as rc\n\npolicy = rc.load_policy({row['run']!r})\n"
+
+
+def stop(console: Console, request: Request, fields: Fields) -> str:
+    """End a training after its iteration."""
+    model, row = model_of(console, request)
+    stop_training(console.home, model, row["job"] if row["status"] in (TRAINING, QUEUED, STOPPING) else "")
+    console.watcher.look()
+    return address(model.name)
+
+
+def resume(console: Console, request: Request, fields: Fields) -> str:
+    """Go on with a training that ended, for some minutes more."""
+    model, row = model_of(console, request)
+    if not row["job"]:
+        raise JobError(
+            "{name}: was trained by a command in a terminal; expected a training of the console's. "
+            "Show as command tells how to go on with it, or clone it.",
+            name=model.name,
+        )
+    minutes = float(one(fields, "minutes", "10").replace(",", ".") or 10) + row["seconds"] / 60.0
+    submit.resume(console.home, console.home.store(), row["job"], (f"minutes={minutes:.2f}",))
+    console.watcher.look()
+    return address(model.name)
+
+
+def write_note(console: Console, request: Request, fields: Fields) -> str:
+    """Write what people say of a model."""
+    model, _ = model_of(console, request)
+    tags = tuple(sorted({tag.strip()[:32] for tag in one(fields, "tags").split(",")} - {""}))
+    model.write_note(replace(model.note(), tags=tags, text=one(fields, "text")[:10_000]))
+    console.watcher.look()
+    return address(model.name)
+
+
+def rename(console: Console, request: Request, fields: Fields) -> str:
+    """Give a model another name."""
+    model, row = model_of(console, request)
+    if row["status"] in (TRAINING, STOPPING, QUEUED):
+        raise JobError(
+            "{name}: is {row}; expected a model that rests. Stop it first.", name=model.name, row=row["status"]
+        )
+    renamed = console.workspace.rename(model, one(fields, "name").strip())
+    console.watcher.look()
+    return address(renamed.name)

@@ -1,0 +1,194 @@
+"""What a world adds to the console's pages: `WorldParts`, whose defaults serve a world that adds nothing.
+
+A world names its subclass in `WorldKind.console`; the console asks `parts_of`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from racecraft.console.form import Step
+from racecraft.contract.kind import WorldKind
+from racecraft.contract.kinds import MissingWorldError, find_kind
+from racecraft.formats.run_folder import RunFolder
+from racecraft.pages.chart import Chart, Series
+
+Rows = Sequence[Mapping[str, Any]]
+"""Rows of a run's metrics."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Card:
+    """What a list says of a run beyond what every run has."""
+
+    place: str = ""
+    """Where the agent acts, for people: "re:Invent 2018"."""
+    picture: str = ""
+    """What `WorldParts.picture` draws of the place; "": there is no picture."""
+    about: str = ""
+    """What is peculiar about it, one line."""
+    rank: float | None = None
+    """Its best result as a number that is smaller for a better one: seconds of a lap, a score with its sign changed."""
+    best_text: str = ""
+    """The same for people: "6.53 s"."""
+    gap_percent: float | None = None
+    """How far the best result is from the best known one, per cent."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """A large number of a model's page."""
+
+    value: str
+    unit: str = ""
+    label: str = ""
+
+
+class WorldParts:
+    """What a world adds to the console's pages.
+
+    Args:
+        kind: The world.
+    """
+
+    noun = "agent"
+    """What one of its models is called: "car"."""
+    lesson = ""
+    """What the first training of this world promises, for the first page; "": it offers none."""
+
+    def __init__(self, kind: WorldKind) -> None:
+        self.kind = kind
+
+    def card(self, run: RunFolder, job: Mapping[str, Any], metrics: Rows) -> Card:
+        """Return what a list says of a run."""
+        scores = [row["evaluation_score"] for row in metrics if row.get("evaluation_score") is not None]
+        best = max(scores, default=None)
+        return Card(
+            place=str(job.get("title", "")),
+            rank=None if best is None else -best,
+            best_text="" if best is None else f"{self.kind.score.figure.format(best)} {self._unit}".strip(),
+        )
+
+    def figures(self, row: Mapping[str, Any]) -> list[Figure]:
+        """Return the first large numbers of a model's page, of its row of the index."""
+        return [Figure(value=row["best_text"] or "–", label=f"best {self.kind.score.short}")]
+
+    def charts(self, row: Mapping[str, Any], metrics: Rows) -> list[Chart]:
+        """Return the charts of a model's page."""
+        return [reward_graph(self.kind, metrics)]
+
+    def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """Return further pages of a model that has a run: (what the tab says, what follows the model's address)."""
+        return []
+
+    def picture(self, key: str) -> str:
+        """Return a place as the text of an SVG file.
+
+        Raises:
+            UserInputError: There is no such place.
+        """
+        raise MissingWorldError("{key}: {title} has no pictures of places.", key=key, title=self.kind.title)
+
+    def defaults(self) -> dict[str, Any]:
+        """Return what a new model of this world begins with, by the names of `steps`."""
+        return {field.name: field.default for step in self.steps({}) for field in step.fields}
+
+    def steps(self, values: Mapping[str, Any]) -> list[Step]:
+        """Return the steps in which a model of this world is made; none: it is made by the command line alone.
+
+        Args:
+            values: What was chosen until now.
+        """
+        return []
+
+    def files(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Return the files of a new model's folder, text by name.
+
+        Raises:
+            UserInputError: A value cannot be used.
+        """
+        return {}
+
+    def words(self, values: Mapping[str, Any]) -> list[str]:
+        """Return the words behind `racecraft` that begin the training, typed in the model's folder.
+
+        Raises:
+            UserInputError: A value cannot be used.
+        """
+        raise NotImplementedError
+
+    def import_words(self, archive: Path, run: Path) -> list[str]:
+        """Return the words behind `racecraft` that make a run of another program's model; none: it cannot."""
+        return []
+
+    def values_of(self, run: RunFolder) -> dict[str, Any]:
+        """Return the values of the form that a run was made with, as far as it tells: a clone begins with them.
+
+        Raises:
+            RunFolderError: The run cannot be read.
+        """
+        return {}
+
+    def require_same_body(self, values: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+        """Refuse a clone whose weights would not fit it.
+
+        Args:
+            values: Of the clone.
+            base: Of the model that is cloned.
+
+        Raises:
+            SettingError: A value that weights depend on differs.
+        """
+
+    def summary(self, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """Return what is chosen, in a few words: (what, how)."""
+        return []
+
+    def remarks(self, values: Mapping[str, Any]) -> list[str]:
+        """Return what is worth knowing of these values; a remark forbids nothing."""
+        return []
+
+    @property
+    def _unit(self) -> str:
+        return "" if "%" in self.kind.score.figure else self.kind.score.short
+
+
+def reward_graph(kind: WorldKind, metrics: Rows) -> Chart:
+    """Return the console's own graph: average reward, and the score in training and evaluating."""
+    score, at = kind.score, [row["iteration"] for row in metrics]
+    judged = [row for row in metrics if row.get("evaluation_score") is not None]
+    return Chart(
+        "Reward graph",
+        "iteration",
+        score.name,
+        [
+            Series("average reward", at, [row.get("mean_reward") for row in metrics], right=True, colour=3),
+            Series("training", at, [row.get("training_score") for row in metrics], colour=1),
+            Series(
+                "evaluating",
+                [row["iteration"] for row in judged],
+                [row["evaluation_score"] for row in judged],
+                "both",
+                colour=2,
+            ),
+        ],
+        right="average reward",
+        low=score.lowest,
+        high=score.highest,
+    )
+
+
+@cache
+def parts_of(name: str) -> WorldParts:
+    """Return what a world adds.
+
+    Raises:
+        MissingWorldError: It is not installed.
+    """
+    kind = find_kind(name)
+    parts: WorldParts = (kind.piece("console") or WorldParts)(kind)
+    return parts

@@ -1,0 +1,145 @@
+"""What every page of the console has at hand, and what a page is. Begin with `Console`."""
+
+from __future__ import annotations
+
+import hmac
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import psutil
+import sqlalchemy as sql
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+from starlette.routing import Route
+
+from racecraft.console.index import Index
+from racecraft.console.index_tables import MODELS
+from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
+from racecraft.console.watcher import Watcher
+from racecraft.console.workspace import Workspace
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.web.answers import json_answer, page_answer
+from racecraft.web.errors import WebError
+from racecraft.web.push import Topic
+
+TEMPLATES = "racecraft.console"
+Fields = Mapping[str, list[str]]
+"""What a form sent: every value of each field."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page as plain data: a template draws it, `.json` behind its path shows it."""
+
+    template: str
+    title: str
+    data: Mapping[str, Any]
+    here: str = "/"
+    """Which entry of the side bar it belongs to."""
+    status: int = 200
+
+
+@dataclass
+class Console:
+    """The workspace, its index, and who keeps it current."""
+
+    workspace: Workspace
+    index: Index
+    watcher: Watcher
+    home: JobPaths
+    news: Topic = field(default_factory=lambda: Topic("models"))
+    """Names of the models whose rows changed."""
+
+    def machine(self) -> str:
+        """Return what this machine does now, for the side bar."""
+        counts = self.counts()
+        training, waiting = counts.get(TRAINING, 0) + counts.get(STOPPING, 0), counts.get(QUEUED, 0)
+        load = f"{psutil.cpu_count() or 1} cores, {psutil.cpu_percent():.0f} %"
+        if not training and not waiting:
+            return f"Nothing trains · {load}"
+        return f"{training} training" + (f", {waiting} waiting" if waiting else "") + f" · {load}"
+
+    def counts(self) -> dict[str, int]:
+        """Return how many models there are of each status, archived ones left out."""
+        counted = sql.select(MODELS.c.status, sql.func.count().label("n")).where(MODELS.c.archived.is_(False))
+        return {row["status"]: row["n"] for row in self.index.query(counted.group_by(MODELS.c.status))}
+
+
+Answer = Callable[[Console, Request], Page | Response]
+Act = Callable[[Console, Request, Fields], Page | Response | str]
+"""Does what a form asks; returns the address that is shown next, or a page."""
+
+
+def page_routes(console: Console, path: str, answer: Answer) -> list[Route]:
+    """Return the routes of a page and of its data (`.json`)."""
+
+    def as_page(request: Request) -> Response:
+        return shown(console, request, answer(console, request))
+
+    def as_json(request: Request) -> Response:
+        page = answer(console, request)
+        return json_answer(page.data, page.status) if isinstance(page, Page) else page
+
+    return [Route("/index.json" if path == "/" else f"{path}.json", as_json), Route(path, as_page)]
+
+
+def act_route(console: Console, path: str, act: Act) -> Route:
+    """Return the route of a form."""
+
+    async def take(request: Request) -> Response:
+        fields = await form_fields(request)
+        done = await run_in_threadpool(act, console, request, fields)
+        if isinstance(done, str):
+            return RedirectResponse(done, 303)
+        return await run_in_threadpool(shown, console, request, done)
+
+    return Route(path, take, methods=["POST"])
+
+
+def shown(console: Console, request: Request, page: Page | Response) -> Response:
+    """Return a page in the console's frame."""
+    if isinstance(page, Response):
+        return page
+    menu = [
+        {"label": "Garage", "href": "/", "icon": "car", "here": page.here == "/"},
+        {"label": "Jobs", "href": "/jobs", "icon": "pulse", "here": page.here == "/jobs"},
+        {"label": "Settings", "href": "/settings", "icon": "gear", "here": page.here == "/settings"},
+    ]
+    return page_answer(
+        request,
+        f"{TEMPLATES}/{page.template}" if "/" not in page.template else page.template,
+        status=page.status,
+        title=page.title,
+        menu=menu,
+        machine=console.machine(),
+        now=time.time(),
+        fault=console.watcher.fault,
+        **page.data,
+    )
+
+
+async def form_fields(request: Request) -> dict[str, list[str]]:
+    """Return every text value of a form that one of our pages sent.
+
+    Raises:
+        WebError: The form lacks its page's token, so that it came from elsewhere.
+    """
+    found: dict[str, list[str]] = {}
+    async with request.form(max_files=0) as form:
+        for name, value in form.multi_items():
+            if isinstance(value, str):
+                found.setdefault(name, []).append(value)
+    shown_token = found.pop("form_token", [""])[0]
+    if not hmac.compare_digest(shown_token.encode(), str(request.scope.get("racecraft.form_token", "?")).encode()):
+        raise WebError(
+            403, "forged_form", "the form lacks its page's token; load the page again and send it once more."
+        )
+    return found
+
+
+def one(fields: Fields, name: str, default: str = "") -> str:
+    """Return the last value of a field."""
+    return fields[name][-1] if fields.get(name) else default

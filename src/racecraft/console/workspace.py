@@ -1,0 +1,267 @@
+"""A folder of models, as the console and the command line share it. Begin with `Workspace.open`.
+
+::
+
+    models/NAME/        a racer's folder, as `racecraft new` makes it, with its runs in runs/1, runs/2, …
+        model.json      tags, notes and origin of the model; need not be there
+    runs/NAME/          a run that a command made here; it is a model as well
+    drafts/ID.json      models that are being made
+    bin/NAME.SECONDS/   models that were deleted at that time, seconds since 1970
+    console.sqlite      the index over all this; see `index.py`
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import UserInputError, nearest, shortened
+from racecraft.formats.atomic import make_folder, write_atomic
+from racecraft.formats.run_folder import JOB
+
+MODELS, RUNS, DRAFTS, BIN = "models", "runs", "drafts", "bin"
+MODEL_FILE = "model.json"
+FORMAT, VERSION = "racecraft model", 1
+LEGAL_NAME = re.compile(r"\w[\w .+-]{0,62}\w|\w")
+BIN_SECONDS = 30 * 86400.0
+"""How long a deleted model is kept."""
+
+
+class WorkspaceError(UserInputError):
+    """A model or a name of the workspace cannot be used."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Note:
+    """What people say of a model."""
+
+    tags: tuple[str, ...] = ()
+    text: str = ""
+    archived: bool = False
+    cloned_from: str = ""
+    """The model whose weights it began with, as "NAME" or "NAME:12"; "": none."""
+    created: float = 0.0
+    """Seconds since 1970; 0.0: unknown."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model's folder."""
+
+    name: str
+    path: Path
+
+    @property
+    def is_run(self) -> bool:
+        """Whether the folder is itself a run, made by a command."""
+        return self.path.parent.name == RUNS
+
+    def runs(self) -> list[Path]:
+        """Return its run folders, the oldest first."""
+        if self.is_run:
+            return [self.path]
+        try:
+            with os.scandir(self.path / RUNS) as entries:
+                found = [Path(entry.path) for entry in entries if entry.is_dir()]
+        except OSError:
+            return []
+        return sorted((run for run in found if (run / JOB).is_file()), key=_number_last)
+
+    def next_run(self) -> str:
+        """Return where its next run goes, relative to its folder."""
+        numbers = [int(run.name) for run in self.runs() if run.name.isdigit()]
+        return f"{RUNS}/{max(numbers, default=0) + 1}"
+
+    def note(self) -> Note:
+        """Return what people say of it; a damaged file says nothing."""
+        try:
+            told = json.loads((self.path / MODEL_FILE).read_text(encoding="utf-8"))
+            return Note(
+                tags=tuple(str(tag) for tag in told.get("tags", ())),
+                text=str(told.get("text", "")),
+                archived=bool(told.get("archived", False)),
+                cloned_from=str(told.get("cloned_from", "")),
+                created=float(told.get("created", 0.0)),
+            )
+        except (OSError, ValueError, TypeError, AttributeError):
+            return Note()
+
+    def write_note(self, note: Note) -> None:
+        """Write what people say of it.
+
+        Raises:
+            OutputFileError: The folder cannot be written.
+        """
+        text = json.dumps({"format": FORMAT, "version": VERSION, **asdict(note)}, indent=2) + "\n"
+        write_atomic(self.path / MODEL_FILE, text)
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A folder of models."""
+
+    path: Path
+
+    @classmethod
+    def open(cls, path: Path) -> Workspace:
+        """Return the workspace at a path, made where there is none; old deleted models are removed for good.
+
+        Raises:
+            OutputFileError: The folder cannot be made.
+        """
+        workspace = cls(path.expanduser().resolve())
+        for name in (MODELS, DRAFTS, BIN):
+            make_folder(workspace.path / name)
+        workspace._empty_bin(time.time() - BIN_SECONDS)
+        return workspace
+
+    def models(self) -> Iterator[Model]:
+        """Yield every model; of two with one name the folder below models/."""
+        seen = set()
+        for place in (MODELS, RUNS):
+            for path in _folders(self.path / place):
+                if path.name not in seen and (place == MODELS or (path / JOB).is_file()):
+                    seen.add(path.name)
+                    yield Model(path.name, path)
+
+    def find(self, name: str) -> Model | None:
+        """Return the model of a name; None where there is none."""
+        if not LEGAL_NAME.fullmatch(name):
+            return None
+        for path, needed in ((self.path / MODELS / name, ""), (self.path / RUNS / name, JOB)):
+            if path.is_dir() and (not needed or (path / needed).is_file()):
+                return Model(name, path)
+        return None
+
+    def model(self, name: str) -> Model:
+        """Return the model of a name.
+
+        Raises:
+            WorkspaceError: There is none.
+        """
+        found = self.find(name)
+        if found is None:
+            known = nearest(name, [model.name for model in self.models()])
+            raise WorkspaceError("{name}: there is no such model. {known}", name=shortened(name, 80), known=known)
+        return found
+
+    def create(self, name: str, files: Mapping[str, str], note: Note | None = None) -> Model:
+        """Make a model's folder with these files.
+
+        Args:
+            name: Of the model; no other may have it.
+            files: Text by file name.
+            note: What is said of it.
+
+        Raises:
+            WorkspaceError: The name is not legal, or taken.
+            OutputFileError: The folder cannot be written.
+        """
+        path = self.path / MODELS / self.require_free(name)
+        make_folder(path)
+        for file, text in files.items():
+            write_atomic(path / file, text)
+        model = Model(name, path)
+        model.write_note(replace(note or Note(), created=time.time()))
+        return model
+
+    def require_free(self, name: str) -> str:
+        """Return a name that no model has.
+
+        Raises:
+            WorkspaceError: It is not legal, or taken.
+        """
+        if not LEGAL_NAME.fullmatch(name):
+            raise WorkspaceError(
+                "{name!r} is not a model's name; expected 1 to 64 letters, digits, spaces or . _ + -, "
+                "with a letter or digit at both ends.",
+                name=shortened(name, 80),
+            )
+        if self.find(name) is not None:
+            raise WorkspaceError(
+                "{name}: there is a model of that name; expected another, such as {free}.",
+                name=name,
+                free=self.free(name),
+            )
+        return name
+
+    def free(self, base: str) -> str:
+        """Return `base`, or where a model has it `base-2`, `base-3` and so on.
+
+        >>> Workspace(Path("/nowhere")).free("first-car")
+        'first-car'
+        """
+        if self.find(base) is None:
+            return base
+        stem = re.sub(r"-\d+$", "", base)
+        number = 2
+        while self.find(f"{stem}-{number}") is not None:
+            number += 1
+        return f"{stem}-{number}"
+
+    def rename(self, model: Model, name: str) -> Model:
+        """Give a model another name.
+
+        Raises:
+            WorkspaceError: The name is not legal or taken.
+        """
+        renamed = Model(self.require_free(name), model.path.with_name(name))
+        model.path.rename(renamed.path)
+        return renamed
+
+    def delete(self, model: Model) -> str:
+        """Move a model into the bin and return the name of what lies there, for `restore`."""
+        place = f"{model.name}.{model.path.parent.name}.{time.time_ns()}"
+        os.rename(model.path, self.path / BIN / place)
+        return place
+
+    def restore(self, place: str) -> Model:
+        """Take a model out of the bin.
+
+        Raises:
+            WorkspaceError: It is not there, or its name is taken.
+        """
+        match = re.fullmatch(rf"({LEGAL_NAME.pattern})\.({MODELS}|{RUNS})\.(\d+)", place)
+        path = self.path / BIN / place
+        if match is None or not path.is_dir():
+            raise WorkspaceError(
+                "{place}: not in the bin; expected a model that was deleted.", place=shortened(place, 80)
+            )
+        name, parent = self.require_free(match[1]), match[2]
+        path.rename(self.path / parent / name)
+        return Model(name, self.path / parent / name)
+
+    def bin(self) -> list[tuple[str, str, float]]:
+        """Return what lies in the bin, the latest first: its name there, the model's name, when it was deleted."""
+        found = []
+        for path in _folders(self.path / BIN):
+            name, _, deleted = path.name.rpartition(".")
+            if deleted.isdigit():
+                found.append((path.name, name.rpartition(".")[0], int(deleted) / 1e9))
+        return sorted(found, key=lambda one: -one[2])
+
+    def _empty_bin(self, before: float) -> None:
+        for place, _, deleted in self.bin():
+            if deleted < before:
+                shutil.rmtree(self.path / BIN / place, ignore_errors=True)
+
+
+def _folders(path: Path) -> list[Path]:
+    """Return the folders in a folder by name; links are left out, so that nothing outside is reached."""
+    try:
+        with os.scandir(path) as entries:
+            return sorted(Path(entry.path) for entry in entries if entry.is_dir(follow_symlinks=False))
+    except OSError:
+        return []
+
+
+def _number_last(run: Path) -> tuple[int, Any]:
+    """Sort numbered runs by number, behind those with names of their own."""
+    return (1, int(run.name)) if run.name.isdigit() else (0, run.name)

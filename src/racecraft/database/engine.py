@@ -1,0 +1,96 @@
+"""Open a database that SQLAlchemy knows, and turn what it raises into errors for people. Begin with `open_engine`."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sql
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, NoSuchModuleError, SQLAlchemyError
+
+from racecraft.contract.errors import UserInputError
+
+PATIENCE_SECONDS = 30.0
+"""How long a statement waits for others that write."""
+
+
+class DatabaseError(UserInputError):
+    """A database cannot be opened, read or written."""
+
+
+def open_engine(url: str) -> sql.Engine:
+    """Return an engine that commits every statement by itself; the folder of a SQLite file is made.
+
+    Args:
+        url: SQLAlchemy's, such as "sqlite:////home/me/jobs.sqlite" or "postgresql://host/jobs".
+
+    Raises:
+        DatabaseError: The address names no database, or one whose driver is not installed.
+    """
+    with database_errors(url):
+        address = sql.make_url(url)
+        options: dict[str, Any] = {"isolation_level": "AUTOCOMMIT"}
+        if address.get_backend_name() == "sqlite":
+            if address.database and address.database != ":memory:":
+                Path(address.database).parent.mkdir(parents=True, exist_ok=True)
+            options["connect_args"] = {"timeout": PATIENCE_SECONDS}
+        return sql.create_engine(address, **options)
+
+
+@contextlib.contextmanager
+def database_errors(url: str) -> Iterator[None]:
+    """Turn what a database raises into a `DatabaseError`; an `IntegrityError` passes.
+
+    Args:
+        url: Its address, for the message; a password in it is hidden.
+    """
+    try:
+        yield
+    except IntegrityError:
+        raise
+    except NoSuchModuleError as error:
+        raise DatabaseError(
+            "{place_of}: SQLAlchemy knows no such database; expected an address such as "
+            "sqlite:////home/me/jobs.sqlite or postgresql://host/jobs.",
+            place_of=place_of(url),
+        ) from error
+    except ArgumentError as error:
+        raise DatabaseError(
+            "{place_of}: no address of a database; expected one such as sqlite:////home/me/jobs.sqlite.",
+            place_of=place_of(url),
+        ) from error
+    except ModuleNotFoundError as error:
+        raise DatabaseError(
+            "{place_of}: this database needs the package {name}; expected it installed. pip install {name}",
+            place_of=place_of(url),
+            name=error.name,
+        ) from error
+    except DBAPIError as error:
+        raise DatabaseError(
+            "{place_of}: {what_happened}", place_of=place_of(url), what_happened=_what_happened(str(error.orig))
+        ) from error
+    except (SQLAlchemyError, OSError) as error:
+        raise DatabaseError(
+            "{place_of}: {what_happened}", place_of=place_of(url), what_happened=_what_happened(str(error))
+        ) from error
+
+
+def place_of(url: str) -> str:
+    """Return an address without its password."""
+    try:
+        return sql.make_url(url).render_as_string(hide_password=True)
+    except SQLAlchemyError:
+        return url
+
+
+def _what_happened(said: str) -> str:
+    """Return what a database said, as a message goes on after naming the place."""
+    if "full" in said:
+        return f"the disk is full ({said}); nothing was changed there. Free some space and run the same command again."
+    if "not a database" in said:
+        return f"no database of racecraft ({said}); expected one that racecraft made. Move it away; a new one is made."
+    if "readonly" in said or "unable to open" in said:
+        return f"cannot be written ({said}); expected a place that you may write to."
+    return f"the database refuses ({said}); expected one that answers."

@@ -1,0 +1,186 @@
+"""From the values of the form to the racer's three files and a command. Begin with `files` and `words`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from racecraft.contract.errors import RewardFileError, SettingError, UserInputError
+from racecraft.contract.message import Message
+from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
+from racecraft.worlds.deepracer.console.car_form import as_json, defaults
+from racecraft.worlds.deepracer.files.model_metadata import NETWORKS
+
+HYPER = ("lr", "discount_factor", "beta_entropy", "num_epochs", "batch_size", "loss_type")
+MAX_STEERING_DEG, MIN_SPEED_MPS, MAX_SPEED_MPS = 30.0, 0.1, 4.0
+
+
+def files(values: Mapping[str, Any]) -> dict[str, str]:
+    """Return the racer's files, text by name.
+
+    Raises:
+        SettingError: An action cannot be used.
+        RewardFileError: The reward function is not Python.
+    """
+    full = defaults() | dict(values)
+    reward = str(full["reward"]).replace("\r\n", "\n")
+    try:
+        compile(reward, REWARD_FUNCTION, "exec")
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None)
+        raise RewardFileError(
+            REWARD_FUNCTION,
+            Message("{getattr}", getattr=getattr(error, "msg", error)),
+            "Python that can be read",
+            line=line,
+        ) from None
+    changed = {name: full[name] for name in HYPER if full[name] != defaults()[name]}
+    told = {REWARD_FUNCTION: reward, MODEL_METADATA: as_json(_metadata(full))}
+    return told | ({HYPERPARAMETERS: as_json(changed)} if changed else {})
+
+
+def words(values: Mapping[str, Any]) -> list[str]:
+    """Return what is typed behind `racecraft` in the model's folder."""
+    full = defaults() | dict(values)
+    stops = [*(["--stop=laps"] if full["stop_laps"] else []), f"--stop=minutes={full['minutes']:g}"]
+    return [
+        "train",
+        ".",
+        f"--track={full['track']}",
+        *([] if full["algorithm"] == "ppo" else [f"--algorithm={full['algorithm']}"]),
+        *(f"--set={one}" for one in _settings(full)),
+        *stops,
+        "--no-pictures",
+        *([f"--from={full['from']}"] if full.get("from") else []),
+    ]
+
+
+def _settings(full: Mapping[str, Any]) -> list[str]:
+    told = ["race.reverse=true"] if full["reverse"] else []
+    if full["race"] == "TIME_TRIAL":
+        return told
+    group = "boxes" if full["race"] == "OBJECT_AVOIDANCE" else "bots"
+    told += [
+        f"race.type={full['race']}",
+        f"{group}.number={full['objects']}",
+        f"{group}.random={str(bool(full['random_places'])).lower()}",
+    ]
+    return [*told, f"bots.speed={full['bot_speed']:g}"] if group == "bots" else told
+
+
+def _metadata(full: Mapping[str, Any]) -> dict[str, Any]:
+    sensors = [name for name in (full["camera"], full["lidar"]) if name]
+    if not sensors:
+        raise SettingError("Sensors: found none; expected a camera or a LiDAR.")
+    return {
+        "action_space": read_actions(str(full["actions"])),
+        "sensor": sensors,
+        "neural_network": NETWORKS[0],
+        "training_algorithm": "sac" if full["algorithm"] == "sac" else "clipped_ppo",
+        "action_space_type": "discrete",
+        "version": "6",
+    }
+
+
+def read_actions(text: str) -> list[dict[str, float]]:
+    """Return the actions of a text with one a line, as AWS's file has them.
+
+    Raises:
+        SettingError: A line cannot be used; the message names it.
+
+    >>> read_actions("-30, 1.5")
+    [{'steering_angle': -30.0, 'speed': 1.5, 'index': 0}]
+    """
+    found: list[dict[str, float]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
+            continue
+        try:
+            steering, speed = (float(word) for word in line.replace(";", ",").split(","))
+        except ValueError:
+            raise SettingError(
+                "Actions, line {number}: found {line!r}; expected degrees, m/s, as -30, 1.5.",
+                number=number,
+                line=line[:40],
+            ) from None
+        if not (abs(steering) <= MAX_STEERING_DEG and MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS):
+            raise SettingError(
+                "Actions, line {number}: found {line!r}; expected -30 to 30 degrees and 0.1 to 4 m/s.",
+                number=number,
+                line=line.strip()[:40],
+            )
+        found.append({"steering_angle": steering, "speed": speed, "index": len(found)})
+    if len(found) < 2:
+        raise SettingError("Actions: found {count}; expected at least two lines, each degrees, m/s.", count=len(found))
+    return found
+
+
+BODY = ("actions", "camera", "lidar", "algorithm")
+"""What the weights of a network depend on."""
+
+
+def values_of(run: RunFolder) -> dict[str, Any]:
+    """Return the values of the form that a run was made with, as far as it tells.
+
+    Raises:
+        RunFolderError: The run cannot be read.
+    """
+    job = run.read_job()
+    settings, metadata = job.get("settings") or {}, job.get("model_metadata") or {}
+    race: Mapping[str, Any] = settings.get("race") or {}
+    sensors = list(metadata.get("sensor") or ())
+    found: dict[str, Any] = {
+        "weights": True,
+        "track": (job.get("track") or {}).get("name"),
+        "reverse": bool(race.get("reverse", False)),
+        "race": race.get("type"),
+        "algorithm": job.get("algorithm"),
+        "camera": next((name for name in sensors if "CAMERA" in name), ""),
+        "lidar": next((name for name in sensors if "LIDAR" in name), ""),
+    }
+    for group in ("boxes", "bots"):
+        if group in settings:
+            found |= {"objects": settings[group]["number"], "random_places": settings[group]["random"]}
+    if isinstance(metadata.get("action_space"), list):
+        rows = metadata["action_space"]
+        found["actions"] = "\n".join(f"{row['steering_angle']:g}, {row['speed']:g}" for row in rows)
+    if run.reward_function.is_file():
+        found["reward"] = run.reward_function.read_text(encoding="utf-8", errors="replace")
+    return {name: value for name, value in (defaults() | found).items() if value is not None}
+
+
+def require_same_body(values: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+    """Refuse a clone whose weights would not fit it.
+
+    Raises:
+        SettingError: The actions, a sensor or the algorithm differ.
+    """
+    differing = [name for name in BODY if str(values.get(name)).strip() != str(base.get(name)).strip()]
+    if differing:
+        raise SettingError(
+            "Clone: found other {differing} than the weights were learned with; expected the same. "
+            "Switch off 'Begin with its weights', or put them back.",
+            differing=" and ".join(differing),
+        )
+
+
+def summary(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what is chosen, in a few words."""
+    actions = [line for line in str(values["actions"]).splitlines() if line.strip()]
+    until = "laps, or " if values["stop_laps"] else ""
+    return [
+        ("Track", str(values["track"])),
+        ("Race", str(values["race"]).replace("_", " ").lower()),
+        ("Algorithm", str(values["algorithm"]).upper()),
+        ("Car", f"{len(actions)} actions"),
+        ("Ends when it", f"{until}{values['minutes']:g} min are over"),
+    ]
+
+
+def remarks(values: Mapping[str, Any]) -> list[str]:
+    """Return why the reward function or the actions cannot be used; none: they can."""
+    try:
+        files(values)
+    except UserInputError as error:
+        return [str(error)]
+    return []

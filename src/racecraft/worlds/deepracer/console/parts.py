@@ -1,0 +1,137 @@
+"""What cars add to the console's pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from racecraft.console.form import Step
+from racecraft.console.parts import Card, Figure, Rows, WorldParts
+from racecraft.formats.run_folder import RunFolder
+from racecraft.pages.chart import Chart, Level, Series
+from racecraft.worlds.deepracer.console import car_form, car_values
+from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track, summary
+from racecraft.worlds.deepracer.tracks.thumbnail import thumbnail_svg
+
+
+class CarParts(WorldParts):
+    """Cars in the console."""
+
+    noun = "car"
+    lesson = "It sees the road through its camera, is paid for getting on, and tries until it laps."
+
+    def card(self, run: RunFolder, job: Mapping[str, Any], metrics: Rows) -> Card:
+        """Return what a list says of a car's run."""
+        name = str((job.get("track") or {}).get("name", ""))
+        lap, gap = fastest_lap(metrics)
+        return Card(
+            place=_title(name),
+            picture=name if known_name(name) else "",
+            about=_about(run, job),
+            rank=lap,
+            best_text="" if lap is None else f"{lap:.2f} s",
+            gap_percent=gap,
+        )
+
+    def figures(self, row: Mapping[str, Any]) -> list[Figure]:
+        """Return the best lap and how far it is from the best known one."""
+        gap = row["gap_percent"]
+        lap = row["best_text"].removesuffix(" s") or "–"
+        return [
+            Figure(value=lap, unit="s" if row["best_text"] else "", label="best lap"),
+            Figure(
+                value="–" if gap is None else f"{gap:+.0f}",
+                unit="" if gap is None else "%",
+                label="to the best known lap",
+            ),
+        ]
+
+    def charts(self, row: Mapping[str, Any], metrics: Rows) -> list[Chart]:
+        """Return the reward graph and the lap times."""
+        return [*super().charts(row, metrics), lap_chart(row, metrics)]
+
+    def picture(self, key: str) -> str:
+        """Return a track as the text of an SVG file."""
+        return _svg(key)
+
+    def steps(self, values: Mapping[str, Any]) -> list[Step]:
+        """Return the five steps in which a car is made."""
+        return car_form.steps(values)
+
+    def files(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Return the car's reward function, metadata and hyperparameters."""
+        return car_values.files(values)
+
+    def words(self, values: Mapping[str, Any]) -> list[str]:
+        """Return `train` and its options."""
+        return car_values.words(values)
+
+    def import_words(self, archive: Path, run: Path) -> list[str]:
+        """Return `import` and its words."""
+        return ["import", str(archive), str(run)]
+
+    def values_of(self, run: RunFolder) -> dict[str, Any]:
+        """Return the track, race, actions, sensors and reward function of a car's run."""
+        return car_values.values_of(run)
+
+    def require_same_body(self, values: Mapping[str, Any], base: Mapping[str, Any]) -> None:
+        """Refuse other actions, sensors or another algorithm than the weights were learned with."""
+        car_values.require_same_body(values, base)
+
+    def summary(self, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """Return track, race, algorithm, actions and when it ends."""
+        return car_values.summary(values)
+
+    def remarks(self, values: Mapping[str, Any]) -> list[str]:
+        """Return why the reward function or the actions cannot be used."""
+        return car_values.remarks(values)
+
+
+def fastest_lap(metrics: Rows) -> tuple[float | None, float | None]:
+    """Return the fastest lap of a run's evaluations, s, and the least distance to the best known lap, per cent.
+
+    Flying laps count where there are any: the best known lap is one.
+    """
+    flying = [row["flying_lap_seconds"] for row in metrics if row.get("flying_lap_seconds")]
+    laps = flying or [row["best_lap_seconds"] for row in metrics if row.get("best_lap_seconds")]
+    gaps = [row["gap_percent"] for row in metrics if row.get("gap_percent") is not None]
+    return min(laps, default=None), min(gaps, default=None)
+
+
+def lap_chart(row: Mapping[str, Any], metrics: Rows) -> Chart:
+    """Return the fastest lap of each evaluation, with the best known lap."""
+    laps = [one for one in metrics if one.get("flying_lap_seconds") or one.get("best_lap_seconds")]
+    seconds = [one.get("flying_lap_seconds") or one["best_lap_seconds"] for one in laps]
+    known = row["rank"] / (1.0 + row["gap_percent"] / 100.0) if row["gap_percent"] is not None else None
+    return Chart(
+        "Lap time",
+        "iteration",
+        "fastest lap, s",
+        [Series("evaluating", [one["iteration"] for one in laps], seconds, "both", colour=2)],
+        levels=[] if known is None else [Level(known, f"best known lap {known:.2f} s")],
+        low=known,
+    )
+
+
+@cache
+def _svg(name: str) -> str:
+    return thumbnail_svg(load_track(name))
+
+
+def _title(name: str) -> str:
+    return summary(name).title if known_name(name) else name
+
+
+def _about(run: RunFolder, job: Mapping[str, Any]) -> str:
+    """Return what is peculiar about a car: its race, where that is no time trial, and who pays it."""
+    asked: Mapping[str, Any] = job.get("asked") or {}
+    race = (job.get("settings") or {}).get("race", {}).get("type", "TIME_TRIAL")
+    told: Sequence[str] = [
+        *([] if race == "TIME_TRIAL" else [race.replace("_", " ").lower()]),
+        *([f"against {', '.join(asked['against'])}"] if asked.get("against") else []),
+        *([f"from {asked['from']}"] if asked.get("from") else []),
+        "own reward function" if run.reward_function.is_file() and asked.get("folder") else "",
+    ]
+    return ", ".join(filter(None, told))

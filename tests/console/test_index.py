@@ -1,0 +1,107 @@
+"""Rows made from folders and jobs: current, made again when lost, without opening what has not changed."""
+
+import sqlite3
+
+import pytest
+from tests.console.conftest import write_run
+
+from racecraft.console import index as index_module
+from racecraft.console.index import FILE, Index
+from racecraft.console.run_row import RunRow, read_run
+from racecraft.console.workspace import WorkspaceError
+from racecraft.formats.job_spec import JobSpec
+from racecraft.jobs.job import new_job
+from racecraft.jobs.states import State
+
+
+def test_a_run_of_the_command_line_is_a_row(workspace, index):
+    write_run(workspace.path / "runs/oval-1", track="Oval_track", lap=8.25)
+    assert index.refresh() == ["oval-1"]
+    row = index.row("oval-1")
+    assert (row["status"], row["best_text"], row["iterations"], row["gap_percent"]) == ("ready", "8.25 s", 3, 12.0)
+    assert row["curve"][-1] == 1.0
+
+
+def test_a_model_shows_its_newest_run_and_its_best_lap(workspace, index):
+    model = workspace.create("car", {})
+    write_run(model.path / "runs/1", lap=6.5)
+    write_run(model.path / "runs/2", rows=5, lap=7.0)
+    index.refresh()
+    row = index.row("car")
+    assert (row["iterations"], row["best_text"], row["runs"]) == (5, "6.50 s", 2)
+
+
+def test_only_what_changed_is_read_again(workspace, index, monkeypatch):
+    run = write_run(workspace.path / "runs/a")
+    write_run(workspace.path / "runs/b")
+    index.refresh()
+    read = []
+    monkeypatch.setattr(index_module, "read_run", lambda path, mark: read.append(path.name) or read_run(path, mark))
+    assert index.refresh() == []
+    assert read == []
+    with open(run / "metrics.jsonl", "a") as file:
+        file.write('{"iteration": 4, "steps": 9000, "seconds": 70.0}\n')
+    assert index.refresh() == ["a"]
+    assert read == ["a"]
+    assert index.row("a")["iterations"] == 4
+
+
+@pytest.mark.parametrize("harm", ["lost", "damaged", "older"])
+def test_a_database_that_is_lost_is_made_again_from_the_folders(workspace, harm):
+    write_run(workspace.path / "runs/a")
+    first = Index(workspace)
+    first.refresh()
+    before = first.row("a")
+    first.close()
+    file = workspace.path / FILE
+    if harm == "lost":
+        file.unlink()
+    elif harm == "damaged":
+        file.write_bytes(b"no database at all" * 100)
+    else:
+        with sqlite3.connect(file) as base:
+            base.execute("update console_about set value = '0' where name = 'version'")
+        base.close()
+    again = Index(workspace)
+    again.refresh()
+    assert again.row("a") == before
+    again.close()
+
+
+def test_a_model_that_was_deleted_is_no_row(workspace, index):
+    model = workspace.create("car", {})
+    index.refresh()
+    workspace.delete(model)
+    assert index.refresh() == ["car"]
+    with pytest.raises(WorkspaceError, match="no such model"):
+        index.row("car")
+
+
+def test_a_run_that_cannot_be_read_is_a_row_that_says_why(workspace, index):
+    run = write_run(workspace.path / "runs/a")
+    (run / "job.json").write_text("{")
+    index.refresh()
+    row = index.row("a")
+    assert row["status"] == "error"
+    assert "job.json" in row["reason"]
+
+
+def test_a_job_that_waits_and_one_that_failed_show_in_their_model(workspace, index):
+    model = workspace.create("car", {})
+    spec = JobSpec(("train", "."), "car-1", run="runs/1", folder=str(model.path))
+    waiting = new_job(spec, 1.0)
+    index.refresh([waiting])
+    assert (index.row("car")["status"], index.row("car")["job"]) == ("queued", "car-1")
+    failed = waiting.claimed("me", 2.0).finished(State.FAILED, 3.0, "exit code 2: no such track")
+    index.refresh([failed])
+    assert (index.row("car")["status"], index.row("car")["reason"]) == ("error", "exit code 2: no such track")
+
+
+def test_the_rows_of_runs_survive_the_process(workspace):
+    write_run(workspace.path / "runs/a")
+    first = Index(workspace)
+    first.refresh()
+    first.close()
+    again = Index(workspace)
+    assert [type(row) for row in again._runs.values()] == [RunRow]
+    again.close()
