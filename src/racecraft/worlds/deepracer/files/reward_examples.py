@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from racecraft.worlds.deepracer.files.reward_samples import read_sample
+
 Params = dict[str, Any]
 
 
@@ -15,13 +17,13 @@ def default_reward_source(has_objects: bool = False, has_rivals: bool = False) -
     that race each other, for speed in a free lane.
     """
     if has_rivals:
-        return _AMONG_CARS_SOURCE
-    return _AMONG_OBJECTS_SOURCE if has_objects else _DEFAULT_SOURCE
+        return read_sample("pass_cars")
+    return read_sample("free_lane" if has_objects else "centre_line")
 
 
 def racing_reward_source() -> str:
     """Return the reward function of the car that races, as text for a new file."""
-    return _RACING_SOURCE
+    return read_sample("metres_gained")
 
 
 def example_situations() -> dict[str, Params]:
@@ -88,134 +90,3 @@ def _situation(offset: float = 0.1, **changes: Any) -> Params:
         "sim_time": changes.get("steps", 2.0) / 15,
     }
     return {**params, **changes}
-
-
-_RACING_SOURCE = '''\
-"""Pay the car for every metre that it gains along the centre line, and a little for steering calmly.
-
-`params` tells where the car is and what it does at this moment; the number returned is its pay for this moment.
-A fast line gains more metres a moment, so the car finds one by itself. Change the pay below and train again.
-"""
-
-
-class Before:
-    """What the car did a moment ago; every car has its own."""
-
-    steps, progress, steering = float("inf"), 0.0, 0.0
-
-
-def reward_function(params):
-    """Return the reward for one tick."""
-    steps, progress, steering = params["steps"], params["progress"], params["steering_angle"]
-    if steps <= Before.steps:  # a new episode
-        Before.progress, Before.steering = progress, steering
-    metres = (progress - Before.progress) / 100.0 * params["track_length"]
-    turned = abs(steering - Before.steering) / 30.0
-    Before.steps, Before.progress, Before.steering = steps, progress, steering
-    return 2.0 * metres - 0.1 * turned
-'''
-
-_DEFAULT_SOURCE = '''\
-"""Pay the car for staying near the centre line.
-
-`params` tells where the car is and what it does at this moment; the number returned is its pay for this moment.
-Change the shares and the pay below, train again, and see what the car makes of it.
-"""
-
-
-def reward_function(params):
-    """Return the reward for one tick."""
-    # How far the car is from the centre line, in metres, and how wide the track is here.
-    distance = params["distance_from_center"]
-    width = params["track_width"]
-
-    # Three bands round the centre line: the nearer, the more.
-    if distance <= 0.10 * width:
-        return 1.0
-    if distance <= 0.25 * width:
-        return 0.5
-    if distance <= 0.50 * width:
-        return 0.1
-
-    # Beyond the border: next to nothing, but not zero, so that less bad is still told from worse.
-    return 1e-3
-'''
-
-_AMONG_OBJECTS_SOURCE = '''\
-"""Pay the car for staying on the road and, near an object, for being in the other lane.
-
-`params` tells where the car is, what it does, and what stands or drives ahead; the number returned is its pay for this
-moment. Change the distances and the pay below, train again, and see what the car makes of it.
-"""
-
-NEAR = 1.2  # metres ahead within which an object matters
-BESIDE = 0.35  # metres past its middle until which it still does
-
-
-def reward_function(params):
-    """Return the reward for one tick."""
-    if params["is_crashed"] or params["is_offtrack"]:
-        return 1e-3
-
-    # The car's place across the road: -1 at the right border, 0 on the centre line, 1 at the left border.
-    half = 0.5 * params["track_width"]
-    place = params["distance_from_center"] / half
-    if not params["is_left_of_center"]:
-        place = -place
-
-    # Where it should be: on the centre line, or in the middle of the lane that the nearest object leaves free.
-    wanted = 0.0
-    nearest = NEAR
-    for distance, is_left in zip(params["objects_distance"], params["objects_left_of_center"]):
-        ahead = (distance - params["projection_distance"]) % params["track_length"]
-        if params["track_length"] - ahead < BESIDE:
-            ahead = 0.0
-        if ahead < nearest:
-            nearest = ahead
-            wanted = -0.55 if is_left else 0.55
-
-    # The nearer to that place, the more; beyond the border nearly nothing.
-    if abs(place) > 1.0:
-        return 1e-3
-    return max(1e-3, 1.0 - abs(place - wanted)) ** 2
-'''
-
-_AMONG_CARS_SOURCE = '''\
-"""Pay the car for speed and, behind or beside another car, for being in the other lane: so that it overtakes.
-
-A car that is paid for its place on the road alone is content behind a slow one. Paid for its speed, it loses by waiting
-there, and by running into the other it loses all that would still come.
-"""
-
-FAST = 1.0  # m/s that are paid in full; more is paid more
-NEAR = 1.5  # metres ahead within which another car matters
-BESIDE = 0.4  # metres past its middle until which it still does
-
-
-def reward_function(params):
-    """Return the reward for one tick."""
-    if params["is_crashed"] or params["is_offtrack"]:
-        return 1e-3
-
-    # The car's place across the road: -1 at the right border, 0 on the centre line, 1 at the left border.
-    half = 0.5 * params["track_width"]
-    place = params["distance_from_center"] / half
-    if not params["is_left_of_center"]:
-        place = -place
-
-    # Where it should be: on the centre line, or in the middle of the lane that the nearest car leaves free.
-    wanted = 0.0
-    nearest = NEAR
-    for number, distance in enumerate(params["objects_distance"]):
-        ahead = (distance - params["projection_distance"]) % params["track_length"]
-        if params["track_length"] - ahead < BESIDE:
-            ahead = 0.0
-        if ahead < nearest:
-            nearest = ahead
-            wanted = -0.5 if params["objects_left_of_center"][number] else 0.5
-
-    # The nearer to that place and the faster, the more; beyond the border nearly nothing.
-    if abs(place) > 1.0:
-        return 1e-3
-    return max(1e-3, 1.0 - 0.5 * abs(place - wanted)) ** 2 * params["speed"] / FAST
-'''

@@ -1,0 +1,62 @@
+"""What a car learns from each sample reward: curve, flying lap and share finished, over several seeds.
+
+    python benchmarks/reward_samples.py OUT.json [--only NAME …] [--seeds 3] [--steps 60000]
+
+Every sample trains on re:Invent 2018 with the car and settings of `racecraft new`, in one thread; samples for objects
+train among boxes, those for cars behind bots. Curve and judging are those of `racing.py`. A finished row stays in
+OUT.json, and a second call does the rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from racing import Curve, judged
+
+from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.files.reward_samples import read_sample, sample_names
+from racecraft.worlds.deepracer.training.new_model import new_model
+from racecraft.worlds.deepracer.training.plan import RaceRequest
+
+RACES = {"free_lane": "OBJECT_AVOIDANCE", "pass_cars": "HEAD_TO_BOT"}
+"""The race of a sample that is no time trial."""
+
+
+def main() -> None:
+    """Train and judge what OUT.json lacks."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--only", nargs="*", default=sample_names())
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=60_000)
+    asked = parser.parse_args()
+    rows = json.loads(asked.out.read_text())["rows"] if asked.out.is_file() else []
+    for seed in range(1, asked.seeds + 1):
+        for name in asked.only:
+            if any((row["sample"], row["seed"], row["steps"]) == (name, seed, asked.steps) for row in rows):
+                continue
+            rows.append({"sample": name, "seed": seed, "steps": asked.steps, **trained(name, seed, asked.steps)})
+            asked.out.write_text(json.dumps({"rows": rows}, indent=1))
+            print({key: value for key, value in rows[-1].items() if key != "curve"}, flush=True)
+
+
+def trained(name: str, seed: int, steps: int) -> dict[str, Any]:
+    """Train a car with a sample and judge it; return what came of it."""
+    with tempfile.TemporaryDirectory() as kept:
+        folder, curve = Path(kept) / "car", Curve()
+        new_model(folder)
+        (folder / "reward_function.py").write_text(read_sample(name), encoding="utf-8")
+        overrides = ["runtime.threads=1", f"race.type={RACES.get(name, 'TIME_TRIAL')}"]
+        request = RaceRequest(
+            folder, run=Path(kept) / "run", seed=seed, stops=(f"steps={steps}",), overrides=tuple(overrides)
+        )
+        run = train(request, curve, lambda text: None).run
+        return {**judged(run.path), "curve": curve.rows}
+
+
+if __name__ == "__main__":
+    main()
