@@ -15,12 +15,11 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from racing import Curve, judged
-
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.files.reward_samples import read_sample, sample_names
 from racecraft.worlds.deepracer.training.new_model import new_model
 from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racing import Curve, judged
 
 RACES = {"free_lane": "OBJECT_AVOIDANCE", "pass_cars": "HEAD_TO_BOT"}
 """The race of a sample that is no time trial."""

@@ -32,6 +32,7 @@ KIND = WorldKind(
     commands=(
         Command("new", f"{CLI}.new:new", TRAIN),
         Command("check", f"{CLI}.check:check", TRAIN),
+        Command("reward", f"{CLI}.reward:app", TRAIN),
         Command("train", f"{CLI}.train:train", TRAIN),
         Command("explain", f"{CLI}.explain:explain", TRAIN),
         Command("evaluate", f"{CLI}.evaluate:evaluate", JUDGE),

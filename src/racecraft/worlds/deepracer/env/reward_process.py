@@ -94,6 +94,17 @@ class RewardProcess:
         self._groups += 1
         return RewardCopies(self, self._groups - 1, count)
 
+    def variant(self, source: RewardSource) -> RewardCopies:
+        """Load another source into the same process; return the one copy of it.
+
+        Raises:
+            RewardFileError: It cannot be loaded.
+        """
+        loaded = {"path": str(source.path), "text": source.text, "modules": dict(source.modules)}
+        self._ask_while_loading({"variant": loaded})
+        self._groups += 1
+        return RewardCopies(self, self._groups - 1, 1)
+
     def call(self, params: Params) -> float:
         """Return the reward for one dictionary of parameters.
 
@@ -131,7 +142,7 @@ class RewardProcess:
             raise RewardError(self._letter(error)) from None
         paid: Array = np.frombuffer(came) if len(came) % 8 == 0 else np.zeros(0)
         if isinstance(failed := told.get("error"), str):
-            raise FailedRowError(_plain(failed), paid)
+            raise FailedRowError(_plain(failed), paid, told)
         if len(paid) != rows or not (np.abs(paid) <= MAX_REWARD).all():
             raise RewardError(
                 "{where}: reward_function's process answered {count} bytes; expected {rows} numbers from "
@@ -166,7 +177,8 @@ class RewardProcess:
                 line=self._line_of(error),
             ) from None  # fmt: skip
         if "file_error" in told:
-            self.close()
+            if "load" in asked:
+                self.close()
             found, expected, hint, line, key = told["file_error"]
             raise RewardFileError(self.path, _plain(str(found)), expected, hint, line=line, key=key)
         return told
@@ -223,9 +235,29 @@ class RewardCopies(CarRewards):
 
     def pay(self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None, rewards: Any) -> None:
         """Write what cars earned in a tick; see `CarRewards.pay`."""
-        rows = len(cars)
-        if not rows:
+        if not len(cars):
             return
+        try:
+            rewards[cars], told = self.ask(course, cars, reports, objects)
+        except FailedRowError as error:
+            rewards[cars[: len(error.paid)]] = error.paid[: len(cars)]
+            raise RewardError(str(error)) from None
+        if self.is_traced:
+            steps = told.get("traces", [[]])[-1]
+            self.terms = dict(sorted((Term(int(line), str(name)), float(value)) for line, name, _, value in steps))
+
+    def ask(
+        self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Return what rows earned, float64 (R,), and what else was told; see `CarRewards.pay` for the arguments.
+
+        Traced, "traces" holds what each row's lines did, as `RewardTrace.steps`, "last_lines" where each returned, and
+        "lines" which lines ran.
+
+        Raises:
+            FailedRowError: A row failed.
+        """
+        rows = len(cars)
         head = b'{"tick":[%d,%d,%d]%s}' % (
             self._process.number_of(course), self._group, rows, b',"trace":1' if self.is_traced else b"",
         )  # fmt: skip
@@ -233,19 +265,17 @@ class RewardCopies(CarRewards):
         if objects is not None:
             counts = () if objects.counts is None else (objects.counts.astype(np.int64),)
             parts = (*parts, objects.boxes.astype(float), objects.states, *counts)
-        try:
-            paid, told = self._process.pay(head, b"".join(part.tobytes() for part in parts), rows)
-        except FailedRowError as error:
-            rewards[cars[: len(error.paid)]] = error.paid[:rows]
-            raise RewardError(str(error)) from None
-        rewards[cars] = paid
-        if self.is_traced:
-            self.terms = {Term(int(line), str(name)): float(value) for line, name, value in told.get("terms", ())}
+        return self._process.pay(head, b"".join(part.tobytes() for part in parts), rows)
 
 
 class FailedRowError(RewardError):
-    """A row failed after others were paid."""
+    """A row failed after others were paid.
 
-    def __init__(self, text: str, paid: Array) -> None:
+    Attributes:
+        paid: What the rows before it earned, float64.
+        told: What else was told.
+    """
+
+    def __init__(self, text: str, paid: Array, told: Mapping[str, Any]) -> None:
         super().__init__(text)
-        self.paid = paid
+        self.paid, self.told = paid, told

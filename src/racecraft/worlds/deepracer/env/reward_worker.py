@@ -2,13 +2,15 @@
 
     {"load": …}                        gives up its rights, loads the file     → {"layers": […], "line": 12}
     {"copies": 32}                     loads a copy for each car               → {}
+    {"variant": {…}}                   loads another source beside the file    → {}
     {"course": {…}}, waypoints         keeps what stays the same on a track    → {}
     {"tick": [course, group, rows]},   pays the cars of these rows             → rewards, float64 (rows,)
         cars, reports, objects
     {"call": {…}}, waypoints           pays for one dictionary                 → reward, float64 (1,)
 
 Any answer may also hold "printed", what the function printed; "error", why it failed, after as many rewards as went
-before; with {"trace": 1}, "terms". While an answer takes long, {"alive": k} tells after which car.
+before; with {"trace": 1}, "traces", "last_lines" and "lines" (`reward_trace.py`). While an answer takes long,
+{"alive": k} tells after which car.
 """
 
 from __future__ import annotations
@@ -113,6 +115,10 @@ class Worker:
                 self._courses.append(Course(asked["course"], body))
             elif "copies" in asked:
                 self._groups.append(self._copies(asked["copies"]))
+            elif "variant" in asked:
+                other = asked["variant"]
+                source = source_of(other["path"], other["text"], other["modules"])
+                self._groups.append([load_reward_function(source, cast(TextIO, self.printed), is_restricted=True)])
             elif "load" in asked:
                 told = self._load(asked["load"])
         except RewardError as error:
@@ -150,8 +156,12 @@ class Worker:
         for car, params in rows:
             if is_traced:
                 trace = RewardTrace(copies[car])
-                paid.append(trace.call(params))
-                told["terms"] = [[term.line, term.name, value] for term, value in trace.terms.items()]
+                try:
+                    paid.append(trace.call(params))
+                finally:
+                    told.setdefault("traces", []).append(trace.steps)
+                    told.setdefault("last_lines", []).append(trace.last_line)
+                    told["lines"] = sorted(trace.lines.union(told.get("lines", ())))
             else:
                 paid.append(copies[car].call(params))
             self._tell_alive(len(paid))

@@ -28,6 +28,10 @@ class Term:
     """Of the variable."""
 
 
+Step = tuple[int, str, float | None, float]
+"""A line, a variable, what it held before the line ran (None: no number) and after."""
+
+
 class RewardTrace:
     """A reward function that also tells how it came to its last answer.
 
@@ -37,8 +41,17 @@ class RewardTrace:
 
     def __init__(self, reward: RewardFunction) -> None:
         self.reward = reward
-        self.terms: dict[Term, float] = {}
-        """Of the last call, in the order of lines; of a line that ran often what it gave last."""
+        self.steps: list[Step] = []
+        """Of the last call, in the order in which they ran."""
+        self.lines: set[int] = set()
+        """Which lines the last call ran."""
+        self.last_line = 0
+        """The line at which the last call returned; 0 where it is not of the file."""
+
+    @property
+    def terms(self) -> dict[Term, float]:
+        """What each line gave each variable last, in the order of lines."""
+        return dict(sorted((Term(line, name), value) for line, name, _, value in self.steps))
 
     def call(self, params: Params) -> float:
         """Return the reward of one tick, as `RewardFunction.call` does.
@@ -46,14 +59,23 @@ class RewardTrace:
         Raises:
             RewardError: The function failed.
         """
-        found: dict[Term, float] = {}
+        self.steps, self.lines, self.last_line = [], set(), 0
         before = sys.gettrace()
-        sys.settrace(_tracer(str(self.reward.path), found))
+        sys.settrace(self._tracer())
         try:
             return self.reward.call(params)
         finally:
             sys.settrace(before)
-            self.terms = dict(sorted(found.items()))
+
+    def _tracer(self) -> Any:
+        """Return the function that the interpreter tells of every frame; it looks into those of one file."""
+        path = str(self.reward.path)
+
+        def enter(frame: FrameType, event: str, arg: Any) -> Any:
+            is_theirs = frame.f_code.co_filename == path and not frame.f_code.co_name.startswith("<")
+            return _Lines(frame, self).see if is_theirs else None
+
+        return enter
 
 
 def line_of(source: RewardSource, term: Term) -> str:
@@ -62,31 +84,25 @@ def line_of(source: RewardSource, term: Term) -> str:
     return lines[term.line - 1].strip() if term.line <= len(lines) else ""
 
 
-def _tracer(path: str, found: dict[Term, float]) -> Any:
-    """Return the function that the interpreter tells of every frame; it looks into those of one file."""
-
-    def enter(frame: FrameType, event: str, arg: Any) -> Any:
-        is_theirs = frame.f_code.co_filename == path and not frame.f_code.co_name.startswith("<")
-        return _Lines(frame, found).see if is_theirs else None
-
-    return enter
-
-
 class _Lines:
     """Sees one frame's lines and keeps what each of them changed."""
 
-    def __init__(self, frame: FrameType, found: dict[Term, float]) -> None:
-        self._found, self._line = found, frame.f_lineno
+    def __init__(self, frame: FrameType, trace: RewardTrace) -> None:
+        self._trace, self._line = trace, frame.f_lineno
         self._before = _numbers(frame.f_locals)
 
     def see(self, frame: FrameType, event: str, arg: Any) -> Any:
         """Keep what the line before this one changed."""
         if event not in ("line", "return"):
             return self.see
+        if event == "line":
+            self._trace.lines.add(frame.f_lineno)
+        else:
+            self._trace.last_line = frame.f_lineno
         now = _numbers(frame.f_locals)
         for name, value in now.items():
-            if self._before.get(name) != value:
-                self._found[Term(self._line, name)] = value
+            if (before := self._before.get(name)) != value:
+                self._trace.steps.append((self._line, name, before, value))
         self._before, self._line = now, frame.f_lineno
         return self.see
 

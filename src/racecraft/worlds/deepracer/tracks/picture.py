@@ -84,7 +84,7 @@ def draw_track(
     _draw_scale(axes, track)
     _write_title(axes, track, title)
     if path is not None:
-        _save(figure, Path(path), dpi)
+        save_picture(figure, Path(path), dpi)
     return figure
 
 
@@ -299,8 +299,13 @@ def _write_title(axes: Any, track: Track, title: str | None) -> None:
     figure.text(left, 1 - 0.5 / total_h, "   ·   ".join(facts), fontsize=9, color=QUIET, va="top", ha="left")
 
 
-def _save(figure: Figure, path: Path, dpi: int) -> None:
-    """Write the figure in one move, in the format of the path's ending."""
+def save_picture(figure: Figure, path: Path, dpi: int = 160) -> None:
+    """Write a figure in one move, in the format of the path's ending.
+
+    Raises:
+        TrackError: The ending is no picture's.
+        OutputFileError: The file cannot be written.
+    """
     kind = path.suffix.lstrip(".").lower() or "png"
     if kind not in figure.canvas.get_supported_filetypes():
         raise TrackError(path, Message("the ending .{kind}", kind=kind), "a picture: .png, .svg or .pdf")

@@ -1,7 +1,6 @@
 """Another reward for laps that were driven: what would it have paid? Begin with `new_reward`.
 
-The reward function gets the dictionary that the simulator would have given it, in AWS's words and units, with every
-place computed from x and y on the track.
+The reward function gets the dictionary that the simulator would have given it (`driving/reward/rescore.py`).
 """
 
 from __future__ import annotations
@@ -13,38 +12,21 @@ import numpy as np
 
 from racecraft.analysis.plot import Plot, sheet
 from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, require, values
+from racecraft.worlds.deepracer.driving.reward.rescore import Rescored, rows_of
+from racecraft.worlds.deepracer.env.reward_params import RewardParams
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl
 
 Params = dict[str, Any]
+COLOUR, QUIET_COLOUR = "#0072b2", "#7a8087"
 
 
 def reward_params(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Iterator[Params]:
     """Yield the dictionary of each tick as the simulator hands it to a reward function: degrees, percent, metres."""
-    frame = require(ticks, "x_m", "y_m", "yaw_rad", "steering_rad", "speed_mps", "tick", "progress_share", "status",
-                    "all_wheels_on_track")  # fmt: skip
-    found = track.locate(frame.select("x_m", "y_m").to_numpy())
-    waypoints = [tuple(row) for row in track.centre.tolist()]
-    degrees = {name: np.degrees(values(frame, name)[0]) for name in ("yaw_rad", "steering_rad")}
-    status = frame["status"].cast(str).to_list()
-    columns = zip(
-        frame["x_m"].to_list(), frame["y_m"].to_list(), degrees["yaw_rad"].tolist(), degrees["steering_rad"].tolist(),
-        frame["speed_mps"].to_list(), frame["tick"].to_list(), (100 * values(frame, "progress_share")[0]).tolist(),
-        frame["all_wheels_on_track"].to_list(), status, found.distance.tolist(), found.is_left.tolist(),
-        found.width.tolist(), found.previous_waypoint.tolist(), found.next_waypoint.tolist(), found.arc.tolist(),
-        strict=True,
-    )  # fmt: skip
-    for x, y, yaw, steer, speed, tick, progress, wheels, state, off, left, width, before, after, arc in columns:
-        yield {
-            "all_wheels_on_track": bool(wheels), "x": x, "y": y, "closest_waypoints": [before, after],
-            "distance_from_center": off, "heading": yaw, "is_left_of_center": left, "is_offtrack": state == "off_track",
-            "is_crashed": state == "crashed", "is_reversed": not track.is_ccw, "progress": progress, "speed": speed,
-            "steering_angle": steer, "steps": tick, "track_length": track.length, "track_width": width,
-            "waypoints": waypoints, "projection_distance": arc, "closest_objects": [0, 0], "objects_distance": [],
-            "objects_heading": [], "objects_left_of_center": [], "objects_location": [], "objects_speed": [],
-        }  # fmt: skip
+    rows, _ = rows_of(_required(ticks), track)
+    yield from RewardParams(track, track.is_reversed).of(rows)
 
 
 def new_reward(ticks: pl.DataFrame | pl.LazyFrame, track: Track, reward_function: Callable[[Params], Any]) -> Plot:
@@ -56,18 +38,31 @@ def new_reward(ticks: pl.DataFrame | pl.LazyFrame, track: Track, reward_function
     Args:
         ticks: The ticks.
         track: The circuit, turned as it was driven.
-        reward_function: Takes the dictionary of `reward_params`; `formats.aws.reward_file` loads one from a file.
+        reward_function: Takes the dictionary of `reward_params`; `env.reward_process` opens one from a file.
     """
     import polars as pl
 
-    frame = require(ticks, "status", "reward", "unique_episode")
-    held = (frame["status"] == "prepare").fill_null(False).to_list()
-    paid = [
-        0.0 if waits else float(reward_function(params))
-        for waits, params in zip(held, reward_params(frame, track), strict=True)
+    frame = _required(ticks)
+    rows, is_paid = rows_of(frame, track)
+    paid = np.zeros(len(rows))
+    paid[is_paid] = [
+        float(reward_function(params)) for params in RewardParams(track, track.is_reversed).of(rows[is_paid])
     ]
     data = frame.with_columns(pl.Series("new_reward", paid, dtype=pl.Float64))
     return Plot("new_reward", "Another reward for the same laps", data, lambda: _draw(data))
+
+
+def scatter_of_rewards(found: Rescored) -> Plot:
+    """Return both rewards of each episode, and of each complete lap its time with both."""
+    import polars as pl
+
+    data = pl.DataFrame([one.__dict__ for one in found.episodes])
+    return Plot("rescored", "Then and now", data, lambda: _draw_rescored(found))
+
+
+def _required(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
+    return require(ticks, "x_m", "y_m", "yaw_rad", "steering_rad", "speed_mps", "tick", "progress_share", "status",
+                   "all_wheels_on_track", "reward", "unique_episode")  # fmt: skip
 
 
 def _draw(data: pl.DataFrame) -> Any:
@@ -75,6 +70,23 @@ def _draw(data: pl.DataFrame) -> Any:
 
     sums = data.group_by("unique_episode").agg(pl.col("reward", "new_reward").sum())
     figure, (axes,) = sheet(1, 1, ["Reward of each episode, then and now"], (5.0, 3.6))
-    axes.scatter(*values(sums, "reward", "new_reward"), s=10, color="#0072b2", alpha=0.6, lw=0)
+    axes.scatter(*values(sums, "reward", "new_reward"), s=10, color=COLOUR, alpha=0.6, lw=0)
     name_axes(axes, "reward in the log", "new reward")
+    return figure
+
+
+def _draw_rescored(found: Rescored) -> Any:
+    titles = ["Reward of each episode", "Complete laps, then", "Complete laps, now"]
+    figure, (episodes, *laps) = sheet(1, 3, titles if found.laps else titles[:1], (4.2, 3.6))
+    for is_lap, colour in ((False, QUIET_COLOUR), (True, COLOUR)):
+        some = [one for one in found.episodes if one.is_lap is is_lap]
+        label = "complete laps" if is_lap else "others"
+        episodes.scatter([e.old for e in some], [e.new for e in some], s=12, color=colour, alpha=0.6, lw=0, label=label)
+    episodes.legend(frameon=False, fontsize=8)
+    name_axes(episodes, "reward in the log", "new reward")
+    for axes, name in zip(laps, ("old", "new"), strict=False):
+        axes.scatter(
+            [one.seconds for one in found.laps], [getattr(one, name) for one in found.laps], s=12, color=COLOUR
+        )
+        name_axes(axes, "lap time (s)", "reward in the log" if name == "old" else "new reward")
     return figure

@@ -1,7 +1,7 @@
 """Pay the same everywhere on the road, and nearly nothing beside it.
 
-The car learns to stay between the borders. No line and no speed is asked for, so it weaves, and slow laps earn as much a
-second as fast ones.
+The car learns to stay between the borders. No line and no speed is asked for, so it weaves, and a slow lap earns as
+much a second as a fast one.
 """
 
 
