@@ -48,6 +48,7 @@ from racecraft.worlds.deepracer.training.aws.setup import aws_setup
 from racecraft.worlds.deepracer.training.cloning import fit_critic, require_same_shape
 from racecraft.worlds.deepracer.training.courses import both_ways, starts
 from racecraft.worlds.deepracer.training.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
+from racecraft.worlds.deepracer.training.expectations import require_expectations
 from racecraft.worlds.deepracer.training.live import LivePublisher
 from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
 from racecraft.worlds.deepracer.training.opponents import against_world, require_racing
@@ -88,6 +89,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
 
     Raises:
         RewardFileError: The reward function cannot be loaded.
+        RewardError: A case of the racer's does not hold.
     """
     settings = planned.settings
     is_trusted = planned.request.trust_reward
@@ -100,6 +102,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
             is_racing=planned.request.preset == "race",
         )
     ) as reward:
+        require_expectations(reward)
         yield _experiment(planned, reward)
 
 

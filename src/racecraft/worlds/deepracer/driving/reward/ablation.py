@@ -1,7 +1,7 @@
 """Which lines matter: each is taken out in turn, and the same moments are paid again. Begin with `ablate`.
 
-A line whose removal changes nothing on any moment has no effect; one whose removal moves the pay a hundred times as
-much as that of another drowns it. Lines are whole statements of the reward function and the functions beside it, and
+A line whose removal changes nothing on any moment has no effect; a term that moves the pay by less than a hundredth of
+what the pay varies is drowned. Lines are whole statements of the reward function and the functions beside it, and
 single terms of a sum.
 """
 
@@ -59,23 +59,24 @@ def ablate(
     return cuts
 
 
-def ablation_findings(cuts: list[Cut]) -> list[Finding]:
-    """Return the parts that never matter, and those that others drown."""
-    found = [
+def ablation_findings(cuts: list[Cut], as_it_is: Array) -> list[Finding]:
+    """Return the parts without effect, and the terms that the rest drowns.
+
+    Args:
+        cuts: What each part does.
+        as_it_is: What the file pays for the moments, as it is.
+    """
+    spread = float(np.nanmean(np.abs(as_it_is - np.nanmedian(as_it_is))))
+    silent = [
         Finding(NOTE, "no effect", f"`{cut.text}` never changes the pay", "Take it out, or look why it has no effect.",
                 cut.line)
         for cut in cuts if cut.effect == 0.0
     ]  # fmt: skip
-    sizes = [cut for cut in cuts if cut.is_term and 0.0 < cut.effect < np.inf]
-    if sizes:
-        loud = max(sizes, key=lambda cut: cut.effect)
-        found += [
-            Finding(NOTE, "drowned", f"`{cut.text}` moves the pay by {cut.effect:.3g} on average, and line "
-                    f"{loud.line}, `{loud.text}`, by {loud.effect:.3g}: it is drowned",
-                    "Bring them to one scale.", cut.line)
-            for cut in sizes if cut.effect * DROWNS < loud.effect
-        ]  # fmt: skip
-    return found
+    return silent + [
+        Finding(NOTE, "drowned", f"`{cut.text}` moves the pay by {cut.effect:.3g} on average, and the pay varies by "
+                f"{spread:.3g}: it is drowned", "Bring the terms to one scale.", cut.line)
+        for cut in cuts if cut.is_term and 0.0 < cut.effect * DROWNS < spread
+    ]  # fmt: skip
 
 
 def _variants(source: RewardSource, lines: frozenset[int]) -> Iterator[tuple[_Place, ast.Module]]:

@@ -159,15 +159,18 @@ class _Checking:
 
     def result(self) -> RewardCheck:
         self._text()
-        paid, lines, failed = self._moments()
-        drives = [self._fresh().pay(drive.track, drive.reports) for drive in self._stock]
+        paid, lines = self._moments()
+        if np.isnan(paid).all():
+            drives = []
+        else:
+            drives = [self._fresh().pay(drive.track, drive.reports) for drive in self._stock]
         microseconds = self._cost()
-        is_sound = not failed and not any(pay.failures for pay in drives)
-        for drive, pay in zip(self._stock, drives, strict=True):
+        is_drivable = bool(drives) and not any(pay.failures for pay in drives)
+        for drive, pay in zip(self._stock, drives, strict=False):
             self._failures(pay.failures, lambda failure, drive=drive: f"{drive.title}, row {failure.row}")
         tricks: list[Trick] = []
         speed, cuts = None, []
-        if is_sound:
+        if is_drivable:
             sums = [float(pay.rewards.sum()) for pay in drives]
             speed = self._speed(sums)
             tricks = self._tricks(sums)
@@ -196,21 +199,19 @@ class _Checking:
             level = FAULT if "never holds" in remark.text else NOTE
             self._findings.append(Finding(level, "text", remark.text, line=remark.line))
 
-    def _moments(self) -> tuple[Array, frozenset[int], bool]:
-        """Call it on every moment; return what it paid, which lines ran, and whether any moment failed."""
+    def _moments(self) -> tuple[Array, frozenset[int]]:
+        """Call it on every moment; return what it paid, and which lines ran."""
         paid: list[Array] = []
         lines: set[int] = set()
-        failed = 0
         for part in situations(self._stock):
             pay = self._fresh().pay(part.track, part.reports, is_traced=True, is_reversed=part.is_reversed)
             self._failures(pay.failures, lambda failure, part=part: part.titles[failure.row])
             paid.append(pay.rewards)
             lines |= pay.lines
-            failed += len(pay.failures)
         titles, dictionaries = zip(*made_up(), strict=True)
         pay = self._fresh().call(iter(dictionaries))
         self._failures(pay.failures, lambda failure: titles[failure.row])
-        return np.concatenate([*paid, pay.rewards]), frozenset(lines), failed + len(pay.failures) > 0
+        return np.concatenate([*paid, pay.rewards]), frozenset(lines)
 
     def _failures(self, failures: tuple[Failure, ...], title_of: Any) -> None:
         """Keep the first failure of every line and kind."""
@@ -269,7 +270,7 @@ class _Checking:
         with _Variants(self._source) as variants:
             cuts = ablate(self._source, lines, lambda variant: variants.pay(variant, track, moments), once)
         self._findings += [
-            one for one in ablation_findings(cuts) if not (self._reads_objects and one.kind == "no effect")
+            one for one in ablation_findings(cuts, once) if not (self._reads_objects and one.kind == "no effect")
         ]
         return cuts
 

@@ -18,7 +18,7 @@ from racecraft.worlds.deepracer.env.reward_process import FailedRowError, Reward
 from racecraft.worlds.deepracer.files.reward_trace import Step
 from racecraft.worlds.deepracer.tracks.track import Track
 
-MAX_FAILURES = 60
+MAX_FAILURES = 20
 """After so many failed rows the rest is not asked."""
 ROWS_A_MESSAGE, TRACED_ROWS_A_MESSAGE = 20_000, 50
 

@@ -59,11 +59,11 @@ class _Reader:
         """Look at a statement, and at what stands inside it, outermost first."""
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             return
-        if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
-            self._assign(node)
         for part in _own_expressions(node):
             for inner in ast.walk(part):
                 self._look(inner)
+        if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign):
+            self._assign(node)
         for child in ast.iter_child_nodes(node):
             if isinstance(child, ast.stmt):
                 self.read(child)
