@@ -52,7 +52,7 @@ def check(
     from racecraft.worlds.deepracer.driving.reward.check import check_reward
 
     if for_ not in (None, "race"):
-        raise SettingError(f"--for is {for_!r}; expected race.")
+        raise SettingError("--for is {found!r}; expected race.", found=for_)
     found = check_reward(_file(file), for_race=for_ == "race")
     if json:
         print_json(found.as_dictionary())
@@ -105,14 +105,16 @@ def map_(
     mapped = pay_map(payer, circuit, speed, float(np.radians(heading)), float(np.radians(steering)), term)
     if term is not None and term not in mapped.terms:
         raise SettingError(
-            f"--term is {term!r}; expected a variable that holds a number. {nearest(term, mapped.terms)}"
+            "--term is {found!r}; expected a variable that holds a number. {hint}",
+            found=term,
+            hint=nearest(term, mapped.terms),
         )
     facts = mapped.as_dictionary()
     pull = None
     if table is not None:
         actions = read_table(table)
         if not isinstance(actions, ActionTable):
-            raise SettingError(f"--table {table} has ranges; expected a table of actions.")
+            raise SettingError("--table {found} has ranges; expected a table of actions.", found=table)
         pull = pull_of_actions(payer, circuit, PROFILES["v6"], actions, speed)
         facts["pull"] = pull.as_dictionary()
     if picture is not None:

@@ -19,9 +19,13 @@ def require_expectations(reward: RewardProcess) -> None:
     if not path.is_file():
         return
     results = run_cases(path, Payer(reward))
-    failed = [f"  {result.case.name}: {result.text}" for result in results if not result.passed]
+    failed = [result for result in results if not result.passed]
     if failed:
         raise RewardError(
-            "\n".join([f"{path}: {len(failed)} of {len(results)} cases do not hold; expected all of them. Mend the "
-                       "reward or the case.", *failed])
-        )  # fmt: skip
+            "{path}: {failed} of {count} cases do not hold; expected all of them. Mend the reward or the case."
+            "\n{cases}",
+            path=path,
+            failed=len(failed),
+            count=len(results),
+            cases="\n".join(f"  {result.case.name}: {result.text}" for result in failed),
+        )

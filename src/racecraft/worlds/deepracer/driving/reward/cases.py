@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.user_file import read_user_file
 from racecraft.worlds.deepracer.driving.reward.paying import Payer
@@ -104,11 +105,11 @@ def read_cases(path: Path) -> tuple[Track, list[Case]]:
     try:
         table = tomllib.loads(data.decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputFileError(path, f"no TOML ({error})", KIND) from None
+        raise InputFileError(path, Message("no TOML ({error})", error=error), KIND) from None
     unknown = [key for key in table if key not in ("track", "case")]
     cases = table.get("case", [])
     if unknown or not isinstance(cases, list) or not cases:
-        found = f"an unknown key `{unknown[0]}`" if unknown else "no [[case]]"
+        found = Message("an unknown key `{key}`", key=unknown[0]) if unknown else "no [[case]]"
         raise InputFileError(path, found, KIND)
     return load_track(str(table.get("track", "reinvent_base"))), [_case(path, one) for one in cases]
 
@@ -127,32 +128,36 @@ def run_cases(path: Path, payer: Payer) -> list[Result]:
 def _case(path: Path, table: Any) -> Case:
     name = str(table.get("name", "a case without a name")) if isinstance(table, dict) else ""
     if not isinstance(table, dict):
-        raise InputFileError(path, f"a case that is {table!r}", KIND)
+        raise InputFileError(path, Message("a case that is {found!r}", found=table), KIND)
     told = [key for key in table if key in EXPECTATIONS]
     for key in table:
         if key not in ("name", "here", *EXPECTATIONS):
-            raise InputFileError(path, f"an unknown key `{key}`", f"name, here and one of {', '.join(EXPECTATIONS)}",
-                                 nearest(key, ("here", *EXPECTATIONS)), key=name)  # fmt: skip
+            expected = Message("name, here and one of {names}", names=", ".join(EXPECTATIONS))
+            hint = nearest(key, ("here", *EXPECTATIONS))
+            raise InputFileError(path, Message("an unknown key `{key}`", key=key), expected, hint, key=name)
     if len(told) != 1:
-        raise InputFileError(path, f"{len(told)} expectations", f"exactly one of {', '.join(EXPECTATIONS)}", key=name)
+        found = Message("{count} expectations", count=len(told))
+        raise InputFileError(path, found, Message("exactly one of {names}", names=", ".join(EXPECTATIONS)), key=name)
     bound = table[told[0]]
     if told[0] in ("more_than", "less_than"):
         bound = _place(path, name, bound)
     elif isinstance(bound, bool) or not isinstance(bound, int | float):
-        raise InputFileError(path, f"`{told[0]} = {bound!r}`", "a number", key=name)
+        raise InputFileError(path, Message("`{key} = {found!r}`", key=told[0], found=bound), "a number", key=name)
     return Case(name, _place(path, name, table.get("here", {})), told[0], bound)
 
 
 def _place(path: Path, name: str, table: Any) -> Place:
     known = [field.name for field in fields(Place)]
     if not isinstance(table, dict):
-        raise InputFileError(path, f"a place that is {table!r}", "a table such as { share = 0.1 }", key=name)
+        found = Message("a place that is {found!r}", found=table)
+        raise InputFileError(path, found, Message("a table such as {example}", example="{ share = 0.1 }"), key=name)
     for key, value in table.items():
         if key not in known:
-            raise InputFileError(path, f"an unknown key `{key}` of a place", f"some of {', '.join(known)}",
-                                 nearest(key, known), key=name)  # fmt: skip
+            expected = Message("some of {names}", names=", ".join(known))
+            found = Message("an unknown key `{key}` of a place", key=key)
+            raise InputFileError(path, found, expected, nearest(key, known), key=name)
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise InputFileError(path, f"`{key} = {value!r}`", "a number", key=name)
+            raise InputFileError(path, Message("`{key} = {found!r}`", key=key, found=value), "a number", key=name)
     return Place(**{key: float(value) for key, value in table.items()})
 
 

@@ -127,9 +127,12 @@ def rows_of(ticks: pl.DataFrame, track: Track) -> tuple[Array, Array]:
     """
     missing = [name for name in COLUMNS if name not in ticks.columns or ticks[name].null_count() == ticks.height]
     if missing or not ticks.height:
-        what = "holds no ticks" if not ticks.height else f"has no {', '.join(missing)}"
-        raise UserInputError(f"The log {what}; expected poses, commands, progress and rewards of every tick. "
-                             "Give a run folder, a simulation trace or a simulation log.")  # fmt: skip
+        found = f"has no {', '.join(missing)}" if ticks.height else "holds no ticks"
+        raise UserInputError(
+            "The log {found}; expected poses, commands, progress and rewards of every tick. Give a run folder, a "
+            "simulation trace or a simulation log.",
+            found=found,
+        )
     column = {name: ticks[name].cast(float).fill_null(0.0).to_numpy() for name in COLUMNS}
     rows = np.zeros(ticks.height, TICK_REPORT)
     rows["front_x"], rows["front_y"], rows["yaw"] = column["x_m"], column["y_m"], column["yaw_rad"]

@@ -25,7 +25,7 @@ def read_sample(name: str) -> str:
         SettingError: There is none of this name.
     """
     if name not in sample_names():
-        raise SettingError(f"'{name}': there is no such sample. {nearest(name, sample_names())}")
+        raise SettingError("'{found}': there is no such sample. {hint}", found=name, hint=nearest(name, sample_names()))
     return (FOLDER / f"{name}.py").read_text(encoding="utf-8")
 
 
