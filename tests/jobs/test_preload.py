@@ -13,7 +13,7 @@ from tests.jobs.makers import home_in, turn_until, wait_until
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.job import new_job
-from racecraft.jobs.preload import NOTE, VARIABLE, Spare, is_awaited
+from racecraft.jobs.preload import NOTE, VARIABLE, WARM_NOTE, Spare, is_awaited
 from racecraft.jobs.states import State
 from racecraft.jobs.store import MemoryStore
 from racecraft.jobs.supervisor import Supervisor
@@ -131,7 +131,6 @@ def test_nobody_waits_for_one_who_is_gone_or_takes_too_long(home):
         {"cores": 2},
         {"python": "/usr/bin/env"},
         {"folder": "/nowhere"},
-        {"command": ("train",)},
     ],
 )
 def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, other):
@@ -141,3 +140,37 @@ def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, o
     spare._process.wait()
     assert spare.take(job_in(here), home.log("asks")) is None, "it has ended"
     spare.dismiss()
+
+
+def test_a_worker_is_kept_warm_while_who_wants_it_lives_and_a_new_one_follows_a_job(home, here, monkeypatch):
+    monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
+    store = MemoryStore()
+    supervisor = Supervisor(store, home, "me", Capacity(2, 2000))
+    assert not supervisor.turn()
+    (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
+    assert supervisor.turn(), "it stays, though there is no job"
+    first = supervisor._spare
+    assert first.warm
+    assert is_alive(first)
+    store.add(new_job(job_in(here), 1.0))
+    supervisor.turn()
+    assert store.find("asks").process == first._process.pid
+    assert supervisor._spare is not first
+    second = supervisor._spare
+    (home.path / WARM_NOTE).unlink()
+    supervisor.turn()
+    assert not is_alive(second)
+    supervisor.close()
+
+
+def test_a_warm_worker_that_ended_is_replaced(home, monkeypatch):
+    monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
+    (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
+    supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000))
+    supervisor.turn()
+    gone = supervisor._spare
+    gone._process.kill()
+    gone._process.wait()
+    supervisor.turn()
+    assert is_alive(supervisor._spare)
+    supervisor.close()

@@ -73,7 +73,10 @@ def _become_a_job() -> None:
         from racecraft.contract.kinds import kinds
         from racecraft.jobs.preload import await_words
 
-        await_words([module for kind in kinds() for module in kind.imported_ahead])
+        await_words(
+            [module for kind in kinds() for module in kind.imported_ahead],
+            (kind.piece("warm_up") for kind in kinds() if kind.warm_up),
+        )
     parent_watch.hold()
 
 

@@ -17,7 +17,9 @@ from racecraft.console.parts import parts_of
 from racecraft.console.service import Console
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
+from racecraft.contract.errors import RacecraftError
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.preload import keep_warm
 from racecraft.web.access import ONLY_HERE, Access
 from racecraft.web.application import make_application
 from racecraft.web.push import events_answer
@@ -54,9 +56,13 @@ def make_console(
 @contextlib.asynccontextmanager
 async def _running(console: Console) -> AsyncIterator[None]:
     console.watcher.start()
+    stack = contextlib.ExitStack()
+    with contextlib.suppress(OSError, RacecraftError):  # without a warm worker trainings begin later, and begin
+        stack.enter_context(keep_warm(console.home))
     try:
         yield
     finally:
+        stack.close()
         console.watcher.close()
         console.index.close()
 

@@ -93,6 +93,9 @@ class WorldKind:
     """Its part of `import racecraft as rc`: names, each with what it stands for."""
     imported_ahead: tuple[str, ...] = ()
     """Modules that the interpreter of a queued training imports before it knows what is trained."""
+    warm_up: str = ""
+    """Function () that does once what the first training in a process waits for: it loads compiled code. A worker that
+    is kept warm calls it. Default: nothing is done."""
     folder_settings: str = ""
     """Function (folder: Path, json: bool) that prints what a user's folder sets, for `racecraft settings FOLDER`.
     Default: its users have no such folders."""

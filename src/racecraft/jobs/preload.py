@@ -1,4 +1,4 @@
-"""A training's interpreter imports ahead, while the command that begins it still reads. Begin with `announced`.
+"""A process that is ready for a training before it is asked for: `announced` for one, `keep_warm` for any.
 
 Half of what a training takes to its first tick is imports, and they are the same for every car. So a command that is
 about to put one into the store says so before anything else:
@@ -6,6 +6,10 @@ about to put one into the store says so before anything else:
     the command       `announced` notes beside the store that a job comes, and wakes the supervisor
     the supervisor    `Spare` is a process that imports and waits, let go where the command ends without a job
     that process      `await_words` is told its words, and goes on as the process of any job
+
+Whoever lives long and will bring trainings, as the console does, asks for a warm worker instead (`keep_warm`): the
+supervisor then always has a process that has imported, has trained once (`WorldKind.warm_up`) and waits. It takes
+memory and no core.
 
 Nothing depends on it: where no process waits, or one that would not be the same as a new one, a new one is started.
 """
@@ -19,8 +23,9 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_lock import holder_of
@@ -29,9 +34,12 @@ from racecraft.jobs.children import Child, apart, variables, words_now
 from racecraft.jobs.job_paths import JobPaths
 
 VARIABLE = "RACECRAFT_SPARE"
-"""Set to "1" for a process that is to wait for its words."""
+"""Set for a process that is to wait for its words: "1", or WARM for one that trains once before."""
+WARM = "warm"
 NOTE = "coming.json"
 """The file in the folder of jobs that tells who will bring one."""
+WARM_NOTE = "warm.json"
+"""The file there that tells who wants a worker kept warm."""
 PATIENCE_SECONDS = 20.0
 """A command that has not brought its job by then brings it to an interpreter of its own."""
 OWN_VARIABLES = "DR_"
@@ -74,15 +82,46 @@ def is_awaited(home: JobPaths) -> bool:
     return fresh and holder_of(note) is not None
 
 
+@contextlib.contextmanager
+def keep_warm(home: JobPaths) -> Iterator[None]:
+    """Have a worker wait for trainings as long as this lasts, and as long as this process lives.
+
+    Raises:
+        OSError, OutputFileError: The folder of jobs cannot be written.
+    """
+    from racecraft.jobs.supervisor_start import ensure_supervisor
+
+    home.path.mkdir(parents=True, exist_ok=True)
+    note = home.path / WARM_NOTE
+    note.write_text(json.dumps({"pid": os.getpid()}), encoding="utf-8")
+    try:
+        ensure_supervisor(home)
+        yield
+    finally:
+        if holder_of(note) == os.getpid():
+            note.unlink(missing_ok=True)
+
+
+def is_kept_warm(home: JobPaths) -> bool:
+    """Tell whether somebody who lives wants a worker kept warm."""
+    return holder_of(home.path / WARM_NOTE) is not None
+
+
 class Spare:
     """A process that imports ahead and waits for its job's words.
+
+    Args:
+        home: Where the jobs are.
+        warm: Whether it also trains once while it waits.
 
     Raises:
         OSError: It cannot be started.
     """
 
-    def __init__(self, home: JobPaths) -> None:
-        self._born_with = {**os.environ, parent_watch.VARIABLE: "1", "PYTHONUNBUFFERED": "1", VARIABLE: "1"}
+    def __init__(self, home: JobPaths, warm: bool = False) -> None:
+        self.warm = warm
+        spare = WARM if warm else "1"
+        self._born_with = {**os.environ, parent_watch.VARIABLE: "1", "PYTHONUNBUFFERED": "1", VARIABLE: spare}
         self._process = subprocess.Popen(
             [sys.executable, "-m", "racecraft"],
             cwd=home.path,
@@ -100,6 +139,11 @@ class Spare:
         with contextlib.suppress(OSError):
             return cls(home) if is_awaited(home) else None
         return None
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the process is gone, by itself or because somebody ended it."""
+        return self._process.poll() is not None
 
     def take(self, spec: JobSpec, log: Path) -> Child | None:
         """Have it be a job's process; None where a new one would be another, and a new one is needed.
@@ -131,25 +175,28 @@ class Spare:
     def _would_be_the_same(self, spec: JobSpec, wanted: Mapping[str, str]) -> bool:
         """Tell whether a job's own interpreter would have imported the same, and found its folder."""
         return (
-            words_now(spec)[:1] == ("dr",)
-            and spec.python in ("", sys.executable)
+            spec.python in ("", sys.executable)
             and Path(spec.folder).is_dir()
             and _read_by_libraries(wanted) == _read_by_libraries(self._born_with)
         )
 
 
-def await_words(modules: Sequence[str]) -> None:
+def await_words(modules: Sequence[str], warm_ups: Iterable[Callable[[], Any]] = ()) -> None:
     """Import ahead, wait for a job's words, and become its process: its variables, its folder, its log, its words.
 
     Where standard input ends instead, there is no job, and this process ends.
 
     Args:
         modules: What the job will import.
+        warm_ups: What a warm worker does while it waits.
     """
-    del os.environ[VARIABLE]
+    is_warm = os.environ.pop(VARIABLE) == WARM
     for name in modules:
         with contextlib.suppress(Exception):  # the job meets it again, and its own log says what is missing
             importlib.import_module(name)
+    for warm_up in warm_ups if is_warm else ():
+        with contextlib.suppress(Exception):
+            warm_up()
     said = b""
     while not said.endswith(b"\n"):
         more = os.read(0, 1 << 16)

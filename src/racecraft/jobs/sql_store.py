@@ -18,6 +18,7 @@ from sqlalchemy.exc import IntegrityError
 from racecraft.database.engine import DatabaseError, database_errors, open_engine
 from racecraft.database.migrate import migrate
 from racecraft.jobs.job import Job, job_of
+from racecraft.jobs.states import ENDED
 from racecraft.jobs.store import name_taken
 
 _JOBS = sql.Table(
@@ -70,8 +71,15 @@ class SqlStore:
 
     def jobs(self) -> list[Job]:
         """Return all jobs, the oldest first."""
+        return self._found(sql.select(_JOBS.c.told))
+
+    def open_jobs(self) -> list[Job]:
+        """Return the jobs that have not ended, the oldest first."""
+        return self._found(sql.select(_JOBS.c.told).where(_JOBS.c.state.not_in([state.value for state in ENDED])))
+
+    def _found(self, statement: sql.Select[tuple[str]]) -> list[Job]:
         with self._connected() as connection:
-            rows = connection.execute(sql.select(_JOBS.c.told).order_by(_JOBS.c.created, _JOBS.c.name)).scalars().all()
+            rows = connection.execute(statement.order_by(_JOBS.c.created, _JOBS.c.name)).scalars().all()
         return [_job_in(told) for told in rows]
 
     def replace(self, before: Job, after: Job) -> bool:

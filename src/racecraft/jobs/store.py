@@ -48,6 +48,10 @@ class JobStore(Protocol):
         """Return all jobs, the oldest first."""
         ...
 
+    def open_jobs(self) -> list[Job]:
+        """Return the jobs that have not ended, the oldest first."""
+        ...
+
     def replace(self, before: Job, after: Job) -> bool:
         """Put `after`, its revision counted on, in the place of `before`; False: that is not what stands there."""
         ...
@@ -78,6 +82,10 @@ class MemoryStore:
     def jobs(self) -> list[Job]:
         """Return all jobs, the oldest first."""
         return sorted(self._jobs.values(), key=lambda job: (job.created, job.name))
+
+    def open_jobs(self) -> list[Job]:
+        """Return the jobs that have not ended, the oldest first."""
+        return [job for job in self.jobs() if not job.ended]
 
     def replace(self, before: Job, after: Job) -> bool:
         """Put `after` in the place of `before`."""

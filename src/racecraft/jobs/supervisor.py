@@ -27,13 +27,15 @@ from racecraft.jobs.children import Child
 from racecraft.jobs.follow import last_words
 from racecraft.jobs.job import Job
 from racecraft.jobs.job_paths import JobPaths
-from racecraft.jobs.preload import Spare, is_awaited
+from racecraft.jobs.preload import Spare, is_awaited, is_kept_warm
 from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import JobStore, change
 
 TURN_SECONDS = 0.2
 TURN_SECONDS_AWAITED = 0.02
-"""While a process waits for its job."""
+"""While a process waits for a job that was announced."""
+WARM_AFTER_SECONDS = 15.0
+"""A new warm worker begins to import when the training that took the last one is so old: its first lap comes first."""
 BEAT_SECONDS = 5.0
 LOST_SECONDS = 60.0
 """A job whose owner, on another machine, was silent for so long is taken up by whoever notices."""
@@ -88,12 +90,13 @@ class Supervisor:
         self._capacity = capacity or Capacity.of_machine()
         self._grace, self._lost, self._clock = grace_seconds, lost_seconds, clock
         self._spare = spare
+        self._took_spare = -WARM_AFTER_SECONDS
         self._work: dict[str, Work] = {}
 
     @property
     def turn_seconds(self) -> float:
         """How long until it looks again."""
-        return TURN_SECONDS if self._spare is None else TURN_SECONDS_AWAITED
+        return TURN_SECONDS if self._spare is None or self._spare.warm else TURN_SECONDS_AWAITED
 
     @property
     def busy(self) -> bool:
@@ -105,16 +108,17 @@ class Supervisor:
         self._note_log_times()
         self._settle_ended()
         awaited = is_awaited(self._home)  # asked before the store: an announced job is there when it is taken back
-        jobs = self._store.jobs()
+        warm = is_kept_warm(self._home)
+        jobs = self._store.open_jobs()
         self._heed_limits(jobs)
         self._let_go_of_lost(jobs)
-        jobs = self._store.jobs()
+        jobs = self._store.open_jobs()
         self._heed_stops(jobs)
         self._take_up_silent(jobs)
         self._start_waiting([job for job in jobs if job.waits])
-        self._have_ready(awaited)
+        self._have_ready(awaited, warm)
         self._beat(jobs)
-        return self.busy or any(not job.ended for job in jobs)
+        return self.busy or warm or bool(jobs)
 
     def close(self) -> None:
         """End what it works at; whoever comes next goes on with it."""
@@ -251,17 +255,20 @@ class Supervisor:
         """Return a job's process: the one that waits for it, or a new one."""
         log = self._home.log(job.name)
         if self._spare is not None and (child := self._spare.take(job.spec, log)) is not None:
-            self._spare = None
+            self._spare, self._took_spare = None, time.monotonic()
             return child
         return children.start(job.spec, log)
 
-    def _have_ready(self, awaited: bool) -> None:
-        """Have a process wait while a job was announced and has not come."""
-        if self._spare is None:
-            self._spare = Spare.if_awaited(self._home)
-        elif not awaited:
+    def _have_ready(self, awaited: bool, warm: bool) -> None:
+        """Have a process wait while a job was announced and has not come, and while a worker is to be kept warm."""
+        if self._spare is not None and (self._spare.has_ended or not (awaited or warm)):
             self._spare.dismiss()
             self._spare = None
+        if self._spare is None and awaited:
+            self._spare = Spare.if_awaited(self._home)
+        elif self._spare is None and warm and time.monotonic() - self._took_spare > WARM_AFTER_SECONDS:
+            with contextlib.suppress(OSError):
+                self._spare = Spare(self._home, warm=True)
 
     def _beat(self, jobs: list[Job]) -> None:
         """Let others see that our jobs are looked after."""
@@ -311,7 +318,7 @@ def supervise(home: JobPaths, idle_seconds: float = IDLE_SECONDS, spare: Spare |
         finally:
             supervisor.close()
             lock.release()
-        if all(job.ended for job in store.jobs()):  # whoever came while we were leaving saw the lock and left it to us
+        if not store.open_jobs():  # whoever came while we were leaving saw the lock and left it to us
             return
 
 

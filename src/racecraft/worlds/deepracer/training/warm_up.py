@@ -1,0 +1,22 @@
+"""What the first training in a process waits for, done before: compiled code is loaded, torch has planned its kernels."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from racecraft.training import worlds
+from racecraft.training.callbacks import Silent
+from racecraft.worlds.deepracer.training.plan import RaceRequest
+
+
+def warm_up() -> None:
+    """Train a car for one iteration in a folder that is thrown away.
+
+    Later trainings in this process learn the same to the bit: every generator of theirs is seeded by their own seed.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        request = RaceRequest(
+            stops=("iterations=1",), run=Path(folder) / "run", overrides=("evaluation.episodes=1", "evaluation.every=1")
+        )
+        worlds.train(request, Silent(), say=lambda line: None)
