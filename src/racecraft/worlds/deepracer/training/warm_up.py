@@ -9,6 +9,9 @@ from racecraft.training import worlds
 from racecraft.training.callbacks import Silent
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
+SHORT = ("rollout.horizon=16", "ppo.epochs=1", "evaluation.episodes=1", "evaluation.every=1")
+"""All that a training does, and as little of it as may be."""
+
 
 def warm_up() -> None:
     """Train a car for one iteration in a folder that is thrown away.
@@ -16,7 +19,5 @@ def warm_up() -> None:
     Later trainings in this process learn the same to the bit: every generator of theirs is seeded by their own seed.
     """
     with tempfile.TemporaryDirectory() as folder:
-        request = RaceRequest(
-            stops=("iterations=1",), run=Path(folder) / "run", overrides=("evaluation.episodes=1", "evaluation.every=1")
-        )
+        request = RaceRequest(stops=("iterations=1",), run=Path(folder) / "run", overrides=SHORT)
         worlds.train(request, Silent(), say=lambda line: None)
