@@ -47,7 +47,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as folder:
         player = asked.player or fresh_policy(Path(folder) / "run")
-        figures = asyncio.run(measure(player, asked.games, asked.seconds))
+        figures = measure(player, asked.games, asked.seconds)
     print(json.dumps(figures | {"player": asked.player or "policy"}))
 
 
@@ -58,32 +58,38 @@ def fresh_policy(run: Path) -> str:
     return str(run)
 
 
-async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
-    """Serve a player, let the clients play, and return the figures."""
+def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
+    """Serve a player in a thread, let the clients play, and return the figures."""
+    from racecraft.serving.quick_answers import answer_before_thinking, settle
+    from racecraft.web.server import ServerThread
     from racecraft.worlds.battlesnake.players.find import find_player, warm_up
     from racecraft.worlds.battlesnake.players.protocol import BatchPlayer
-    from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer, answer_before_thinking, settle
+    from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
     answer_before_thinking()
     player = find_player(name)
     warm_up(player)
     settle()
     server = SnakeServer(player)
-    port = await server.listen(port=0)
+    thread = ServerThread(server.application, "snake")
+    port = thread.start("127.0.0.1", 0)
     command = [sys.executable, __file__, "--clients", str(port), "--games", str(games), "--seconds", str(seconds)]
-    clients = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
+    clients = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert clients.stdout is not None
-    await clients.stdout.readline()  # they are warm, and begin to count
-    server.count.latencies_ms.clear()
-    late, failed, moves = server.count.late, server.count.failed, server.count.moves
-    output, _ = await clients.communicate()
-    count, at_clients = server.count, json.loads(output)
-    await server.close()
+    clients.stdout.readline()  # they are warm, and begin to count
+    count = server.count
+    count.latencies_ms.clear()
+    late, failed, moves, cpu = count.late, count.failed, count.moves, time.process_time()
+    at_clients = json.loads(clients.stdout.read())
+    spent = time.process_time() - cpu
+    clients.wait()
+    thread.close()
+    server.close()
     return {
         "games": games, "seconds": seconds, "cores": os.cpu_count(),
         "many_at_once": isinstance(player, BatchPlayer), "moves": count.moves - moves,
         "late": max(count.late - late, at_clients["late_at_clients"]), "made_by_server": count.late - late,
-        "failed": count.failed - failed,
+        "failed": count.failed - failed, "server_cpu_us_a_move": round(spent / (count.moves - moves) * 1e6, 1),
         "p50_ms": round(count.within_ms(0.5), 1), "p99_ms": round(count.p99_ms(), 1), **at_clients,
     }  # fmt: skip
 
@@ -123,7 +129,7 @@ async def client(
     while (sent := time.perf_counter()) < ends:
         writer.write(requests[turn % len(requests)].replace(b"GAME", b"%04d" % number))
         head = await reader.readuntil(b"\r\n\r\n")
-        await reader.readexactly(int(head.split(b"Content-Length: ")[1].split(b"\r\n")[0]))
+        await reader.readexactly(int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0]))
         if head.startswith(b"HTTP/1.1 503"):
             refused.append(number)
             break

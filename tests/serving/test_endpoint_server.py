@@ -14,8 +14,10 @@ from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 from racecraft.players.trained import TrainedPolicy
 from racecraft.serving.endpoint_server import EndpointError, EndpointServer
-from racecraft.serving.http_service import HttpError, Request
 from racecraft.serving.invocations import read_question
+from racecraft.web.errors import WebError
+from racecraft.web.json_api import ApiRequest
+from racecraft.web.server import ServerThread
 
 
 class Folder:
@@ -50,8 +52,8 @@ def ask(server, body, kind="application/json", accept="", path="/invocations", m
     """Return the answer's status, type and value."""
 
     async def talk():
-        headers = {"content-type": kind, "accept": accept}
-        return await server._route(Request(method, path, body, time.monotonic(), True, headers))
+        headers = [(b"content-type", kind.encode()), (b"accept", accept.encode())]
+        return await server._route(ApiRequest(method, path, body, time.monotonic(), headers))
 
     reply = asyncio.run(talk())
     value = np.load(io.BytesIO(reply.body)) if reply.kind.endswith("npy") else json.loads(reply.body)
@@ -129,13 +131,13 @@ def test_numbers_are_answered_with_numbers():
 
 
 def question(body, kind="application/json"):
-    return Request("POST", "/invocations", body, 0.0, True, {"content-type": kind})
+    return ApiRequest("POST", "/invocations", body, 0.0, [(b"content-type", kind.encode())])
 
 
 @pytest.mark.parametrize(
     ("body", "kind", "letter"),
     [
-        (b"{", "application/json", "the body is no JSON"),
+        (b"{", "application/json", "the body is not JSON"),
         (b"3", "application/json", "the body is 3; expected an object"),
         (js({"inputs": {"stat": ROWS}}), "application/json", "no observation 'stat'. Did you mean 'state'"),
         (js({"inputs": {}}), "application/json", "state missing"),
@@ -143,7 +145,8 @@ def question(body, kind="application/json"):
         (js({"instances": [[1, 2]]}), "application/json", r"shape \(1, 2\); expected \(rows, 3\)"),
         (js({"instances": [[1, 2, 3], [1]]}), "application/json", "rows of different shapes"),
         (js({"instances": [["a", "b", "c"]]}), "application/json", "expected numbers"),
-        (b'{"instances": [[1, 2, NaN]]}', "application/json", "no numbers; expected finite"),
+        (b'{"instances": [[1, 2, NaN]]}', "application/json", "the body is not JSON"),
+        (npy(np.array([[1, 2, np.inf]])), "application/x-npy", "no numbers; expected finite"),
         (
             js({"state": ROWS, "action_mask": [[0, 0, 0, 0]] * 2}),
             "application/json",
@@ -158,15 +161,15 @@ def question(body, kind="application/json"):
     ],
 )
 def test_wrong_questions_are_told_what_is_wrong(vector, body, kind, letter):
-    with pytest.raises(HttpError, match=letter) as told:
+    with pytest.raises(WebError, match=letter) as told:
         read_question(question(body, kind), vector.spec)
     assert 400 <= told.value.status < 500
 
 
 def test_bytes_outside_a_pictures_range_are_refused(camera):
-    with pytest.raises(HttpError, match="values from 0.0 to 300.0; expected 0 to 255"):
+    with pytest.raises(WebError, match="values from 0.0 to 300.0; expected 0 to 255"):
         read_question(question(js({"instances": np.linspace(0, 300, 768).reshape(1, 24, 32).tolist()})), camera.spec)
-    with pytest.raises(HttpError, match="no picture"):
+    with pytest.raises(WebError, match="no picture"):
         read_question(question(b"junk", "image/jpeg"), camera.spec)
 
 
@@ -176,7 +179,7 @@ def test_an_endpoint_says_what_it_expects(vector):
     assert told["observations"]["state"]["shape"] == [3]
     assert told["labels"] == ["up", "down", "left", "right"]
     for path, method, status in (("/nowhere", "GET", 404), ("/invocations", "GET", 405)):
-        with pytest.raises(HttpError) as error:
+        with pytest.raises(WebError) as error:
             ask(vector, b"", path=path, method=method)
         assert error.value.status == status
 
@@ -198,13 +201,13 @@ def test_who_waits_at_one_moment_shares_a_forward_pass():
     server = EndpointServer(policy_for(VECTOR, DiscreteActions(4)))
     rows = np.random.default_rng(1).normal(size=(60, 3)).astype(np.float32)
 
-    async def everybody():
-        port = await server.listen("127.0.0.1", 0)
-        told = await asyncio.gather(*(post(port, js({"inputs": {"state": [row.tolist()]}})) for row in rows))
-        await server.close()
-        return told
+    async def everybody(port):
+        return await asyncio.gather(*(post(port, js({"inputs": {"state": [row.tolist()]}})) for row in rows))
 
-    told = asyncio.run(everybody())
+    thread = ServerThread(server.application, "endpoint")
+    told = asyncio.run(everybody(thread.start("127.0.0.1", 0)))
+    thread.close()
+    server.close()
     assert [one["outputs"]["actions"][0] for one in told] == server.policy.act({"state": rows}).tolist()
     assert server.requests == 60
     assert server.batches < 60
@@ -212,8 +215,8 @@ def test_who_waits_at_one_moment_shares_a_forward_pass():
 
 async def post(port, body):
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    head = f"POST /invocations HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n"
-    writer.write(head.encode() + b"Connection: close\r\n\r\n" + body)
+    head = f"POST /invocations HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: {len(body)}\r\n"
+    writer.write(head.encode() + b"Content-Type: application/json\r\nConnection: close\r\n\r\n" + body)
     await writer.drain()
     answer = await reader.read()
     writer.close()

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from racecraft.serving import http_service, loop_lag
+from racecraft.serving import loop_lag
 from racecraft.serving.loop_lag import LoopLag
 
 
@@ -54,22 +54,3 @@ def test_one_hiccup_is_no_lasting_lateness_and_a_second_of_it_is():
     for _ in range(50):
         lag.note(1.0)
     assert 0.5 < lag.lasting_seconds < 1.0
-
-
-def test_a_request_arrived_when_its_bytes_were_read_not_when_somebody_took_it_apart(monkeypatch):
-    now = [10.0]
-    monkeypatch.setattr(http_service.time, "monotonic", lambda: now[0])
-
-    async def run():
-        arrived = []
-        reader = http_service._StampedReader(1000)
-        for began in (10.0, 20.0):
-            now[0] = began
-            reader.feed_data(b"GET / HTTP/1.1\r\n")
-            now[0] = began + 3
-            reader.feed_data(b"\r\n")
-            now[0] = began + 5
-            arrived.append((await http_service._read(reader)).arrived)
-        return arrived
-
-    assert asyncio.run(run()) == [10.0, 20.0]

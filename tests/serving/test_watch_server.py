@@ -15,8 +15,8 @@ from PIL import Image
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.run_folder import RunFolder
-from racecraft.web.ports import choose_port, is_free
 from racecraft.serving.watch_server import WatchServer
+from racecraft.web.ports import choose_port, is_free
 from racecraft.worlds.deepracer.env.settings import BoxesConfig
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.live import LivePublisher

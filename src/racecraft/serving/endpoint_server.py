@@ -6,10 +6,13 @@ a lone one goes at once. Every row is decided by itself: an endpoint has no memo
 
 from __future__ import annotations
 
+import asyncio
 import json
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -19,12 +22,18 @@ from racecraft.contract.errors import UserInputError, nearest
 from racecraft.contract.world import DiscreteActions
 from racecraft.players.trained import TrainedPolicy
 from racecraft.serving.batching_queue import BatchingQueue
-from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.serving.invocations import Answer, Question, read_question, signature, write_answer
+from racecraft.serving.invocations import JSON, Answer, Question, read_question, signature, write_answer
+from racecraft.web.access import ONLY_HERE, Access
+from racecraft.web.errors import WebError
+from racecraft.web.json_api import ApiRequest, JsonApi, Reply, guarded
 
 SECONDS_FOR_AN_ANSWER = 60.0
 """As at SageMaker."""
 LATENCIES_KEPT = 10_000
+SHORT_BYTES = 16 * 1024
+"""A body of JSON that is read without a thread: in less time than the way there and back."""
+MAX_HELD_BYTES = 256 * 2**20
+"""Bodies and observations of all questions that wait; a further one is refused."""
 
 
 class EndpointError(UserInputError):
@@ -37,16 +46,20 @@ class EndpointServer:
     Args:
         policy: Who decides.
         member: Of a policy of several groups, whose rows are asked about; "": its only one.
+        access: Who may ask.
 
     Raises:
         EndpointError: The policy remembers from tick to tick, or has several groups and none is named.
     """
 
-    def __init__(self, policy: TrainedPolicy, member: str = "") -> None:
+    def __init__(self, policy: TrainedPolicy, member: str = "", access: Access = ONLY_HERE) -> None:
         self.policy = policy
         self.spec, self._decider = _decider_of(policy, member)
         self._queue: BatchingQueue[Question, Answer] = BatchingQueue(self._decide)
-        self._service = HttpService(self._route)
+        self._reading = ThreadPoolExecutor(1, "racecraft-endpoint-reads")
+        self._held_bytes = 0
+        self.application = guarded(JsonApi(self._route), access)
+        """To be served."""
         self.requests = self.refused = 0
         self.latencies_ms: deque[float] = deque(maxlen=LATENCIES_KEPT)
 
@@ -55,14 +68,10 @@ class EndpointServer:
         """How many forward passes there were."""
         return self._queue.batches
 
-    async def listen(self, host: str, port: int) -> int:
-        """Begin to listen; return the port. Raises OSError."""
-        return await self._service.listen(host, port)
-
-    async def close(self) -> None:
-        """Stop."""
-        await self._service.close()
+    def close(self) -> None:
+        """Let go of the threads, when the application is served no more."""
         self._queue.close()
+        self._reading.shutdown(wait=False, cancel_futures=True)
 
     def p99_ms(self) -> float:
         """Return how long 99 of 100 answers took at most, in this process, ms; 0 before the first."""
@@ -73,28 +82,56 @@ class EndpointServer:
         nothing = {name: np.zeros((1, *part.shape), part.dtype) for name, part in self.spec.visible.items()}
         self._decide([Question(nothing, None, "instances")])
 
-    async def _route(self, request: Request) -> Reply:
+    async def _route(self, request: ApiRequest) -> Reply:
         if request.path == "/ping":
             return Reply(b"{}")
         if request.path == "/" and request.method == "GET":
             return Reply(json.dumps({"run": str(self.policy.run.path), **signature(self.spec)}).encode())
         if request.path != "/invocations":
-            raise HttpError(404, "not_found", f"there is no {request.path[:80]}; expected /ping or /invocations.")
+            raise WebError(404, "not_found", f"there is no {request.path[:80]}; expected /ping or /invocations.")
         if request.method != "POST":
-            raise HttpError(405, "method", f"{request.method} /invocations; expected POST.")
-        try:
-            question = read_question(request, self.spec)
-        except HttpError:
-            self.refused += 1
-            raise
-        try:
-            answer = await self._queue.ask(question, request.arrived + SECONDS_FOR_AN_ANSWER)
-        except TimeoutError:
-            raise HttpError(503, "too_slow", "the policy did not answer in time; try again.") from None
-        reply = write_answer(answer, question, request.headers.get("accept", ""))
+            raise WebError(405, "method", f"{request.method} /invocations; expected POST.")
+        with self._holding(len(request.body)):
+            question = await self._read(request)
+            with self._holding(sum(part.nbytes for part in question.observations.values())):
+                answer = await self._decided(question, request.arrived)
+        reply = write_answer(answer, question, request.header("accept"))
         self.requests += 1
         self.latencies_ms.append((time.monotonic() - request.arrived) * 1000)
         return reply
+
+    @contextmanager
+    def _holding(self, size: int) -> Iterator[None]:
+        """Count bytes that a waiting question keeps in memory.
+
+        Raises:
+            WebError: 503: all that wait keep too many.
+        """
+        if self._held_bytes + size > MAX_HELD_BYTES:
+            self.refused += 1
+            raise WebError(503, "too_many_questions", "too many large questions wait; try again later.")
+        self._held_bytes += size
+        try:
+            yield
+        finally:
+            self._held_bytes -= size
+
+    async def _read(self, request: ApiRequest) -> Question:
+        """Read a question: a short one of JSON at once, any other in a thread, one after another."""
+        try:
+            if len(request.body) <= SHORT_BYTES and request.header("content-type") in ("", JSON):
+                return read_question(request, self.spec)
+            loop = asyncio.get_running_loop()
+            return await loop.run_in_executor(self._reading, read_question, request, self.spec)
+        except WebError:
+            self.refused += 1
+            raise
+
+    async def _decided(self, question: Question, arrived: float) -> Answer:
+        try:
+            return await self._queue.ask(question, arrived + SECONDS_FOR_AN_ANSWER)
+        except TimeoutError:
+            raise WebError(503, "too_slow", "the policy did not answer in time; try again.") from None
 
     def _decide(self, questions: list[Question]) -> Sequence[Answer]:
         """Decide for everybody who waits; those with a mask and those without by themselves."""

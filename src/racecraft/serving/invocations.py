@@ -7,30 +7,38 @@ Forms of a request's body, by its Content-Type:
     application/x-npz    several arrays, by the names of the observations
     image/png, image/jpeg   one picture, for a policy that sees one
 
-Nothing that is opened can run code: arrays of objects are refused.
+Nothing that is opened can run code: arrays of objects are refused. What a body unpacks to is known before it is
+unpacked: an array's header states its size, an archive's directory and a picture's header theirs.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import nearest
 from racecraft.contract.world import Array, ArraySpec, DiscreteActions
 from racecraft.formats.archive import ArchiveError, Limits, members
-from racecraft.serving.http_service import HttpError, Reply, Request
+from racecraft.web.errors import WebError
+from racecraft.web.json_api import ApiRequest, Reply
 
 JSON, NPY, NPZ = "application/json", "application/x-npy", "application/x-npz"
 NPY_BEGINS = b"\x93NUMPY"
 IMAGES = ("image/png", "image/jpeg")
-LIMITS = Limits(max_bytes=256 * 2**20)
+LIMITS = Limits(max_bytes=16 * 2**20, max_members=64)
 """What the arrays of one request may unpack to."""
+MAX_PIXELS = 2**23
+"""Of a picture: 4K has 8.3 million."""
+MAX_NESTED = 32
+"""Dimensions of an array."""
 MOST_ROWS = 4096
 """Observations in one request."""
 PASSED_OVER = (
@@ -69,13 +77,13 @@ class Answer:
     """How likely each choice was, float32 (R, A); of policies over single choices."""
 
 
-def read_question(request: Request, spec: PolicySpec) -> Question:
+def read_question(request: ApiRequest, spec: PolicySpec) -> Question:
     """Return what is asked.
 
     Raises:
-        HttpError: It is not what the policy sees; the letter says what was found and what is expected.
+        WebError: It is not what the policy sees; the letter says what was found and what is expected.
     """
-    kind = request.headers.get("content-type", JSON).split(";")[0].strip().lower()
+    kind = (request.header("content-type") or JSON).split(";")[0].strip().lower()
     if kind == JSON:
         return _from_json(request.json(), spec)
     if kind == NPY:
@@ -85,11 +93,13 @@ def read_question(request: Request, spec: PolicySpec) -> Question:
     if kind in IMAGES:
         name = _only(spec)
         return _question({name: _picture(request.body, spec.visible[name])}, spec, "instances")
-    raise HttpError(415, "content_type", f"Content-Type is {kind!r}; expected {', '.join((JSON, NPY, NPZ, *IMAGES))}.")
+    raise WebError(415, "content_type", f"Content-Type is {kind!r}; expected {', '.join((JSON, NPY, NPZ, *IMAGES))}.")
 
 
 def write_answer(answer: Answer, question: Question, accept: str) -> Reply:
     """Return an answer in the form that was asked for: npy where that is accepted, or was sent; else JSON."""
+    if not np.isfinite(answer.actions).all():
+        raise WebError(500, "not_finite", "the policy answered NaN or infinity; train it again or serve another.")
     if NPY in accept or (question.shape == "npy" and JSON not in accept):
         buffer = io.BytesIO()
         np.save(buffer, answer.actions, allow_pickle=False)
@@ -106,7 +116,7 @@ def write_answer(answer: Answer, question: Question, accept: str) -> Reply:
         if likely is not None:
             rows = [{**row, "probabilities": part} for row, part in zip(rows, likely, strict=True)]
         told = {"predictions": rows}
-    return Reply(json.dumps(told, separators=(",", ":")).encode())
+    return Reply(msgspec.json.encode(told))
 
 
 def signature(spec: PolicySpec) -> dict[str, Any]:
@@ -175,9 +185,11 @@ def _question(said: Mapping[str, Any], spec: PolicySpec, shape: str) -> Question
 
 def _column(name: str, value: Any, part: ArraySpec) -> Array:
     """Return one observation of R rows, in the type the policy reads."""
+    if not isinstance(value, np.ndarray):
+        _require_numbers(name, value)
     try:
         column = np.asarray(value)
-    except ValueError:
+    except (ValueError, OverflowError):
         raise _bad(f"{name}: rows of different shapes; expected {_shape(part)} each.") from None
     if column.dtype.kind not in "biuf":
         raise _bad(f"{name}: {column.dtype} values; expected numbers.")
@@ -195,7 +207,12 @@ def _column(name: str, value: Any, part: ArraySpec) -> Array:
 
 
 def _mask(value: Any, rows: int) -> Array:
-    mask = np.asarray(value)
+    if not isinstance(value, np.ndarray):
+        _require_numbers(MASK, value)
+    try:
+        mask = np.asarray(value)
+    except ValueError:
+        raise _bad(f"{MASK}: rows of different lengths; expected ({rows}, choices).") from None
     mask = mask[None] if mask.ndim == 1 else mask
     if mask.ndim != 2 or len(mask) != rows or mask.dtype.kind not in "biuf":
         raise _bad(f"{MASK}: shape {mask.shape}; expected ({rows}, choices), true where a choice is allowed.")
@@ -212,13 +229,33 @@ def _only(spec: PolicySpec) -> str:
     return names[0]
 
 
+def _require_numbers(name: str, value: Any) -> None:
+    """Refuse lists of anything but numbers: NumPy would make room for the longest text at every place."""
+    rows, depth = [value] if isinstance(value, list) else [[value]], 0
+    while rows:
+        kinds = {kind for row in rows for kind in set(map(type, row))}
+        if kinds - {int, float, bool, list} or (depth := depth + 1) > MAX_NESTED:
+            found = ", ".join(sorted(kind.__name__ for kind in kinds))
+            raise _bad(f"{name}: {found} values; expected numbers.")
+        rows = [one for row in rows for one in row if isinstance(one, list)] if list in kinds else []
+
+
 def _npy(body: bytes) -> Array:
+    """Return an array, which is as large as the bytes behind its header."""
+    file = io.BytesIO(body)
     try:
-        array: Array = np.load(io.BytesIO(body), allow_pickle=False)
+        version = np.lib.format.read_magic(file)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, in_columns, dtype = read_header(file)
     except (ValueError, EOFError, OSError) as error:
         why = error if body.startswith(NPY_BEGINS) else f"it does not begin with {NPY_BEGINS!r}"
         raise _bad(f"no NumPy array ({why}); expected what numpy.save writes, numbers only.") from None
-    return array
+    if dtype.kind not in "biuf" or len(shape) > MAX_NESTED or min(shape, default=0) < 0:
+        raise _bad(f"no NumPy array of numbers ({dtype}, shape {shape}); expected what numpy.save writes.")
+    data, stated = body[file.tell() :], math.prod(shape) * dtype.itemsize
+    if len(data) != stated:
+        raise _bad(f"no NumPy array (its header states {stated} bytes, {len(data)} follow); send the file whole.")
+    return np.frombuffer(data, dtype).reshape(shape, order="F" if in_columns else "C")
 
 
 def _npz(body: bytes) -> dict[str, Array]:
@@ -238,7 +275,9 @@ def _picture(body: bytes, part: ArraySpec) -> Array:
     height, width = part.shape[:2]
     channels = part.shape[2] if len(part.shape) == 3 else 1
     try:
-        with Image.open(io.BytesIO(body)) as opened:
+        with Image.open(io.BytesIO(body), formats=("PNG", "JPEG")) as opened:
+            if math.prod(opened.size) > MAX_PIXELS:
+                raise _bad(f"a picture of {math.prod(opened.size)} pixels; expected at most {MAX_PIXELS}.")
             picture = opened.convert("L" if channels == 1 else "RGB")
             if picture.size != (width, height):
                 picture = picture.resize((width, height), Image.Resampling.BOX)
@@ -251,5 +290,5 @@ def _shape(part: ArraySpec) -> str:
     return "one number" if part.shape == () else f"shape {part.shape}"
 
 
-def _bad(letter: str) -> HttpError:
-    return HttpError(422, "bad_observation", letter)
+def _bad(letter: str) -> WebError:
+    return WebError(422, "bad_observation", letter)

@@ -18,8 +18,8 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from racecraft.web.errors import WebError, error_answer
 
+MOST_CONNECTIONS = 2000
 MOST_HEAD_BYTES = 32 * 1024
-TOO_MUCH_HEAD = f"the headers are too large; expected at most {MOST_HEAD_BYTES:,} bytes."
 SECONDS_FOR_A_HEAD = 10.0
 LINGER_SECONDS = 2.0
 MOST_BODY_BYTES = 1024 * 1024
@@ -28,7 +28,7 @@ SECONDS_FOR_A_BODY = 30.0
 
 
 class RequestLimits:
-    """Ends requests whose headers or body are too large, and whose body stands still.
+    """Ends requests whose body is too large or stands still.
 
     Args:
         app: What is asked.
@@ -43,9 +43,6 @@ class RequestLimits:
         """Answer a request."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
-            return
-        if sum(len(name) + len(value) for name, value in scope["headers"]) > MOST_HEAD_BYTES:
-            await error_answer(Request(scope), 431, "headers_too_large", TOO_MUCH_HEAD)(scope, receive, send)
             return
         most = next((count for start, count in self._most if scope["path"].startswith(start)), MOST_BODY_BYTES)
         length = Headers(scope=scope).get("content-length", "0")
@@ -92,6 +89,8 @@ class LimitedProtocol(HttpToolsProtocol):
         super().connection_made(transport)
         self._head_bytes, self._in_head, self._refused = 0, True, False
         self._patience = self.loop.call_later(SECONDS_FOR_A_HEAD, self.transport.close)
+        if len(self.connections) > MOST_CONNECTIONS:
+            self._refuse(b"503 Service Unavailable", "too_many_connections", "too many are open; try again later.")
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End."""
@@ -104,8 +103,8 @@ class LimitedProtocol(HttpToolsProtocol):
             return
         self._head_bytes += len(data) if self._in_head else 0
         super().data_received(data)
-        if self._in_head and self._head_bytes > MOST_HEAD_BYTES and not self._refused:
-            self._refuse(b"431 Request Header Fields Too Large", "headers_too_large", TOO_MUCH_HEAD)
+        if self._in_head:
+            self._require_small_head(self._head_bytes)
 
     def on_message_begin(self) -> None:
         """Begin a request."""
@@ -118,7 +117,14 @@ class LimitedProtocol(HttpToolsProtocol):
         """Ask the application."""
         self._patience.cancel()
         self._in_head = False
-        super().on_headers_complete()
+        self._require_small_head(len(self.url) + sum(len(name) + len(value) + 4 for name, value in self.headers))
+        if not self._refused:
+            super().on_headers_complete()
+
+    def on_body(self, body: bytes) -> None:
+        """Pass on a piece of a body."""
+        if not self._refused:
+            super().on_body(body)
 
     def on_response_complete(self) -> None:
         """End an answer; of a body that was too large the rest still comes."""
@@ -130,11 +136,17 @@ class LimitedProtocol(HttpToolsProtocol):
         """End a request."""
         self._patience.cancel()
         self._in_head, self._head_bytes = True, 0
-        super().on_message_complete()
+        if not self._refused:
+            super().on_message_complete()
 
     def send_400_response(self, msg: str) -> None:
         """Answer what is no HTTP, as JSON like every other error."""
         self._refuse(b"400 Bad Request", "bad_request", "this is no HTTP request.")
+
+    def _require_small_head(self, size: int) -> None:
+        if size > MOST_HEAD_BYTES and not self._refused:
+            sentence = f"the headers are too large; expected at most {MOST_HEAD_BYTES:,} bytes."
+            self._refuse(b"431 Request Header Fields Too Large", "headers_too_large", sentence)
 
     def _too_slow(self) -> None:
         self._refuse(b"408 Request Timeout", "too_slow", "the request did not arrive in time.")

@@ -10,23 +10,22 @@ from types import FrameType
 from typing import Any
 
 import uvicorn
-from starlette.applications import Starlette
+from starlette.types import ASGIApp
 
 from racecraft.web.access import Access
 from racecraft.web.limits import LimitedProtocol
 from racecraft.web.ports import listen_on
 
-MOST_CONNECTIONS = 2000
 IDLE_SECONDS = 75
 SECONDS_TO_END = 3
 """What is under way when a server is told to end may take so long."""
 
 
-def serve(application: Starlette, host: str, port: int, ready: Callable[[int], None]) -> None:
+def serve(application: ASGIApp, host: str, port: int, ready: Callable[[int], None]) -> None:
     """Serve until Ctrl-C or SIGTERM, then end what is under way and return.
 
     Args:
-        application: From `make_application`.
+        application: From `make_application`, or a `JsonApi`.
         host: Address to listen on.
         port: Port; 0: any free one.
         ready: Told the port when it is listened on.
@@ -43,11 +42,11 @@ class ServerThread:
     """Serves in a thread of its own until it is closed.
 
     Args:
-        application: From `make_application`; its routes run in the thread and its workers alone.
+        application: From `make_application`, or a `JsonApi`; its routes run in the thread and its workers alone.
         name: Of the thread.
     """
 
-    def __init__(self, application: Starlette, name: str) -> None:
+    def __init__(self, application: ASGIApp, name: str) -> None:
         self._server = _Server(application)
         self._name = name
         self._thread: threading.Thread | None = None
@@ -85,20 +84,22 @@ def address_of(host: str, port: int, access: Access, path: str = "/") -> str:
 class _Server(uvicorn.Server):
     """uvicorn's, ending its streams first and without raising the signal that ended it once more."""
 
-    def __init__(self, application: Starlette) -> None:
+    def __init__(self, application: ASGIApp) -> None:
         super().__init__(
             uvicorn.Config(
                 application, loop="asyncio", http=LimitedProtocol, lifespan="auto", log_config=None,
                 log_level="critical", access_log=False, proxy_headers=False, server_header=False,
-                limit_concurrency=MOST_CONNECTIONS, timeout_keep_alive=IDLE_SECONDS,
+                timeout_keep_alive=IDLE_SECONDS,
                 timeout_graceful_shutdown=SECONDS_TO_END,
             )
         )  # fmt: skip
-        self._closing = application.state.closing
+        state = getattr(application, "state", None)  # a `JsonApi` has none, and no streams
+        self._closing = state.closing if state else None
 
     async def shutdown(self, sockets: Any = None) -> None:
         """End."""
-        self._closing.close()
+        if self._closing is not None:
+            self._closing.close()
         await super().shutdown(sockets)
 
     @contextlib.contextmanager

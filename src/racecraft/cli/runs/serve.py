@@ -37,10 +37,12 @@ def serve(
     from racecraft.cli.output import say
     from racecraft.players.trained import load_policy
     from racecraft.serving.endpoint_server import EndpointServer
-    from racecraft.serving.until_cancelled import answer_before_thinking, settle
+    from racecraft.serving.quick_answers import answer_before_thinking, settle
+    from racecraft.web.access import ANYONE, ONLY_HERE
+    from racecraft.web.ports import is_loopback
 
     answer_before_thinking()
-    server = EndpointServer(load_policy(run), policy)
+    server = EndpointServer(load_policy(run), policy, ONLY_HERE if is_loopback(host) else ANYONE)
     server.warm_up()
     settle()
     _answer_until_interrupted(server, host, port, ready, json)
@@ -52,13 +54,11 @@ def serve(
 
 
 def _answer_until_interrupted(server: EndpointServer, host: str, port: int, ready: Path | None, json: bool) -> None:
-    import asyncio
-    import contextlib
     from json import dumps
 
     from racecraft.cli.output import print_json, say
     from racecraft.formats.atomic import write_atomic
-    from racecraft.serving.until_cancelled import serve_until_cancelled
+    from racecraft.web.server import serve as serve_application
 
     def tell(port: int) -> None:
         url = f"http://{host}:{port}"
@@ -71,5 +71,7 @@ def _answer_until_interrupted(server: EndpointServer, host: str, port: int, read
         else:
             say(f"{server.policy.run.path} answers at {url}/invocations (Ctrl-C ends)", quiet_stdout=False)
 
-    with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):
-        asyncio.run(serve_until_cancelled(server, host, port, tell))
+    try:
+        serve_application(server.application, host, port, tell)
+    finally:
+        server.close()

@@ -1,6 +1,5 @@
 """The arena: games, forfeits, ratings, tournaments, the official output file."""
 
-import asyncio
 import contextlib
 import itertools
 import json
@@ -14,6 +13,7 @@ import pytest
 
 from racecraft.contract.errors import InputFileError
 from racecraft.evaluation.rating import Result, rate
+from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.env.board import BoardError
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.settings import GameSettings
@@ -391,18 +391,13 @@ def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(tim
     play(SMALL, [Seat("here", here), Seat("too", here)], StreamDice(1), timeout_ms=timeout_ms, most_turns=2)
     assert here.told == [pytest.approx(seconds)] * 4
 
-    async def served():
-        server = SnakeServer(there, threads=1)
-        port = await server.listen(port=0)
-        seat = await asyncio.to_thread(take_seat, f"http://127.0.0.1:{port}")
-        pair = [seat, take_seat("hungry")]
-        try:
-            await asyncio.to_thread(play, SMALL, pair, StreamDice(1), "g", timeout_ms, most_turns=6)
-        finally:
-            seat.leave()
-            await server.close()
-
-    asyncio.run(served())
+    thread = ServerThread(SnakeServer(there, threads=1).application, "snake")
+    seat = take_seat(f"http://127.0.0.1:{thread.start('127.0.0.1', 0)}")
+    try:
+        play(SMALL, [seat, take_seat("hungry")], StreamDice(1), "g", timeout_ms, most_turns=6)
+    finally:
+        seat.leave()
+        thread.close()
     assert max(there.told) <= seconds
     assert max(there.told) > 0.5 * seconds, "less only what reading the request took, at its quickest"
 

@@ -1,6 +1,5 @@
 """An arena that lasts: what its file promises, who is drawn to meet, the anchors' scale, players that change or go."""
 
-import asyncio
 import sqlite3
 import threading
 from contextlib import closing
@@ -13,6 +12,7 @@ from racecraft.evaluation.rating import Result, rate, strengths, wins_of
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.league.pairing import gains, next_group
+from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
 from racecraft.worlds.battlesnake.league import arena as arena_at_play
 from racecraft.worlds.battlesnake.league.arena import Arena
@@ -204,18 +204,8 @@ def test_a_file_that_changes_is_another_player(tmp_path):
 
 
 def serve():
-    loop, made = asyncio.new_event_loop(), SnakeServer(find_player("flood_fill"))
-    thread = threading.Thread(target=loop.run_forever, daemon=True)
-    thread.start()
-    port = asyncio.run_coroutine_threadsafe(made.listen(port=0), loop).result(60)
-
-    def stop():
-        asyncio.run_coroutine_threadsafe(made.close(), loop).result(60)
-        loop.call_soon_threadsafe(loop.stop)
-        thread.join(60)
-        loop.close()
-
-    return port, stop
+    thread = ServerThread(SnakeServer(find_player("flood_fill")).application, "snake")
+    return thread.start("127.0.0.1", 0), thread.close
 
 
 def test_a_server_that_went_away_loses_no_game_by_it(tmp_path, monkeypatch):

@@ -1,13 +1,12 @@
 """A served snake at the official arena of 2026, as a stand-in of ours holds it: dead on the board, probes, misses."""
 
-import asyncio
 import json
-import threading
 
 import pytest
 from tests.worlds.battlesnake.evaluation.test_game_files import verified
 from tests.worlds.battlesnake.stand_in_arena import GAME_TYPES, Remote, Scripted, StandInArena
 
+from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.imported import import_game, read_game
@@ -34,22 +33,16 @@ def careless(board, one):
 @pytest.fixture
 def served():
     """Serve a player in a thread; returns (server, url)."""
-    loop, open_servers = asyncio.new_event_loop(), []
-    thread = threading.Thread(target=loop.run_forever, daemon=True)
-    thread.start()
+    threads = []
 
     def serve(player="flood_fill", **options):
         server = SnakeServer(find_player(player) if isinstance(player, str) else player, **options)
-        port = asyncio.run_coroutine_threadsafe(server.listen(port=0), loop).result(5)
-        open_servers.append(server)
-        return server, f"http://127.0.0.1:{port}"
+        threads.append(ServerThread(server.application, "snake"))
+        return server, f"http://127.0.0.1:{threads[-1].start('127.0.0.1', 0)}"
 
     yield serve
-    for server in open_servers:
-        asyncio.run_coroutine_threadsafe(server.close(), loop).result(5)
-    loop.call_soon_threadsafe(loop.stop)
-    thread.join(5)
-    loop.close()
+    for thread in threads:
+        thread.close()
 
 
 def test_our_snake_outlives_three_that_run_into_walls(served):

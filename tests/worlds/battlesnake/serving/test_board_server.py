@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.web.ports import PortError
 from racecraft.serving.web_socket import MOST_MESSAGE_BYTES, accept_key
+from racecraft.web.ports import PortError
 from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts
 from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings

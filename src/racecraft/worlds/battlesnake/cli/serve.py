@@ -37,7 +37,7 @@ def serve(
     Example: racecraft snakes serve runs/standard-1 --port 8000
     """
     from racecraft.cli.output import say
-    from racecraft.serving.until_cancelled import answer_before_thinking, settle
+    from racecraft.serving.quick_answers import answer_before_thinking, settle
     from racecraft.worlds.battlesnake.players.appearance import colour
     from racecraft.worlds.battlesnake.players.find import find_player, warm_up
     from racecraft.worlds.battlesnake.players.from_file import FilePlayer
@@ -73,11 +73,8 @@ def serve(
 
 
 def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player: str, json: bool) -> None:
-    import asyncio
-    import contextlib
-
     from racecraft.cli.output import print_json, say
-    from racecraft.serving.until_cancelled import serve_until_cancelled
+    from racecraft.web.server import serve as serve_application
 
     def ready(port: int) -> None:
         if json:
@@ -85,8 +82,10 @@ def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player:
         else:
             say(f"{player} answers at http://{host}:{port} (Ctrl-C ends)", quiet_stdout=False)
 
-    with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):
-        asyncio.run(serve_until_cancelled(server, host, port, ready))
+    try:
+        serve_application(server.application, host, port, ready)
+    finally:
+        server.close()
 
 
 def _let_ponder(player: SnakePlayer | JsonPlayer, ponder: bool) -> None:

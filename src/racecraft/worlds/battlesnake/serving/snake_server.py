@@ -23,8 +23,9 @@ from typing import Any, NamedTuple
 
 from racecraft.players.worker_pool import WorkerPool
 from racecraft.serving.batching_queue import BatchingQueue
-from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
 from racecraft.serving.loop_lag import LoopLag
+from racecraft.web.errors import WebError
+from racecraft.web.json_api import ApiRequest, JsonApi, Reply
 from racecraft.worlds.battlesnake.env.board import MOVES, BoardError, Point
 from racecraft.worlds.battlesnake.players.living_snakes import LivingSnakes, move_anyway
 from racecraft.worlds.battlesnake.players.messages import LOOKS, Letter, read_message
@@ -142,7 +143,8 @@ class SnakeServer:
         self._thinking = 0
         self._overrun = 0.0
         self._heard: OrderedDict[tuple[str, str], OpenGame] = OrderedDict()
-        self._service = HttpService(self._answer)
+        self.application = JsonApi(self._answer, begin=self._lag.watch, end=self._lag.close)
+        """To be served. Tournaments ask from anywhere, by any name of this machine, and show no token."""
 
     @property
     def games_open(self) -> int:
@@ -150,42 +152,35 @@ class SnakeServer:
         self._forget_silent()
         return len(self._heard)
 
-    async def listen(self, host: str = "127.0.0.1", port: int = 8000) -> int:
-        """Begin to listen, on this machine only unless told otherwise; return the port. Raises OSError."""
-        self._lag.watch()
-        return await self._service.listen(host, port)
-
-    async def close(self) -> None:
-        """Stop; players that still think are left behind."""
-        self._lag.close()
-        await self._service.close()
+    def close(self) -> None:
+        """Let go of the threads, when the application is served no more; players that still think are left behind."""
         self._pool.close()
         if self._queue is not None:
             self._queue.close()
 
-    async def _answer(self, request: Request) -> Message | Reply:
+    async def _answer(self, request: ApiRequest) -> Message | Reply:
         try:
             return await self._route(request)
-        except HttpError as error:
+        except WebError as error:
             self.count.refused += 1
             if request.path.rstrip("/") != "/move":
                 raise
             return _refusal_with_move(error, request)
 
-    async def _route(self, request: Request) -> Message:
+    async def _route(self, request: ApiRequest) -> Message:
         ways = {"/": "GET", "/start": "POST", "/move": "POST", "/end": "POST"}
         path = request.path.rstrip("/") or "/"
         if path not in ways:
-            raise HttpError(404, "no_such_page", f"there is no {path[:80]}; there are {', '.join(ways)}.")
+            raise WebError(404, "no_such_page", f"there is no {path[:80]}; there are {', '.join(ways)}.")
         if request.method != ways[path]:
-            raise HttpError(405, "wrong_method", f"{path} wants {ways[path]}.")
+            raise WebError(405, "wrong_method", f"{path} wants {ways[path]}.")
         if path == "/":
             return {"apiversion": "1", "author": self._author, **self._looks, "version": "racecraft"}
         message, game = self._only_living(request.json(), path)
         try:
             letter = read_message(message)
         except BoardError as error:
-            raise HttpError(422, "bad_board", str(error)) from error
+            raise WebError(422, "bad_board", str(error)) from error
         if path == "/move":
             return {"move": await self._move(letter, message, request.arrived, game)}
         self._note(letter, game, ended=path == "/end")
@@ -207,7 +202,7 @@ class SnakeServer:
         try:
             head = find_snake(letter.board, letter.you).head
         except PlayerError as error:
-            raise HttpError(422, "bad_board", f"you: {error}") from error
+            raise WebError(422, "bad_board", f"you: {error}") from error
         self._note(letter, game)
         self.count.missed += _seems_missed(letter, message, game.answer)
         seconds = self._seconds(letter)
@@ -317,7 +312,7 @@ class SnakeServer:
         """Refuse a game more (503) where those under way already wait for half of their time before they are read."""
         if self._heard and self._lag.lasting_seconds > MOST_LAG_SHARE * self._seconds(letter):
             self._complain("a game was refused: the machine is so busy that answers to one more would be late.")
-            raise HttpError(
+            raise WebError(
                 503, "too_busy", "this machine is too busy to answer one game more in time; try again later."
             )
 
@@ -325,7 +320,7 @@ class SnakeServer:
         """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""
         if self._clock() - next(iter(self._heard.values())).heard < ABANDONED_SECONDS:
             self._complain(f"a game beyond {self._most_games} at once was refused; see --games.")
-            raise HttpError(503, "too_many_games", f"{self._most_games} games are under way; try again later.")
+            raise WebError(503, "too_many_games", f"{self._most_games} games are under way; try again later.")
         self._heard.popitem(last=False)
 
     def _forget_silent(self) -> None:
@@ -354,11 +349,11 @@ def _seems_missed(letter: Letter, message: Message, answer: Answer | None) -> bo
     return told or find_snake(letter.board, letter.you).head != answer.head
 
 
-def _refusal_with_move(error: HttpError, request: Request) -> Reply:
+def _refusal_with_move(error: WebError, request: ApiRequest) -> Reply:
     """Return a refusal that holds a safe move: engines that do not look at the status play it."""
     try:
         move = move_anyway(request.json())
-    except HttpError:
+    except WebError:
         move = "up"
-    body = {"error": error.name, "message": error.letter, "move": move}
+    body = {"error": error.name, "message": error.sentence, "move": move}
     return Reply(json.dumps(body, separators=(",", ":")).encode(), status=error.status)
