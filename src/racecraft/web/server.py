@@ -17,6 +17,8 @@ from racecraft.web.limits import LimitedProtocol
 from racecraft.web.ports import listen_on
 
 IDLE_SECONDS = 75
+MOST_MESSAGE_BYTES = 64 * 1024
+"""Of a WebSocket."""
 SECONDS_TO_END = 3
 """What is under way when a server is told to end may take so long."""
 
@@ -87,8 +89,8 @@ class _Server(uvicorn.Server):
     def __init__(self, application: ASGIApp) -> None:
         super().__init__(
             uvicorn.Config(
-                application, loop="asyncio", http=LimitedProtocol, lifespan="auto", log_config=None,
-                log_level="critical", access_log=False, proxy_headers=False, server_header=False,
+                application, loop="asyncio", http=LimitedProtocol, ws_max_size=MOST_MESSAGE_BYTES, lifespan="auto",
+                log_config=None, log_level="critical", access_log=False, proxy_headers=False, server_header=False,
                 timeout_keep_alive=IDLE_SECONDS,
                 timeout_graceful_shutdown=SECONDS_TO_END,
             )

@@ -78,7 +78,7 @@ def test_what_is_not_there_is_named(address):
     assert refused(address, "game?number=99")[1]["message"] == "There is no game 99 in this arena; expected 1 to 7."
     assert refused(address, "game")[1]["error"] == "bad_number"
     assert refused(address, "api/games?player=nobody")[1]["error"] == "not_there"
-    assert refused(address, "elsewhere")[1]["error"] == "no_such_page"
+    assert refused(address, "elsewhere")[1]["error"] == "not_found"
 
 
 @needs_chromium

@@ -6,19 +6,25 @@
                    &snakes=2                 of so many snakes, or 0: of all
     GET /game?number=17                      one game on its own page, to step and play
 
-Everything comes from the arena's file: it may be played in by another process. Only this machine is served.
+Everything comes from the arena's file: another process may play in it. Only this machine is served.
 """
 
 from __future__ import annotations
 
-import json
+import threading
 from pathlib import Path
-from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
 
 from racecraft.contract.errors import UserInputError
-from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.serving.service_thread import ServiceThread
+from racecraft.web.answers import json_answer
+from racecraft.web.application import make_application
+from racecraft.web.errors import WebError
 from racecraft.web.ports import LOOPBACK
+from racecraft.web.query import whole_number
+from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.analysis.arena_page import arena_page
 from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of
 from racecraft.worlds.battlesnake.analysis.board_page import board_page
@@ -26,8 +32,8 @@ from racecraft.worlds.battlesnake.evaluation.record import played_in
 from racecraft.worlds.battlesnake.league import board
 from racecraft.worlds.battlesnake.league.ladder import Ladder
 from racecraft.worlds.battlesnake.league.store import ArenaStore
+from racecraft.worlds.battlesnake.serving.own_page import own_page
 
-FRESH = (("Cache-Control", "no-store"),)
 NO_END = 1 << 62
 
 
@@ -40,8 +46,16 @@ class ArenaServer:
 
     def __init__(self, store: ArenaStore) -> None:
         self._store, self._ladder = store, Ladder(store.terms.snakes)
-        self._page = arena_page(store.path.name).encode()
-        self._thread = ServiceThread(HttpService(self._answer), "racecraft-arena")
+        self._lock = threading.Lock()
+        """Of the ladder, which learns from new games as it is asked."""
+        self._page = arena_page(store.path.name)
+        routes = [
+            Route("/", self._own_page),
+            Route("/api/board", self._board),
+            Route("/api/games", self._games),
+            Route("/game", self._game),
+        ]
+        self._thread = ServerThread(make_application(routes), "racecraft-arena")
 
     def start(self, port: int = 0) -> str:
         """Begin to serve; return the address.
@@ -55,51 +69,40 @@ class ArenaServer:
         """Stop; closing twice is closing once."""
         self._thread.close()
 
-    async def _answer(self, request: Request) -> Reply:
-        if request.method != "GET":
-            raise HttpError(405, "wrong_method", "an arena can only be looked at here: GET.")
-        told = {"/": self._own_page, "/api/board": self._board, "/api/games": self._games, "/game": self._game}
-        if request.path not in told:
-            raise HttpError(404, "no_such_page", f"there is no {request.path[:80]} in an arena; begin at /.")
-        try:
-            return told[request.path](request)
-        except UserInputError as error:
-            raise HttpError(404, "not_there", str(error)) from error
+    def _own_page(self, request: Request) -> Response:
+        return own_page(self._page)
 
-    def _own_page(self, request: Request) -> Reply:
-        return Reply(self._page, "text/html; charset=utf-8", FRESH)
+    def _board(self, request: Request) -> Response:
+        with self._lock:
+            return json_answer(board.board_facts(self._store, self._ladder))
 
-    def _board(self, request: Request) -> Reply:
-        return _as_json(board.board_facts(self._store, self._ladder))
-
-    def _games(self, request: Request) -> Reply:
-        before, snakes = _whole(request, "before", NO_END), _whole(request, "snakes", 0)
+    def _games(self, request: Request) -> Response:
+        before, snakes = whole_number(request, "before", NO_END), whole_number(request, "snakes", 0)
+        player = self._number_of(request.query_params.get("player", ""))
         names = [one.name for one in self._store.entrants()]
-        player = self._store.find(request.query["player"]).number if request.query.get("player") else None
         games = [
             game
             for game in self._store.games()
             if game.number < before and snakes in (0, len(game.players)) and (player is None or player in game.players)
         ]
         latest = games[: -board.GAMES_AT_A_TIME - 1 : -1]
-        return _as_json({"games": [board.game_facts(game, names) for game in latest], "more": len(games) > len(latest)})
+        return json_answer(
+            {"games": [board.game_facts(game, names) for game in latest], "more": len(games) > len(latest)}
+        )
 
-    def _game(self, request: Request) -> Reply:
-        number = _whole(request, "number")
-        played = played_in(self._store.record(number).splitlines(), Path(f"game {number}"))
+    def _game(self, request: Request) -> Response:
+        number = whole_number(request, "number")
+        try:
+            record = self._store.record(number)
+        except UserInputError as error:
+            raise WebError(404, "not_there", str(error)) from error
+        played = played_in(record.splitlines(), Path(f"game {number}"))
         card = played.card
         events = [*(frame(one, card) for one in played.boards), game_end(played.settings, card)]
-        page = board_page(title_of(card), game_facts(played.settings, card, "complete"), events)
-        return Reply(page.encode(), "text/html; charset=utf-8", FRESH)
+        return own_page(board_page(title_of(card), game_facts(played.settings, card, "complete"), events))
 
-
-def _as_json(value: dict[str, Any]) -> Reply:
-    return Reply(json.dumps(value, separators=(",", ":"), allow_nan=False).encode(), headers=FRESH)
-
-
-def _whole(request: Request, name: str, usual: int | None = None) -> int:
-    """Return a whole number of the address, or raise an `HttpError` (bad_number)."""
-    text = request.query.get(name, "" if usual is None else str(usual))
-    if not text.isascii() or not text.isdigit() or len(text) > 20:
-        raise HttpError(400, "bad_number", f"{name} is {text[:40]!r}; expected a whole number, 0 or more.")
-    return int(text)
+    def _number_of(self, player: str) -> int | None:
+        try:
+            return self._store.find(player).number if player else None
+        except UserInputError as error:
+            raise WebError(404, "not_there", str(error)) from error

@@ -4,8 +4,9 @@
     GET /games/{id}              what the official board asks first
     ws  /games/{id}/events       every position so far, then each as it comes, then the end (facts: A.11)
 
-The official board is a page from elsewhere that asks a server on this machine, so these answers allow every origin;
-there is nothing in them but the game. It runs in a thread of its own: the game is played in the caller's.
+The official board is a page from elsewhere that asks a server on this machine, so these answers allow every origin,
+under this machine's own names; there is nothing in them but the game. It runs in a thread of its own: the game is
+played in the caller's.
 """
 
 from __future__ import annotations
@@ -14,19 +15,28 @@ import asyncio
 import json
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
-from racecraft.serving.http_service import HttpError, HttpService, Reply, Request, Upgrade
-from racecraft.serving.service_thread import ServiceThread
-from racecraft.serving.web_socket import WebSocket
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from racecraft.web.access import Access
+from racecraft.web.answers import json_answer
+from racecraft.web.application import make_application
+from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.analysis.board_frames import Event
 from racecraft.worlds.battlesnake.analysis.board_page import board_page
+from racecraft.worlds.battlesnake.serving.own_page import own_page
 
-FROM_EVERYWHERE = (
-    ("Access-Control-Allow-Origin", "*"),
-    ("Access-Control-Allow-Private-Network", "true"),
-    ("Cache-Control", "no-store"),
-)
+FROM_EVERYWHERE = {
+    "Access-Control-Allow-Origin": "*",
+    "Access-Control-Allow-Methods": "GET",
+    "Access-Control-Allow-Private-Network": "true",
+    "Cross-Origin-Resource-Policy": "cross-origin",
+}
 
 
 class BoardServer:
@@ -43,10 +53,16 @@ class BoardServer:
         self._game = game
         self._texts = [json.dumps(event, separators=(",", ":")) for event in events]
         self._over = any(event["Type"] == "game_end" for event in events)
-        self._way = f"/games/{game['ID']}"
-        self._page = board_page(title, game, live=f"{self._way}/events", speed=speed).encode()
-        self._viewers: set[asyncio.Event] = set()
-        self._thread = ServiceThread(HttpService(self._answer), "racecraft-board")
+        way = f"/games/{game['ID']}"
+        self._page = board_page(title, game, live=f"{way}/events", speed=speed)
+        self._viewers: dict[asyncio.Event, asyncio.AbstractEventLoop] = {}
+        """What wakes each viewer, and in which loop."""
+        routes = [
+            Route("/", self._own_page),
+            Route(way, self._facts, methods=["GET", "OPTIONS"]),
+            WebSocketRoute(f"{way}/events", self._tell),
+        ]
+        self._thread = ServerThread(make_application(routes, Access(pages=False)), "racecraft-board")
         self._seen_to_the_end = threading.Event()
 
     @property
@@ -64,8 +80,11 @@ class BoardServer:
 
     def add(self, event: Event) -> None:
         """Send an event to everyone who watches now or later; from any thread."""
-        text = json.dumps(event, separators=(",", ":"))
-        self._thread.call(self._keep, text, event["Type"] == "game_end")
+        self._texts.append(json.dumps(event, separators=(",", ":")))
+        self._over = self._over or event["Type"] == "game_end"
+        for wake, loop in list(self._viewers.items()):
+            with suppress(RuntimeError):  # the server has ended
+                loop.call_soon_threadsafe(wake.set)
 
     def wait_for_viewer(self, seconds: float | None = None) -> bool:
         """Wait until somebody was sent the game to its end; tell whether that happened in time."""
@@ -75,32 +94,18 @@ class BoardServer:
         """Stop; closing twice is closing once."""
         self._thread.close()
 
-    def _keep(self, text: str, over: bool) -> None:
-        self._texts.append(text)
-        self._over = self._over or over
-        for wake in self._viewers:
-            wake.set()
+    async def _own_page(self, request: Request) -> Response:
+        return own_page(self._page)
 
-    async def _answer(self, request: Request) -> Reply | Upgrade:
-        if request.method == "OPTIONS":
-            return Reply(b"", headers=(*FROM_EVERYWHERE, ("Access-Control-Allow-Methods", "GET")))
-        if request.method != "GET":
-            raise HttpError(405, "wrong_method", "a game can only be watched: GET.")
-        if request.path == "/":
-            return Reply(self._page, "text/html; charset=utf-8", (("Cache-Control", "no-store"),))
-        if request.path == self._way:
-            status = "complete" if self._over else "running"
-            return Reply(json.dumps({"Game": self._game | {"Status": status}}).encode(), headers=FROM_EVERYWHERE)
-        if request.path == f"{self._way}/events":
-            return Upgrade(self._tell)
-        raise HttpError(
-            404, "no_such_page", f"there is no {request.path[:80]}; there are /, {self._way} and its /events."
-        )
+    async def _facts(self, request: Request) -> Response:
+        status = "complete" if self._over else "running"
+        return json_answer({"Game": self._game | {"Status": status}}, headers=FROM_EVERYWHERE)
 
     async def _tell(self, socket: WebSocket) -> None:
         """Tell a viewer everything, until it or the game is gone."""
+        await socket.accept()
         wake = asyncio.Event()
-        self._viewers.add(wake)
+        self._viewers[wake] = asyncio.get_running_loop()
         listening = asyncio.ensure_future(_listen(socket))
         listening.add_done_callback(lambda _: wake.set())
         try:
@@ -108,19 +113,22 @@ class BoardServer:
             while not listening.done():
                 wake.clear()
                 while told < len(self._texts):
-                    await socket.send(self._texts[told])
+                    await socket.send_text(self._texts[told])
                     told += 1
-                if self._over:
+                if self._over and told == len(self._texts):
                     self._seen_to_the_end.set()
+                    await socket.close()
                     return
                 await wake.wait()
+        except WebSocketDisconnect:
+            pass
         finally:
-            self._viewers.discard(wake)
+            del self._viewers[wake]
             listening.cancel()
             await asyncio.gather(listening, return_exceptions=True)
 
 
 async def _listen(socket: WebSocket) -> None:
-    """Hear a viewer out until it leaves: pings are answered on the way, and it has nothing else to say."""
-    while await socket.receive() is not None:
+    """Wait until a viewer leaves; it has nothing to say."""
+    while (await socket.receive())["type"] != "websocket.disconnect":
         pass
