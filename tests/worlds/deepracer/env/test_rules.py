@@ -18,10 +18,16 @@ def straight(length):
     return Track.from_rows("straight", np.column_stack([x, 0 * x, x, 0 * x + 0.5, x, 0 * x - 0.5]))
 
 
+def square_of(length):
+    corners = np.array([(0, -1), (1, -1), (1, 1), (-1, 1), (-1, -1), (0, -1)]) / 2
+    return Track.from_rows(
+        "square", np.hstack([corners * side for side in (length / 4, length / 4 - 1, length / 4 + 1)])
+    )
+
+
 def square(reverse=False):
     """A road round a square of 20 m, counter-clockwise, or the other way."""
-    corners = np.array([(0, -1), (1, -1), (1, 1), (-1, 1), (-1, -1), (0, -1)]) / 2
-    track = Track.from_rows("square", np.hstack([corners * side for side in (5.0, 4.0, 6.0)]))
+    track = square_of(20.0)
     return track.reversed() if reverse else track
 
 
@@ -40,7 +46,7 @@ def square(reverse=False):
 )
 def test_an_episode_has_so_many_ticks(config, length, laps, ticks):
     assert most_ticks(RaceConfig(**config), length, laps) == ticks
-    assert rules_of(RaceConfig(**config), length, laps, 0.0).max_ticks == ticks
+    assert rules_of(RaceConfig(**config), square_of(length), laps, 0.0).max_ticks == ticks
 
 
 @pytest.mark.parametrize(("seconds", "ticks"), [(0.0, 2), (0.1, 2), (0.2, 3), (1.0, 15), (10.04, 151)])
@@ -50,20 +56,20 @@ def test_seconds_are_whole_ticks_and_two_at_least(seconds, ticks):
 
 def test_rules_are_those_of_the_settings_and_of_the_fidelity():
     """The original's steps stray by 8.5 %, its wheels by 1.1 degrees (facts)."""
-    sane = rules_of(RaceConfig(start_advance=0.2), 20.0, 2, 1.5)
+    sane = rules_of(RaceConfig(start_advance=0.2), square(), 2, 1.5)
     assert sane == race.Rules(3000, 2, 0.2, False, 0.0, 0.0, False, 1.5)
-    aws = rules_of(RaceConfig(start_advance=0.2, change_start=False, fidelity="aws"), 20.0, 1, 0.0)
+    aws = rules_of(RaceConfig(start_advance=0.2, change_start=False, fidelity="aws"), square(), 1, 0.0)
     assert (aws.start_advance, aws.cut_ends, aws.keeps_wheels, aws.start_ahead) == (0.0, True, True, 0.0)
     assert (aws.jitter, np.degrees(aws.wheel_kick)) == pytest.approx((0.085, 1.1))
     assert race.Rules(30, 1, 0.0) == race.Rules(30, 1, 0.0, False, 0.0, 0.0, False, 0.0)
 
 
 def test_starts_are_spread_evenly_where_nobody_says():
-    assert first_starts(None, 4).tolist() == [0.0, 0.25, 0.5, 0.75]
-    assert first_starts([0.3, 0.1], 2).tolist() == [0.3, 0.1]
+    assert first_starts(square(), None, 4).tolist() == [0.0, 0.25, 0.5, 0.75]
+    assert first_starts(square(), [0.3, 0.1], 2).tolist() == [0.3, 0.1]
     for wrong in ([0.3], [0.1, 0.2, 0.3], [[0.1, 0.2]]):
         with pytest.raises(ContractError, match="expected \\(2,\\)"):
-            first_starts(wrong, 2)
+            first_starts(square(), wrong, 2)
 
 
 def test_a_grid_may_be_just_as_long_as_the_lap():

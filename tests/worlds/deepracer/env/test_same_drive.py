@@ -39,7 +39,7 @@ CASES = {
 DIGESTS = {
     "a sane race": ("a4c48366b64f5a8d", "f0a575c51731bb22"),
     "as at AWS, the other way round": ("5733588a1b2bc717", "e3756a0439770d69"),
-    "an open track, the ideal car": ("37296901ec1c6996", "61262cb57557c3b2"),
+    "an open track, the ideal car": ("decfdf0b7d546114", "f77a4156a42f403d"),
     "two laps by a steersman": ("86ca5bca71ec5ac0", "2bed7c707dfbd283"),
 }
 """What was told and paid, and what was seen."""

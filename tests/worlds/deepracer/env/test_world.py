@@ -32,7 +32,7 @@ def test_one_car_drives_one_lap_of_an_empty_road_where_nothing_is_said():
     world = world_of()
     assert (world.spec.num_worlds, world.spec.num_agents) == (1, 1)
     assert (world.boxes.shape, world.kinds.shape, world.reports.shape) == ((1, 0, 6), (1, 0), (1, 1))
-    assert world._rules == rules_of(RaceConfig(), world.track.length, 1, 0.0)
+    assert world._rules == rules_of(RaceConfig(), world.track, 1, 0.0)
     assert (world.is_paid, world.variation, world.episodes_begun, world.next_start_share) == (False, None, 0, 0.0)
     assert world.start_shares.tolist() == [0.0]
     assert world.track_lengths.tolist() == [world.track.length]

@@ -155,7 +155,8 @@ def race(
     if json:
         print_json(facts)
         return
-    print(f"{len(result.races)} races over {asked.laps} laps on {circuit.title or circuit.name}:")
+    over = f"over {asked.laps} laps" if circuit.closed else "from start to finish"
+    print(f"{len(result.races)} races {over} on {circuit.title or circuit.name}:")
     print_standings(result)
     print(f"{result.overtakes_per_race:.2f} overtakes a race")
     limits = {beyond_logs(one.car, one.actions.fastest) for one in drivers}

@@ -95,11 +95,11 @@ def _planned(
 
 
 def _world_at(planned: CarPlan, at: float) -> Any:
-    import numpy as np
-
     from racecraft.worlds.deepracer.training.trainer import race_world
 
-    return race_world(planned, 1, start_shares=np.array([at % 1.0]))
+    world = race_world(planned, 1)
+    world.move_starts([at % 1.0])
+    return world
 
 
 def _draw_under(planned: CarPlan, at: float, level: str, output: Path) -> list[str]:
@@ -129,8 +129,8 @@ def _draw_under(planned: CarPlan, at: float, level: str, output: Path) -> list[s
             VariationConfig(checked_level(level)) if name == "all together" else only(level, {name} & set(names))
         )
         settings = planned.settings.with_group("variation", variation)
-        starts = np.full(SHEET_COLUMNS, at % 1.0)
-        world = race_world(replace(planned, settings=settings), SHEET_COLUMNS, start_shares=starts)
+        world = race_world(replace(planned, settings=settings), SHEET_COLUMNS)
+        world.move_starts(np.full(SHEET_COLUMNS, at % 1.0))
         buffers = allocate(world.spec)
         world.reset(buffers, planned.seed)
         frames = buffers.observations[world.sensors.camera_name][:, 0]

@@ -22,25 +22,27 @@ from racecraft.worlds.deepracer.tracks.track import Track
 
 
 def rules_of(
-    race_config: RaceConfig, track_length: float, laps: int, start_ahead: float, drive_seconds: float | None = None
+    race_config: RaceConfig, track: Track, laps: int, start_ahead: float, drive_seconds: float | None = None
 ) -> race.Rules:
-    """Return the rules of a race.
+    """Return the rules of a race. On an open track every episode is one drive from its start to its finish.
 
     Args:
         race_config: As it is asked for.
-        track_length: Length of the centre line, m.
+        track: Where it is driven.
         laps: An episode ends after so many complete laps.
         start_ahead: How far ahead of another car of its world a car starts again, m.
         drive_seconds: A car that completes a lap drives on in its next episode, until so much simulated time after its
             last standing start; None: `laps` end an episode.
     """
     has = habits(race_config.fidelity)
+    if not track.closed:
+        laps, drive_seconds = 1, None
     return race.Rules(
-        max_ticks=most_ticks(race_config, track_length, laps)
+        max_ticks=most_ticks(race_config, track.length, laps)
         if drive_seconds is None
         else race.max_ticks(drive_seconds),
         laps=laps,
-        start_advance=race_config.start_advance if race_config.change_start else 0.0,
+        start_advance=race_config.start_advance if race_config.change_start and track.closed else 0.0,
         cut_ends=has.cut_is_an_end,
         jitter=TICK_JITTER if has.ticks_jitter else 0.0,
         wheel_kick=WHEEL_KICK if has.wheels_wander else 0.0,
@@ -59,8 +61,10 @@ def most_ticks(race_config: RaceConfig, track_length: float, laps: int) -> int:
     return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_LEAST_SPEED) * laps)
 
 
-def first_starts(start_shares: Sequence[float] | Array | None, num_worlds: int) -> Array:
+def first_starts(track: Track, start_shares: Sequence[float] | Array | None, num_worlds: int) -> Array:
     """Return where each world's first car first starts, share of the lap (N,); where nobody says, spread evenly.
+
+    An open track is driven from its start, whatever is asked for.
 
     Raises:
         ContractError: There is not one for each world.
@@ -70,7 +74,7 @@ def first_starts(start_shares: Sequence[float] | Array | None, num_worlds: int) 
         raise ContractError(
             "start_shares has shape {shape}; expected ({num_worlds},)", shape=shares.shape, num_worlds=num_worlds
         )
-    return shares
+    return shares if track.closed else np.zeros(num_worlds)
 
 
 def require_grid(track: Track, cars: int) -> None:

@@ -7,7 +7,8 @@ Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by t
                  (H, W, 2); perhaps a LiDAR, float32; `sensors.py` has the names and what each is told;
                  track_state, float32, privileged: for a critic while training, never for a policy
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
-Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
+Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round,
+                 on an open track always at its start.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
 Meets            the other cars of its world: they are in its camera and its LiDAR, in the object keys of its reward
                  behind boxes and bots, and a car that runs into one has crashed; the one ahead drives on
@@ -65,7 +66,8 @@ class RaceWorld:
         camera_config: Size of the frame.
         num_cars: N, the number of worlds; with one car in each, the number of cars.
         start_shares: Where each world's first car first starts, share of the lap, (N,); spread evenly by default.
-        laps: An episode ends after so many complete laps.
+            An open track is driven from its start; `move_starts` puts cars elsewhere on it.
+        laps: An episode ends after so many complete laps; on an open track after one.
         mount: Where the camera sits.
         sensors: What every car sees with.
         cars_per_world: M.
@@ -121,7 +123,7 @@ class RaceWorld:
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
-        self._rules = rules_of(race_config, self.track.length, laps, start_ahead, drive_seconds)
+        self._rules = rules_of(race_config, self.track, laps, start_ahead, drive_seconds)
         asked = objects or objects_in(race_config.type)
         self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
@@ -133,7 +135,7 @@ class RaceWorld:
         self._action_count = math.prod(self._action_shape)
         self._threads = num_cars * cars_per_world * self.camera.width * self.camera.height // PIXELS_A_THREAD
         self._paying = RewardCaller(self.track, race_config.reverse, self._plan, self._objects, self._around)
-        self._start_shares = first_starts(start_shares, num_cars)
+        self._start_shares = first_starts(self.track, start_shares, num_cars)
         require_grid(self.track, cars_per_world)
         self._cars = race.new_cars(self.track, cars_per_world, self._start_shares)
         self._parked = np.zeros(self._cars.shape, bool)

@@ -60,7 +60,8 @@ def set_down(world: RaceWorld, car: Array, n: int, crashed: bool, resets: BoxRes
     one = car[0]
     progress = float(one["progress"] if crashed else one["last_progress"])
     if not (crashed and world.has_bots):
-        share = float((one["start_share"] + progress / 100.0) % 1.0)
+        whole = 1.0 if world.track.closed else 1.0 - float(one["start_share"])
+        share = float((one["start_share"] + whole * progress / 100.0) % 1.0)
         car["x"], car["y"], car["yaw"] = _pose(world, n, share, (float(one["x"]), float(one["y"])), resets)
     for name in ("speed", "steering", "old_steering", "old_speed"):
         car[name] = 0.0
@@ -78,7 +79,8 @@ def _pose(
     box = _box_near(world, n, share)
     if box >= 0:
         place = world.track.locate(world.boxes[n][box : box + 1, :2])
-        share = (float(place.arc[0]) + resets.offset_m(box)) / length % 1.0
+        share = (float(place.arc[0]) + resets.offset_m(box)) / length
+        share = share % 1.0 if world.track.closed else min(max(0.0, share), 1.0)
     left, right = (starts.start_pose(arrays, share, side) for side in (race.START_LANE, -race.START_LANE))
     if box >= 0:
         return right if place.is_left[0] else left

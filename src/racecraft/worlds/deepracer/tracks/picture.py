@@ -174,13 +174,21 @@ def _draw_lines(axes: Any, track: Track, quiet: bool) -> None:
 
 
 def _draw_start(axes: Any, track: Track) -> None:
-    """Paint the start line across the road, and an arrow in driving direction on it."""
+    """Paint the start line across the road, the finish of an open track, and an arrow in driving direction."""
+    _draw_line_across(axes, track, 0.0, 1.0)
+    if not track.closed:
+        _draw_line_across(axes, track, track.length, -1.0)
+    _draw_arrow(axes, track)
+
+
+def _draw_line_across(axes: Any, track: Track, arc: float, side: float) -> None:
+    """Paint two rows of squares across the road at a place, ahead of it (`side` 1) or behind (-1)."""
     from matplotlib.collections import PolyCollection
 
-    at = track.pose_at(0.0)
-    ahead = np.array([math.cos(at.yaw), math.sin(at.yaw)])
-    start = track.locate(track.centre[:1])
-    first, last = start.inner_point[0], start.outer_point[0]
+    at = track.pose_at(arc)
+    ahead = side * np.array([math.cos(at.yaw), math.sin(at.yaw)])
+    place = track.locate(np.array([[at.x, at.y]]))
+    first, last = place.inner_point[0], place.outer_point[0]
     if track.look.line_side == "inside":
         painted = (last - first) / np.hypot(*(last - first)) * track.look.line_width
         first, last = first + painted, last - painted
@@ -194,7 +202,6 @@ def _draw_start(axes: Any, track: Track) -> None:
     whole = [first, last, last + 2 * depth * ahead, first + 2 * depth * ahead]
     axes.add_collection(PolyCollection([whole], facecolors="#f4f4f2", edgecolors="none", zorder=4))
     axes.add_collection(PolyCollection(squares, facecolors=INK, edgecolors="none", zorder=4))
-    _draw_arrow(axes, track)
 
 
 def _draw_arrow(axes: Any, track: Track) -> None:

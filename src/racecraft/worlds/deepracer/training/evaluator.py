@@ -113,8 +113,12 @@ class CarEvaluator:
         return all(judge_laps(self._policy, one, FLYING_LAPS).all_full for one in self._flying)
 
     def _flying_lap(self) -> dict[str, float | None]:
-        """Return the fastest flying lap on the first course and its gap to the best known lap."""
-        laps = judge_laps(self._policy, self._flying[0], FLYING_LAPS).laps[1:]
+        """Return the fastest flying lap on the first course and its gap to the best known lap.
+
+        An open track has no flying laps: there it is the fastest drive from rest, as in the table of known laps.
+        """
+        is_open = not self._flying[0].track.closed
+        laps = judge_laps(self._policy, self._flying[0], FLYING_LAPS).laps[0 if is_open else 1 :]
         best = min((lap.seconds for lap in laps if lap.seconds is not None), default=None)
         gap = None if best is None or self._known_lap is None else gap_percent(best, self._known_lap)
         return {"flying_lap_seconds": best, "gap_percent": gap}

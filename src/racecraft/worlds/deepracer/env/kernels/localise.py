@@ -25,7 +25,10 @@ def locate(track, car):
     car.track_width = math.hypot(ix - ox, iy - oy)
     car.wheels_on = wheels_on_road(track, car.x, car.y, cos, sin)
     car.last_progress = car.progress
-    car.progress = progress_percent(arc / track.length, car.start_share, car.last_progress)
+    if track.closed:
+        car.progress = progress_percent(arc / track.length, car.start_share, car.last_progress)
+    else:
+        car.progress = 100.0 * max(0.0, arc / track.length - car.start_share) / (1.0 - car.start_share)
     falling = car.progress < car.last_progress and not car.preparing
     car.backward_ticks = car.backward_ticks + 1 if falling else 0
 

@@ -73,7 +73,8 @@ def make_room(track, objects, cars, n, m, count):
                 if is_start_clear(cars, boxes, n, m, count):
                     car.start_left = own_lane
                     return
-        car.start_share = (car.start_share - START_GAP_M / track.length) % 1.0
+        car.start_share -= START_GAP_M / track.length
+        car.start_share = car.start_share % 1.0 if track.closed else max(0.0, car.start_share)
         restart_in_lane(track, car, own_lane)
 
 
