@@ -94,7 +94,7 @@ class Collector:
         return [EpisodeRecord(0, 0, 30, 3.0, "fell"), EpisodeRecord(0, 0, 60, 6.0, "fell", {"seconds": 4.0})]
 
 
-def train(results, every=1, iterations=None, share=None):
+def train(results, every=1, iterations=None, share=None, stops=None):
     """Train for as many iterations as there are results, nothing learned; return outcome, reports and the loop."""
     learner = SimpleNamespace(eats="rollout", update=lambda batch: {})
     feed = SimpleNamespace(take=lambda batch: batch)
@@ -102,9 +102,28 @@ def train(results, every=1, iterations=None, share=None):
     loop = TrainingLoop(
         Collector(), learner, ScriptedJudge(results), notes, notes,
         RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=every, share=share),
-        parse_stops([f"iterations={iterations or len(results)}"]), feed,
+        parse_stops(stops or [f"iterations={iterations or len(results)}"]), feed,
     )  # fmt: skip
     return loop.run("scripted"), notes.reports, loop
+
+
+@pytest.mark.parametrize(
+    ("stop", "iterations"),
+    [("episodes=7", 4), ("episodes=8", 4), ("reward=4.4", 50), ("reward=-1e6", 50), ("reward=4.5", 60)],
+)
+def test_episodes_and_the_mean_reward_of_the_latest_end_a_training(stop, iterations):
+    """Two episodes of mean reward 4.5 an iteration; the mean counts from the hundredth on, and has to be exceeded."""
+    results = [lap(10.0, None)] * 60
+    outcome, _, loop = train(results, stops=[stop, "iterations=60"])
+    assert (outcome.iterations, outcome.reason) == (
+        iterations,
+        stop.replace("1e6", "1e+06") if iterations < 60 else "iterations=60",
+    )
+    state = json.loads(json.dumps(loop.state()))
+    _, _, other = train([lap(10.0, None)])
+    other.restore(state)
+    assert other._progress().episodes == 2 * iterations
+    assert other._progress().mean_reward == loop._progress().mean_reward
 
 
 def test_a_report_tells_how_episodes_went_that_ended_alike():

@@ -8,6 +8,7 @@ and so does a stop file in the run folder; whatever was written stays, and a bro
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -21,7 +22,7 @@ from racecraft.rollout.memory import within_memory
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback, ended_alike
 from racecraft.training.settings import EvaluationConfig
-from racecraft.training.stopping import Progress, StopCondition, reached, share_done
+from racecraft.training.stopping import LATEST_EPISODES, Progress, StopCondition, reached, share_done
 
 GRACE_SECONDS, OVERTIME = 2.0, 0.1
 """An iteration under way when its minutes are over may take so long, and this share of them, to be finished; then it is
@@ -171,6 +172,7 @@ class TrainingLoop:
         self._evaluated_at = self._evaluation_steps = 0
         """Steps of training at the latest evaluation in its turn, and what it took itself."""
         self._is_stable = False
+        self._episodes, self._latest_rewards = 0, deque[float](maxlen=LATEST_EPISODES)
         self._best: EvaluationResult | None = None
         self._last: EvaluationResult | None = None
         self._report: IterationReport | None = None
@@ -224,6 +226,8 @@ class TrainingLoop:
             "iteration": self._iteration,
             "solved_in_a_row": self._solved_in_a_row,
             "is_stable": self._is_stable,
+            "episodes": self._episodes,
+            "latest_rewards": [float(reward) for reward in self._latest_rewards],
             "evaluated_at": self._evaluated_at,
             "evaluation_steps": self._evaluation_steps,
             "best": None
@@ -244,6 +248,8 @@ class TrainingLoop:
         """Go on from what `state` gave."""
         self._iteration, self._solved_in_a_row = state["iteration"], state["solved_in_a_row"]
         self._is_stable = state["is_stable"]
+        self._episodes = state.get("episodes", 0)
+        self._latest_rewards.extend(state.get("latest_rewards", ()))
         self._evaluated_at, self._evaluation_steps = state.get("evaluated_at", 0), state.get("evaluation_steps", 0)
         if (best := state["best"]) is not None:
             self._best = EvaluationResult(
@@ -263,6 +269,8 @@ class TrainingLoop:
         self._writer.collected()
         episodes = self._collector.pop_episodes()
         self._evaluator.watch(episodes)
+        self._episodes += len(episodes)
+        self._latest_rewards.extend(one.reward for one in episodes)
         self._note_first_goal(any(map(self._evaluator.goal_reached, episodes)))
         marks.append(time.perf_counter())
         losses = self._update(batch)
@@ -386,7 +394,13 @@ class TrainingLoop:
             score=self._last.score if self._last is not None and evaluated else None,
             lap_seconds=figures.get("flying_lap_seconds"),
             gap_percent=figures.get("gap_percent"),
+            episodes=self._episodes,
+            mean_reward=self._latest_mean_reward(),
         )
+
+    def _latest_mean_reward(self) -> float | None:
+        rewards = self._latest_rewards
+        return sum(rewards) / len(rewards) if len(rewards) == LATEST_EPISODES else None
 
     def _look_at_clock(self) -> None:
         """Break a long iteration off when its minutes are over or somebody asks; called while it collects."""

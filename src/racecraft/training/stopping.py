@@ -1,7 +1,8 @@
 """When a training ends: the first of several conditions that holds.
 
-A condition is written as a user types it. Every training knows `minutes=10`, `iterations=50` and `steps=200000`; what
-more there is, its evaluator says: `laps` for cars, `score=475` where episodes are paid, `rating=1600` for snakes.
+A condition is written as a user types it. Every training knows `minutes=10`, `iterations=50`, `steps=200000`,
+`episodes=400` and `reward=55`; what more there is, its evaluator says: `laps` for cars, `score=475` where episodes are
+paid, `rating=1600` for snakes.
 """
 
 from __future__ import annotations
@@ -24,17 +25,26 @@ ALWAYS = {
     "minutes": "so many minutes since the first training tick",
     "iterations": "so many iterations, counted from the run's birth",
     "steps": "so many environment steps, counted from the run's birth",
+    "episodes": "so many training episodes that ended, counted from the run's birth",
+    "reward": "the mean reward of the latest 100 training episodes exceeds this much",
 }
 """What every training can end by."""
 KINDS = {**LAPS, **SCORE, **RATING, **ALWAYS}
 """Every condition of any world, with what it waits for."""
+
+LATEST_EPISODES = 100
+"""Training episodes whose mean reward the stop `reward` looks at; before so many have ended it does not hold."""
 
 BARE = ("laps",)
 """Conditions without an amount: the training is stable."""
 
 _POSITIVE = (lambda amount: 0 < amount < math.inf, "a number above 0")
 _WHOLE = (lambda amount: 0 < amount < math.inf and amount == int(amount), "a whole number above 0")
-_AMOUNTS = {"iterations": _WHOLE, "steps": _WHOLE, **dict.fromkeys((*SCORE, *RATING), (math.isfinite, "a number"))}
+_NUMBER = (math.isfinite, "a number")
+_AMOUNTS = {
+    **dict.fromkeys(("iterations", "steps", "episodes"), _WHOLE),
+    **dict.fromkeys((*SCORE, *RATING, "reward"), _NUMBER),
+}
 """What may be asked of each condition, and how a person calls it; others take `_POSITIVE`."""
 
 
@@ -64,6 +74,10 @@ class Progress:
     """Fastest flying lap of this iteration's evaluation where every start brought a full lap; else None."""
     gap_percent: float | None = None
     """How much longer that lap took than the best known one."""
+    episodes: int = 0
+    """Training episodes that ended."""
+    mean_reward: float | None = None
+    """Of the latest LATEST_EPISODES training episodes; None before so many have ended."""
 
 
 def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) -> tuple[StopCondition, ...]:
@@ -83,9 +97,9 @@ def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) ->
     >>> parse_stops(["minuts=3"])
     Traceback (most recent call last):
     racecraft.contract.errors.SettingError: --stop 'minuts=3' is no stop. Did you mean 'minutes'?
-    >>> parse_stops(["laps"], {})
+    >>> parse_stops(["laps"], {})  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    racecraft.contract.errors.SettingError: --stop 'laps' can never hold here; expected minutes, iterations, steps.
+    racecraft.contract.errors.SettingError: --stop 'laps' can never hold here; expected minutes, iterations, steps...
     """
     known = KINDS if world is None else {**world, **ALWAYS}
     return tuple(_parse(text, known) for text in texts)
@@ -143,5 +157,9 @@ def _holds(stop: StopCondition, progress: Progress) -> bool:
     if stop.kind in (LAP, GAP):
         reached_so_far = progress.lap_seconds if stop.kind == LAP else progress.gap_percent
         return reached_so_far is not None and reached_so_far <= stop.amount
-    amounts = {"minutes": progress.seconds / 60.0, "iterations": progress.iterations, "steps": progress.steps}
-    return amounts[stop.kind] >= stop.amount
+    if stop.kind == "reward":
+        return progress.mean_reward is not None and progress.mean_reward > stop.amount
+    if stop.kind == "minutes":
+        return progress.seconds / 60.0 >= stop.amount
+    counts = {"iterations": progress.iterations, "steps": progress.steps, "episodes": progress.episodes}
+    return counts[stop.kind] >= stop.amount

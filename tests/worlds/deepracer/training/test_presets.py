@@ -186,7 +186,7 @@ def test_what_does_nothing_is_said_by_name():
     given = Hyperparameters(e_greedy_value=0.1, epsilon_steps=9, sac_alpha=0.2, term_cond_avg_score=5.0)
     _, notes = aws(given=given)
     said = [note.split()[0] for note in notes if "changes nothing" in note]
-    assert said == ["e_greedy_value", "epsilon_steps", "term_cond_avg_score", "sac_alpha"]
+    assert said == ["e_greedy_value", "epsilon_steps", "sac_alpha", "term_cond_avg_score"]
     _, notes = aws(given=Hyperparameters(exploration_type="additive_noise"))
     assert any("additive_noise" in note for note in notes)
 
@@ -201,9 +201,14 @@ def test_a_continuous_car_explores_by_its_own_distribution():
     assert not any("exploration" in note for note in notes)
 
 
-def test_the_files_episodes_are_the_iterations_that_stop_a_training():
-    assert stops_given(Hyperparameters(term_cond_max_episodes=12)) == ("iterations=12",)
+def test_the_files_conditions_end_a_training_and_with_the_preset_aws_as_aws_did():
+    given = Hyperparameters(term_cond_max_episodes=12, term_cond_avg_score=60.0)
+    assert stops_given(given) == ("reward=60.0", "episodes=12")
+    assert stops_given(given, "aws") == ("iterations=12",)
     assert stops_given(Hyperparameters()) == ()
+    said = {preset: " ".join(settings_for(preset, given, ())[1]) for preset in ("fast", "aws")}
+    assert ("never looked at" in said["aws"], "counts iterations" in said["aws"]) == (True, True)
+    assert "term_cond" not in said["fast"]
 
 
 @pytest.mark.parametrize("network", NETWORKS)

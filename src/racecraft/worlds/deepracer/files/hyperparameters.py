@@ -50,9 +50,9 @@ class Hyperparameters:
     stack_size: int | None = None
     """Frames stacked; ignored by AWS, and by us."""
     term_cond_avg_score: float | None = None
-    """Stop at this mean reward; ignored by AWS. A template's value counts as not given."""
+    """Stop above this mean reward of the latest episodes; AWS ignored it. A template's value stops nothing."""
     term_cond_max_episodes: int | None = None
-    """Stop after so many iterations (in spite of its name). A template's value counts as not given."""
+    """Stop after so many episodes; AWS counted iterations. A template's value stops nothing."""
     sac_alpha: float | None = None
     """Entropy temperature of SAC, 0 to 1."""
     unknown: Mapping[str, Any] = field(default_factory=dict)
@@ -195,7 +195,7 @@ def _read_value(document: JsonDocument, key: str, name: str, notes: list[str]) -
         raise document.error_at(key, found=repr(written), expected=_expected(rule))
     value = int(number) if rule.whole else float(number)
     if value in TEMPLATE_VALUES.get(name, ()):
-        notes.append(f"{name} {value:g} is a template's value and counts as not given")
+        notes.append(f"{name} {value:g} is a template's value and stops nothing")
         return None
     outside = _outside_console(rule, value)
     if outside:

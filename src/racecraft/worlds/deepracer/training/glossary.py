@@ -58,8 +58,10 @@ Whether actions are drawn by the policy's probabilities or, now and then, blindl
  | e_greedy_value | | ppo.epsilon_last | Share of blind actions in the end, with e-greedy.
  | epsilon_steps | | ppo.epsilon_steps | Steps until that share is reached, with e-greedy.
  | stack_size | | network.stack_size | Frames that are seen at once.
- | term_cond_max_episodes | | --stop iterations=N | A training ends after so many iterations.
- | term_cond_avg_score | | | A mean reward at which training was to end; unused at AWS, and so here.
+ | term_cond_max_episodes | | --stop episodes=N | \
+A training ends after so many episodes; with --preset aws after so many iterations, as at AWS.
+ | term_cond_avg_score | | --stop reward=N | \
+A training ends when the mean reward of the latest 100 episodes exceeds this; unused at AWS and with --preset aws.
 Maximum time, Stop conditions | | RACECRAFT_STOP | --stop minutes=N, --stop laps | When a training ends.
 Algorithm, Reinforcement learning algorithm | training_algorithm | | --algorithm | \
 What learns: PPO (clipped_ppo) or SAC.

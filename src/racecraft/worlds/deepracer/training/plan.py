@@ -180,7 +180,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
         raise SettingError(
             "--car {car}: there is no such car; expected {profiles}.", car=request.car, profiles=" or ".join(PROFILES)
         )
-    stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
+    stops = parse_stops((*request.stops, *stops_given(model.hyperparameters, preset)), LAPS)
     wanted = worlds_for(groups) if preset != "aws" else ()
     overrides = (*wanted, *request.overrides)
     settings, notes = settings_for(

@@ -156,13 +156,11 @@ ASKED_BY = {"clipped_ppo": "ppo", "sac": "sac"}
 IN_OUR_WORDS = {"mean squared error": "mse"}
 """Values of the file that we spell otherwise."""
 
-STOP_OF = {"term_cond_max_episodes": "iterations"}
+STOP_OF = {"term_cond_avg_score": "reward", "term_cond_max_episodes": "episodes"}
 """Hyperparameters that end a training, and the stop that each becomes."""
 
-UNUSED = {
-    "term_cond_avg_score": "AWS ignored it too; say `--stop`",
-}
-"""Hyperparameters that change nothing here, and why."""
+AWS_STOP_OF = {"term_cond_max_episodes": "iterations"}
+"""The same as AWS's trainer took them, for the preset `aws`."""
 
 
 def settings_for(
@@ -195,6 +193,8 @@ def settings_for(
     settings, notes = preset_settings(preset, metadata, algorithm)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = _with_json(settings, hyperparameters, notes)
+    if preset == "aws":
+        notes += _aws_stop_notes(hyperparameters)
     overrides = tuple(overrides)
     settings = apply_overrides(settings, (one for one in overrides if one.split("=")[0].strip() == "race.type"))
     settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
@@ -271,17 +271,32 @@ def with_fidelity(settings: Settings, fidelity: str, network: str = SHALLOW) -> 
     return with_values(settings, "rollout", {"memory_steps": cap})
 
 
-def stops_given(hyperparameters: Hyperparameters) -> tuple[str, ...]:
+def stops_given(hyperparameters: Hyperparameters, preset: str = "race") -> tuple[str, ...]:
     """Return the stops that the racer's file asks for, as typed.
 
-    `term_cond_max_episodes` counts iterations, in spite of its name, as at AWS.
+    The preset `aws` takes them as AWS's trainer did: it counted iterations where the name says episodes, and never
+    looked at the score.
 
-    >>> stops_given(Hyperparameters(term_cond_max_episodes=60))
+    >>> stops_given(Hyperparameters(term_cond_max_episodes=60, term_cond_avg_score=12.5))
+    ('reward=12.5', 'episodes=60')
+    >>> stops_given(Hyperparameters(term_cond_max_episodes=60, term_cond_avg_score=12.5), "aws")
     ('iterations=60',)
     """
+    stop_of = AWS_STOP_OF if preset == "aws" else STOP_OF
     return tuple(
-        f"{STOP_OF[name]}={getattr(hyperparameters, name)}" for name in hyperparameters.given if name in STOP_OF
+        f"{stop_of[name]}={getattr(hyperparameters, name)}" for name in hyperparameters.given if name in stop_of
     )
+
+
+def _aws_stop_notes(given: Hyperparameters) -> list[str]:
+    """Return what the preset `aws` does with conditions that end a training."""
+    notes = {
+        "term_cond_avg_score": "term_cond_avg_score changes nothing: AWS's trainer never looked at it; "
+        "--stop reward=N ends by it",
+        "term_cond_max_episodes": "term_cond_max_episodes counts iterations, as AWS's trainer did; --stop episodes=N "
+        "counts episodes",
+    }
+    return [note for name, note in notes.items() if name in given.given]
 
 
 def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> Settings:
@@ -292,8 +307,6 @@ def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> 
             notes.append(f"{name} '{value}' changes nothing: actions are drawn from the policy's own distribution")
         elif name in ("e_greedy_value", "epsilon_steps") and not greedy:
             notes.append(f"{name} changes nothing: exploration is categorical")
-        elif name in UNUSED:
-            notes.append(f"{name} changes nothing: {UNUSED[name]}")
         elif name in STOP_OF:
             continue
         elif (place := _place_of(name, settings)) is None:
