@@ -1,12 +1,11 @@
-"""A real browser for tests: headless Chromium, told what to do over its DevTools pipe. See `Browser`."""
+"""A real browser for tests: the system's Chromium, headless, driven by Playwright. Begin with `Browser`.
+
+axe (tests/vendor) looks for what shuts people out: `Browser.shut_out`.
+"""
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -14,103 +13,82 @@ import pytest
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update", "--remote-debugging-pipe",
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
 )  # fmt: skip
-
-LAUNCHER = """
-import fcntl, os, sys
-to_read, to_write = (fcntl.fcntl(int(one), fcntl.F_DUPFD, 10) for one in sys.argv[1:3])
-os.dup2(to_read, 3), os.dup2(to_write, 4)
-os.execv(sys.argv[3], sys.argv[3:])
-"""
+AXE = Path(__file__).parent / "vendor" / "axe.min.js"
 
 needs_chromium = pytest.mark.skipif(
-    CHROMIUM is None or os.name != "posix",
-    reason="no Chromium here: `apt-get install chromium` (or your system's package) brings one",
+    CHROMIUM is None, reason="no Chromium here: `apt-get install chromium` (or your system's package) brings one"
 )
 
 
 class Browser:
-    """One page. Commands are JSON texts that end in a zero byte, on descriptors 3 (to) and 4 (from the browser)."""
+    """One page of a browser of its own; `complaints` are the page's uncaught errors and what it printed as one.
 
-    def __init__(self, folder: Path, width: int = 1200, height: int = 900) -> None:
-        to_read, self._to = os.pipe()
-        back, to_write = os.pipe()
-        start = [sys.executable, "-c", LAUNCHER, str(to_read), str(to_write)]
-        command = [*start, CHROMIUM, *FLAGS, f"--window-size={width},{height}", f"--user-data-dir={folder}"]
-        self._process = subprocess.Popen(
-            command, pass_fds=(to_read, to_write), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        os.close(to_read)
-        os.close(to_write)
-        self._from = open(back, "rb", buffering=0)  # noqa: SIM115
-        self._rest, self._number, self._session = b"", 0, ""
-        page = next(one for one in self.say("Target.getTargets")["targetInfos"] if one["type"] == "page")
-        attached = self.say("Target.attachToTarget", targetId=page["targetId"], flatten=True)
-        self._session = attached["sessionId"]
-        self.complaints = []
-        self.say("Runtime.enable")
-        self.say("Page.enable")
+    Args:
+        width: Of the window, CSS pixels.
+        height: Likewise.
+        dark: Whether the system is said to be dark.
+        touch: Whether it is a phone.
+    """
+
+    def __init__(self, width: int = 1200, height: int = 900, dark: bool = False, touch: bool = False) -> None:
+        from playwright.sync_api import sync_playwright
+
+        self._driver = sync_playwright().start()
+        self._browser = self._driver.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        self.page = self._browser.new_page(
+            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light",
+            has_touch=touch, is_mobile=touch,
+        )  # fmt: skip
+        self.complaints: list[str] = []
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
+
+    def bypass_policy(self) -> None:
+        """Let scripts of a test do what the pages' Content-Security-Policy forbids; for pages opened from now on."""
+        self.page.context.new_cdp_session(self.page).send("Page.setBypassCSP", {"enabled": True})
 
     def close(self) -> None:
         """End the browser."""
-        self._process.kill()
-        self._process.wait()
-        os.close(self._to)
-        self._from.close()
-
-    def say(self, method: str, **parameters: object) -> dict:
-        """Send a command; return its result."""
-        self._number += 1
-        message = {"id": self._number, "method": method, "params": parameters}
-        if self._session:
-            message["sessionId"] = self._session
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        while True:
-            answer = self._next()
-            if answer.get("method") in ("Runtime.exceptionThrown",):
-                self.complaints.append(answer["params"])
-            if answer.get("id") == self._number:
-                assert "error" not in answer, answer
-                return answer["result"]
+        self._browser.close()
+        self._driver.stop()
 
     def open(self, address: str) -> None:
         """Go to a page; wait until it is loaded."""
-        self.say("Page.navigate", url=address)
-        self.until(f"document.readyState === 'complete' && location.href === {json.dumps(address)}")
+        self.page.goto(address)
+
+    def show(self, width: int, height: int = 900, dark: bool = False) -> None:
+        """Change the window, and whether the system is dark."""
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.page.emulate_media(color_scheme="dark" if dark else "light")
 
     def value(self, script: str) -> object:
         """Return what a script says."""
-        said = self.say("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in said, said
-        return said["result"].get("value")
+        return self.page.evaluate(script)
 
     def until(self, script: str, seconds: float = 10.0) -> None:
         """Wait until a script says yes."""
         end = time.monotonic() + seconds
         while not self.value(script):
             assert time.monotonic() < end, f"{script}: still not so after {seconds} s"
-            time.sleep(0.02)
+            self.page.wait_for_timeout(20)
 
     def press(self, key: str) -> None:
         """Press a key and let it go."""
-        text = {"text": key} if len(key) == 1 else {}
-        self.say("Input.dispatchKeyEvent", type="keyDown", key=key, **text)
-        self.say("Input.dispatchKeyEvent", type="keyUp", key=key)
+        self.page.keyboard.press("Space" if key == " " else key)
 
-    def click(self, name: str) -> None:
-        """Click the middle of an element, named by its id."""
-        x, y = self.value(
-            f"(r => [r.x + r.width / 2, r.y + r.height / 2])(document.getElementById('{name}').getBoundingClientRect())"
-        )
-        for kind in ("mousePressed", "mouseReleased"):
-            self.say("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+    def click(self, which: str) -> None:
+        """Click the middle of an element, named by its id or by a CSS selector."""
+        self.page.click(f"#{which}" if which.isidentifier() else which)
 
-    def _next(self) -> dict:
-        while b"\0" not in self._rest:
-            chunk = self._from.read(1 << 16)
-            assert chunk, "the browser is gone"
-            self._rest += chunk
-        text, self._rest = self._rest.split(b"\0", 1)
-        return json.loads(text)
+    def shut_out(self) -> list[tuple[str, str]]:
+        """Return what axe finds on the page as it is: the rule, and the first element that breaks it."""
+        self.page.evaluate(AXE.read_text(encoding="utf-8"))
+        found = self.page.evaluate("axe.run().then(told => told.violations.map(one => [one.id, one.nodes[0].html]))")
+        return [(rule, element) for rule, element in found]
+
+    def sideways(self) -> int:
+        """Return by how many CSS pixels the page is wider than its window."""
+        return int(self.page.evaluate("document.documentElement.scrollWidth - innerWidth"))

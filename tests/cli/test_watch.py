@@ -26,6 +26,19 @@ def told(url):
         return json.load(answer)
 
 
+def once_up(url, enough=lambda answer: True):
+    """Return what a page tells that is on its way, as soon as it is enough."""
+    end = time.monotonic() + 60
+    while True:
+        try:
+            if enough(answer := told(url)):
+                return answer
+        except OSError:
+            pass
+        assert time.monotonic() < end
+        time.sleep(0.2)
+
+
 def test_a_run_is_served_until_it_is_interrupted(tmp_path):
     make_run(tmp_path / "r", iterations=1, ticks=5)
     command = [*RUN, "watch", "r", "--port", "0", "--json"]
@@ -56,15 +69,8 @@ def test_a_training_opens_its_page_and_closes_it(tmp_path):
     command = [*RUN, "train", "--watch", "--no-pictures", "--run", "r", "--json", *TINY, "--stop", "minutes=1"]
     with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, stderr=subprocess.PIPE, text=True) as training:
         line = next(line for line in training.stderr if line.startswith("watch: "))
-        url, end = line.split()[1], time.monotonic() + 60
-        while True:
-            try:
-                if told(url + "api/live?after=0")["reel"]:
-                    break
-            except OSError:
-                pass  # the page is on its way
-            assert time.monotonic() < end
-            time.sleep(0.2)
+        url = line.split()[1]
+        once_up(url + "api/live?after=0", lambda answer: answer["reel"])
         training.send_signal(signal.SIGINT)
         training.communicate(timeout=60)
     with pytest.raises(OSError, match="refused"):
@@ -83,7 +89,7 @@ def test_on_a_terminal_the_page_stays_until_ctrl_c(tmp_path):
             while b"The page stays until Ctrl-C." not in said:
                 said += os.read(ours, 4096)
             url = re.search(rb"watch: (http\S+/)", said)[1].decode()
-            assert told(url + "api/run")["kind"] == "deepracer"
+            assert once_up(url + "api/run")["kind"] == "deepracer"
             training.send_signal(signal.SIGINT)
             assert training.wait(timeout=20) == 0
         finally:

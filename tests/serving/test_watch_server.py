@@ -7,6 +7,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -169,7 +170,7 @@ def test_what_no_course_has_is_named(several_address, way, status, words):
 @pytest.mark.parametrize(
     ("way", "status", "words"),
     [
-        ("nowhere", 404, "there is no /nowhere"),
+        ("nowhere", 404, "There is no /nowhere"),
         ("api/iteration?number=99", 404, "99.parquet: there is no such file"),
         ("api/iteration?number=-1", 400, "number is '-1'"),
         ("api/iteration", 400, "number is ''"),
@@ -215,13 +216,29 @@ def test_a_taken_port_is_named_and_the_next_one_offered(run):
         server.close()
 
 
-PAINTED = "new Set(pen.getImageData(0, 0, canvas.width, canvas.height).data).size"
+CARS = "const cars = document.querySelector('rc-cars'), { parts, map } = cars; "
+"""What a test on the page begins with."""
+PAINTED = "new Set(map.pen.getImageData(0, 0, map.canvas.width, map.canvas.height).data).size"
 """How many different levels the map shows."""
 
 
+class Page(Browser):
+    """A page with cars on it."""
+
+    def cars(self, expression):
+        """Return what an expression in `cars`, `parts` and `map` says."""
+        return self.value(f"(() => {{ {CARS} return {expression}; }})()")
+
+    def waits_for(self, expression, seconds=10.0):
+        """Wait until such an expression says yes."""
+        self.until(
+            f"(() => {{ if (!document.querySelector('rc-cars')?.map) return; {CARS} return {expression}; }})()", seconds
+        )
+
+
 @pytest.fixture
-def browser(tmp_path):
-    page = Browser(tmp_path / "browser", 1200, 1000)
+def browser():
+    page = Page(1200, 1000)
     yield page
     assert page.complaints == []
     page.close()
@@ -230,113 +247,132 @@ def browser(tmp_path):
 @needs_chromium
 def test_a_run_that_ended_is_played_in_a_browser(address, browser):
     browser.open(address)
-    browser.until(
-        "at.mode === 'iteration' && at.iteration === 3 && document.getElementById('eye').naturalWidth === 320"
-    )
-    assert browser.value("document.getElementById('live').disabled")
-    assert browser.value("document.querySelectorAll('#cars button').length") == 3
-    browser.until("at.head > 1")
+    browser.waits_for("cars.mode === 'iteration' && cars.iteration === 3 && parts.eye.naturalWidth === 320")
+    assert browser.cars("parts.live.disabled")
+    assert browser.cars("parts.cars.children.length") == 3
+    browser.waits_for("cars.head > 1")
     browser.press(" ")
-    browser.until("!at.playing")
-    browser.value("seek(5)")
+    browser.waits_for("!cars.playing")
+    browser.cars("cars.seek(5)")
     browser.press("ArrowRight")
-    assert browser.value("at.head") == 6
+    assert browser.cars("cars.head") == 6
     browser.press(",")
-    browser.until("at.iteration === 2")
+    browser.waits_for("cars.iteration === 2")
     browser.press("ArrowDown")
-    assert browser.value("document.getElementById('driver').textContent") in ("Car 0", "Car 1")
-    browser.value("document.querySelector('#episodes tr').click()")
-    browser.until("at.mode === 'episode' && at.reel.cars.length === 1")
-    browser.click("eyes")
-    browser.until("document.getElementById('eye').naturalWidth === 16")
-    assert browser.value(PAINTED) > 50, "the map is painted"
-    assert browser.value("document.querySelectorAll('#scores polyline').length") == 2
+    browser.waits_for("['Car 0', 'Car 1'].includes(parts.driver.textContent)")
+    browser.click("[data-part=episodes] button")
+    browser.waits_for("cars.mode === 'episode' && cars.reel.cars.length === 1")
+    browser.click("[data-part=eyes]")
+    browser.waits_for("parts.eye.naturalWidth === 16")
+    assert browser.cars(PAINTED) > 50, "the map is painted"
+    assert browser.value("document.getElementById('scores').columns.length") == 3
 
 
 @needs_chromium
 def test_a_page_that_has_no_width_for_a_moment_plays_on(address, browser):
     """So it is while a window is laid out anew; nothing can be painted then, and the next picture comes."""
     browser.open(address)
-    browser.until("at.mode === 'iteration' && at.head > 1")
-    hide = "($('stage').hidden = {}, dispatchEvent(new Event('resize')))"
-    browser.value(hide.format("true"))
-    browser.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    browser.value(hide.format("false"))
-    browser.value("seek(0), play(true)")
-    browser.until("at.head > 2")
-    assert browser.value(PAINTED) > 50, "the map is painted"
+    browser.waits_for("cars.mode === 'iteration' && cars.head > 1")
+    hide = "cars.style.display = '{}', new Promise(done => setTimeout(done, 200))"
+    browser.cars(hide.format("none"))
+    browser.cars(hide.format(""))
+    browser.cars("(cars.seek(0), cars.play(true))")
+    browser.waits_for("cars.head > 2")
+    assert browser.cars(PAINTED) > 50, "the map is painted"
 
 
 @needs_chromium
 def test_behind_the_last_kept_iteration_comes_live_and_the_page_goes_on(address, browser):
     browser.open(address)
-    browser.until("at.mode === 'iteration' && at.head > 1")
-    browser.value("(was => { openLive = () => { went = true; was(); } })(openLive), at.run.training = true")
-    browser.value("seek(at.reel.ticks - 1), play(true)")
-    browser.until("window.went && at.mode === 'iteration'")  # the server says that the training is over
-    browser.until("at.reel !== null && at.head > 1")
+    browser.waits_for("cars.mode === 'iteration' && cars.head > 1")
+    browser.cars(
+        "(cars.openLive = function () { this.went = true; return Cars.prototype.openLive.call(this); }, 0)".replace(
+            "Cars", "cars.constructor"
+        )
+    )
+    browser.cars("(cars.feed.run.training = true, cars.seek(cars.reel.ticks - 1), cars.play(true))")
+    browser.waits_for("cars.went && cars.mode === 'iteration'")  # the server says that the training is over
+    browser.waits_for("cars.reel !== null && cars.head > 1")
 
 
 @needs_chromium
-def test_the_page_is_read_on_a_phone(address, browser):
-    browser.say("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_page_is_read_on_a_phone_and_shuts_nobody_out(address, browser, dark):
+    browser.show(390, 844, dark)
     browser.open(address)
-    browser.until("at.mode === 'iteration'")
-    assert browser.value("document.documentElement.scrollWidth") == 390
+    browser.waits_for("cars.mode === 'iteration' && parts.eye.naturalWidth === 320")
+    assert browser.sideways() == 0
+    assert browser.shut_out() == []
+    browser.show(1280, 900, dark)
+    assert browser.shut_out() == []
+
+
+@needs_chromium
+def test_nothing_is_drawn_or_asked_while_the_page_is_hidden(address, browser):
+    browser.open(address)
+    browser.waits_for("cars.mode === 'iteration' && cars.head > 1")
+    browser.value("Object.defineProperty(document, 'hidden', { value: true, configurable: true })")
+    browser.value("document.dispatchEvent(new Event('visibilitychange'))")
+    browser.waits_for("cars.sleeping")
+    stood = browser.cars("cars.head")
+    browser.page.wait_for_timeout(300)
+    assert browser.cars("cars.head") == stood
+    browser.value("delete document.hidden, document.dispatchEvent(new Event('visibilitychange'))")
+    browser.waits_for(f"cars.head > {stood}")
+
+
+@needs_chromium
+def test_a_server_that_is_gone_is_said_within_five_seconds(run, browser):
+    server = WatchServer(run)
+    browser.open(server.start())
+    browser.until("document.getElementById('state').textContent === 'ended'")
+    server.close()
+    browser.until("document.getElementById('state').textContent.includes('gone')", 5.0)
+    browser.complaints.clear()  # Chromium prints every refused connection
 
 
 @needs_chromium
 def test_a_course_is_chosen_and_its_boxes_and_bots_stand_on_the_map(tmp_path, browser, monkeypatch):
     monkeypatch.setattr(live, "LOOK_SECONDS", 0.1)
     run = make_run(tmp_path / "several", iterations=1, several=True)
-    server, over = WatchServer(run), threading.Event()
-
-    def train():
-        with run.lock():
-            world, publisher, buffers = make_courses(), LivePublisher(run), None
-            while not over.is_set():
-                buffers = drive(world, 1, [publisher], int(time.time()), buffers)
-                time.sleep(0.01)
-
-    training = threading.Thread(target=train)
-    training.start()
-    try:
-        browser.open(server.start())
-        browser.until("at.mode === 'live' && at.reel !== null && at.head > 2")
-        names = "JSON.stringify([...document.getElementById('course').options].map(one => one.textContent))"
-        assert json.loads(browser.value(names)) == ["reinvent_base", "Oval_track boxes", "Oval_track reversed bots"]
-        cars = "JSON.stringify([...document.querySelectorAll('#cars button')].map(one => one.name))"
-        assert json.loads(browser.value(cars)) == ["0", "1"]
-        assert browser.value("standing(at.reel.cars[0]).length") == 0
-        browser.value("$('course').value = '1', $('course').onchange()")
-        browser.until("at.track.name === 'Oval_track' && at.car === '2'")
-        assert json.loads(browser.value(cars)) == ["2", "3"]
-        browser.until("standing(at.reel.cars[2]).length === 3")
+    with training(run, make_courses, 1, 0.01), served(run) as address:
+        browser.open(address)
+        browser.waits_for("cars.mode === 'live' && cars.reel !== null && cars.head > 2")
+        names = "[...parts.course.options].map(one => one.textContent)"
+        assert browser.cars(names) == ["reinvent_base", "Oval_track boxes", "Oval_track reversed bots"]
+        listed = "[...parts.cars.children].map(one => one.name)"
+        assert browser.cars(listed) == ["0", "1"]
+        told = "(cars.reel.objects[cars.reel.cars[{0}].world] || [])"
+        standing = f"({told}.findLast(([tick]) => tick <= cars.head) || [0, []])[1]"
+        assert browser.cars(standing.format(0)) == []
+        browser.cars("cars.chooseCourse(1)")
+        browser.waits_for("cars.track.name === 'Oval_track' && cars.car === '2'")
+        assert browser.cars(listed) == ["2", "3"]
+        browser.waits_for(f"{standing.format(2)}.length === 3")
         browser.press(" ")  # stands still: the same moment on the map and in what is told
-        brown = """(() => { drawMap(); return standing(at.reel.cars[2]).map(([x, y]) =>
-            [...pen.getImageData(place.x(x), place.y(y), 1, 1).data].slice(0, 3).join()); })()"""
-        painted = browser.value(brown)
+        browser.page.wait_for_timeout(100)
+        pixel = "[...map.pen.getImageData(map.place.x(x), map.place.y(y), 1, 1).data].slice(0, 3).join()"
+        painted = browser.cars(f"{standing.format(2)}.map(([x, y]) => {pixel})")
         assert painted.count("123,97,79") >= 2, painted  # a car may just stand on one of them
         browser.press(" ")
-        browser.value("$('course').value = '2', $('course').onchange()")
-        browser.until("at.car === '4' && standing(at.reel.cars[4]).length === 2 && $('eye').naturalWidth === 320")
-        first = browser.value("JSON.stringify(standing(at.reel.cars[4]))")
-        browser.until(f"JSON.stringify(standing(at.reel.cars[4])) !== {json.dumps(first)}")
-    finally:
-        over.set()
-        training.join()
-        server.close()
+        browser.cars("cars.chooseCourse(2)")
+        browser.waits_for(f"cars.car === '4' && {standing.format(4)}.length === 2 && parts.eye.naturalWidth === 320")
+        first = browser.cars(f"JSON.stringify({standing.format(4)})")
+        browser.waits_for(f"JSON.stringify({standing.format(4)}) !== {json.dumps(first)}")
 
 
 PLAYED = """(() => {
-    played = []; const own = begin;
-    begin = (reel, ...more) => {
-        if (at.reel && at.mode === "live")
-            played.push({ left: at.reel.ticks - 1 - at.head, skipped: reel.first - at.reel.last - 1 });
-        own(reel, ...more);
+    const cars = document.querySelector("rc-cars"), { begin, draw } = cars.constructor.prototype;
+    cars.played = []; cars.heads = [];
+    cars.begin = function (reel, ...more) {
+        if (this.reel && this.mode === "live")
+            this.played.push({ left: this.reel.ticks - 1 - this.head, skipped: reel.first - this.reel.last - 1 });
+        begin.call(this, reel, ...more);
     };
-    heads = []; const drawn = drawMap;
-    drawMap = () => { heads.push([at.reel.last - at.reel.ticks + 1 + at.head, performance.now()]); drawn(); };
+    cars.draw = function () {
+        this.heads.push([this.reel.last - this.reel.ticks + 1 + this.head, performance.now()]);
+        draw.call(this);
+    };
 })()"""
 """Notes what was left to play whenever another reel began, and which tick was drawn when."""
 
@@ -345,61 +381,60 @@ PLAYED = """(() => {
 def test_a_live_car_drives_on_without_a_halt_or_a_jump_inside_what_was_left(tmp_path, browser, monkeypatch):
     """Every reel is played to its end, and the next is there by then: the page asks in time."""
     run = make_run(tmp_path / "r", iterations=1)
-    server, over = WatchServer(run), threading.Event()
-
-    def train():
-        with run.lock():
-            world, publisher, buffers = make_world(), LivePublisher(run), None
-            while not over.is_set():
-                buffers = drive(world, 32, [publisher], int(time.time()), buffers)
-                time.sleep(0.2)  # it learns
-
-    training = threading.Thread(target=train)
-    training.start()
-    try:
-        browser.open(server.start())
-        browser.until("at.mode === 'live' && at.reel !== null")
+    with training(run, make_world, 32, 0.2), served(run) as address:
+        browser.open(address)
+        browser.waits_for("cars.mode === 'live' && cars.reel !== null")
         browser.value(PLAYED)
-        browser.value("$('pace').value = '2', $('pace').onchange()")
-        browser.until("played.length >= 3", 20.0)
-        played = json.loads(browser.value("JSON.stringify(played)"))
+        browser.cars("(parts.pace.value = '2', parts.pace.onchange())")
+        browser.waits_for("cars.played.length >= 3", 20.0)
+        played = browser.cars("cars.played")
         assert [one["left"] for one in played] == [0] * len(played), "nothing of a reel is cut off"
         assert all(one["skipped"] > 0 for one in played), "another moment: nothing was kept between the wishes"
-        heads = np.array(json.loads(browser.value("JSON.stringify(heads)")))
+        heads = np.array(browser.cars("cars.heads"))
         stood = np.diff(heads[:, 0]) == 0
         assert np.diff(heads[:, 1])[stood].sum() < 0.2 * (heads[-1, 1] - heads[0, 1]), "it hardly ever waits"
-    finally:
-        over.set()
-        training.join()
-        server.close()
 
 
 @needs_chromium
 def test_a_training_is_watched_live(tmp_path, browser, monkeypatch):
     monkeypatch.setattr(live, "LOOK_SECONDS", 0.1)
     run = make_run(tmp_path / "r", iterations=1)
+    with served(run) as address:
+        with training(run, make_world, 1, 0.01):
+            browser.open(address)
+            browser.waits_for("cars.mode === 'live' && cars.reel !== null")
+            first = browser.cars("cars.last")
+            browser.waits_for(f"cars.last > {first} + 20 && cars.head > 5")
+            assert browser.value("document.getElementById('state').textContent") == "training"
+        browser.waits_for("cars.mode === 'iteration' && document.getElementById('state').textContent === 'ended'")
+
+
+@contextmanager
+def served(run):
+    """Serve a run; yield the address."""
     server = WatchServer(run)
+    try:
+        yield server.start()
+    finally:
+        server.close()
+
+
+@contextmanager
+def training(run, make, ticks, pause):
+    """Drive by chance in another thread, as a training does: some ticks, then a pause to learn."""
     over = threading.Event()
 
     def train():
         with run.lock():
-            world, publisher, buffers = make_world(), LivePublisher(run), None
+            world, publisher, buffers = make(), LivePublisher(run), None
             while not over.is_set():
-                buffers = drive(world, 1, [publisher], int(time.time()), buffers)
-                time.sleep(0.01)
+                buffers = drive(world, ticks, [publisher], int(time.time()), buffers)
+                time.sleep(pause)
 
-    training = threading.Thread(target=train)
-    training.start()
+    thread = threading.Thread(target=train)
+    thread.start()
     try:
-        browser.open(server.start())
-        browser.until("at.mode === 'live' && at.reel !== null")
-        first = browser.value("at.last")
-        browser.until(f"at.last > {first} + 20 && at.head > 5")
-        assert browser.value("document.getElementById('state-text').textContent") == "training"
-        over.set()
-        training.join()
-        browser.until("at.mode === 'iteration' && document.getElementById('state-text').textContent === 'ended'")
+        yield
     finally:
         over.set()
-        training.join()
-        server.close()
+        thread.join()

@@ -48,7 +48,8 @@ class Topic:
 
     Args:
         name: The event's name in the page.
-        produce: Returns the next message, or None for no news; called in a thread, only while somebody listens.
+        produce: Returns how things stand; called in a thread, only while somebody listens. A value that is None or
+            equal to the one before is no news.
         every_s: Seconds between two calls of it.
     """
 
@@ -58,7 +59,7 @@ class Topic:
         self._clients: dict[asyncio.Event, deque[bytes]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._task: asyncio.Task[None] | None = None
-        self._count, self._newest = 0, b""
+        self._count, self._told, self._newest = 0, "", b""
 
     def publish(self, value: Any) -> None:
         """Send a value to all that listen, as JSON; from any thread."""
@@ -70,7 +71,7 @@ class Topic:
                 self._loop.call_soon_threadsafe(self._put, text)
 
     def _put(self, text: str) -> None:
-        self._count += 1
+        self._count, self._told = self._count + 1, text
         self._newest = f"event: {self.name}\nid: {self.name} {self._count}\ndata: {text}\n\n".encode()
         for event, waiting in self._clients.items():
             waiting.append(self._newest)
@@ -98,8 +99,9 @@ class Topic:
         try:
             while self._clients:
                 value = await run_in_threadpool(self._produce)
-                if value is not None:
-                    self._put(plain_json(value))
+                text = plain_json(value)
+                if value is not None and text != self._told:
+                    self._put(text)
                 await asyncio.sleep(self._every_s)
         finally:
             self._task = None

@@ -14,19 +14,17 @@ MOST = 1e6
 
 def whole_number(request: Request, name: str, default: int | None = None) -> int:
     """Return a whole number of 0 or more; `default` where it is not named, None: it has to be."""
-    text = request.query_params.get(name)
-    if text is None and default is not None:
-        return default
-    if text is None or not (text.isascii() and text.isdigit() and len(text) < 16):
-        raise _bad(name, text, "a whole number of 0 or more")
+    text = request.query_params.get(name, "" if default is None else str(default))
+    if not (text.isascii() and text.isdigit() and len(text) < 16):
+        raise _bad(name, text, "a whole number, 0 or more")
     return int(text)
 
 
 def number(request: Request, name: str) -> float:
     """Return a number between -MOST and MOST that has to be named."""
-    text = request.query_params.get(name)
+    text = request.query_params.get(name, "")
     try:
-        value = float(text or "")
+        value = float(text)
     except ValueError:
         value = math.nan
     if not abs(value) < MOST:
@@ -34,6 +32,5 @@ def number(request: Request, name: str) -> float:
     return value
 
 
-def _bad(name: str, text: str | None, expected: str) -> WebError:
-    found = "nothing" if text is None else repr(text[:40])
-    return WebError(400, "bad_number", f"{name}: found {found}; expected {expected}.")
+def _bad(name: str, text: str, expected: str) -> WebError:
+    return WebError(400, "bad_number", f"{name} is {text[:40]!r}; expected {expected}.")

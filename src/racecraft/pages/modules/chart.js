@@ -3,20 +3,17 @@
    Inside it stand a figure with its caption and its table, which need no script, and the data as JSON.
    `element.show(plot)` draws other data, as a live page does; a click on a point sends `rc-choose` with its x.
    Keys: ← → move the cursor, with Shift by ten; + − zoom; 0 or Escape show all. */
+import { onTokens, token } from "racecraft.pages/tokens.js";
 import uPlot from "racecraft.pages/uplot.js";
 
-const token = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const colourOf = number => token(number <= 6 ? `--series-${number}` : "--series-more");
 const soft = (number, share) => `color-mix(in srgb, ${colourOf(number)} ${100 * share}%, transparent)`;
+const WHOLE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6, 1e7, 1e8, 1e9];
 const WIDTH = { line: 2, both: 2, dashed: 1.6, steps: 2, dots: 0, bars: 0 };
-const charts = new Set();
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => charts.forEach(chart => chart.plot?.redraw()));
-new MutationObserver(() => charts.forEach(chart => chart.plot?.redraw()))
-  .observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
 
 class Chart extends HTMLElement {
   connectedCallback() {
-    charts.add(this);
+    this.quit = onTokens(() => this.plot?.redraw());
     if (!this.place) this.lay();
     const data = this.querySelector("script");
     if (data && !this.told) this.show(JSON.parse(data.textContent));
@@ -25,7 +22,7 @@ class Chart extends HTMLElement {
   }
 
   disconnectedCallback() {
-    charts.delete(this);
+    this.quit();
     this.wide.disconnect();
   }
 
@@ -98,7 +95,7 @@ class Chart extends HTMLElement {
       cursor: { sync: { key: `x ${told.x}`, scales: ["x", null] }, drag: { x: true, y: false, setScale: true, dist: 8 },
         points: { size: 8, fill: (plot, k) => plot.series[k].stroke(plot, k) }, focus: { prox: 24 } },
       scales: { x: { time: false, range: (plot, low, high) => this.wholeBars(low, high) }, y: { range, distr: told.log ? 3 : 1 }, right: { range: (plot, low, high) => low == null ? [0, 1] : uPlot.rangeNum(low, high, 0.06, true) } },
-      axes: [{ ...axis, grid: { show: false }, label: told.x, space: 56, size: 30, values: (plot, all) => all.map(short) },
+      axes: [{ ...axis, grid: { show: false }, label: told.x, space: 56, size: 30, incrs: this.columns[0].every(Number.isInteger) ? WHOLE : undefined, values: (plot, all) => all.map(short) },
         { ...axis, label: told.y, size: 44, space: 38, values: (plot, all) => all.map(short) },
         ...(told.right ? [{ ...axis, scale: "right", side: 1, label: told.right, size: 44, grid: { show: false }, values: (plot, all) => all.map(short) }] : [])],
       series: [{}, ...this.drawn.map(one => this.look(one))],
@@ -158,6 +155,26 @@ class Chart extends HTMLElement {
       ctx.fillText(text, bbox.left + bbox.width - 4 * ratio, at - 4 * ratio);
     }
     ctx.restore();
+  }
+
+  writeTable() {   // for data that a page's module brought: at most sixty rows, when somebody opens it
+    const details = this.querySelector("details");
+    details.ontoggle ??= () => this.writeTable();
+    if (!details.open) return;
+    const { x, series, digits } = this.told, [xs, ...columns] = this.columns, every = Math.max(1, Math.ceil(xs.length / 60));
+    details.querySelector("summary").textContent = every > 1 ? `as table, one row of ${every}` : "as table";
+    const shown = this.drawn.map((one, k) => [one, columns[k]]).filter(([one]) => !one.over && !one.edge);
+    const table = details.querySelector("table"), head = table.createTHead();
+    head.replaceChildren(); table.tBodies[0]?.remove();
+    const first = head.insertRow(), body = table.createTBody();
+    for (const name of [x, ...series.map(one => one.name)]) { const cell = document.createElement("th"); cell.scope = "col"; cell.className = "right"; cell.textContent = name; first.append(cell); }
+    for (let k = 0; k < xs.length; k += every) {
+      const row = body.insertRow();
+      for (const value of [xs[k], ...shown.map(([, column]) => column[k])]) {
+        const cell = row.insertCell();
+        cell.className = "right"; cell.textContent = value == null ? "–" : long(value, value === xs[k] ? 0 : digits);
+      }
+    }
   }
 
   layKey() {
@@ -270,4 +287,4 @@ const short = value => value == null ? "" : Math.abs(value) >= 10000 ? value.toL
   : value !== 0 && Math.abs(value) < 0.001 ? value.toExponential(0) : value.toLocaleString("en", { maximumFractionDigits: 4 });
 
 customElements.define("rc-chart", Chart);
-export { Chart, token, colourOf };
+export { Chart };

@@ -67,7 +67,7 @@ def test_a_page_fetches_nothing_and_no_name_becomes_markup():
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("chromium"))
+    browser = Browser()
     yield browser
     browser.close()
 
@@ -161,12 +161,12 @@ def test_snakes_lie_where_the_board_says(shown):
 
 @needs_chromium
 def test_a_phone_sees_no_sideways_scrolling(tmp_path):
-    browser = Browser(tmp_path / "chromium", 500, 900)
+    browser = Browser(500, 900)
     try:
         path = tmp_path / "game.html"
         path.write_text(board_page("a story", game_facts(SETTINGS, CARD), events()))
         browser.open(path.as_uri())
-        browser.say("Emulation.setDeviceMetricsOverride", width=360, height=780, deviceScaleFactor=2, mobile=True)
+        browser.show(360, 780)
         assert browser.value("document.documentElement.scrollWidth") == 360
         assert browser.value("document.getElementById('board').getBoundingClientRect().width") > 300
     finally:

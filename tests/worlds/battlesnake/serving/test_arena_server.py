@@ -83,7 +83,7 @@ def test_what_is_not_there_is_named(address):
 
 @needs_chromium
 def test_the_page_shows_the_board_and_keeps_up(address, store, tmp_path):
-    page = Browser(tmp_path / "profile")
+    page = Browser()
     try:
         page.open(address)
         page.until("document.querySelectorAll('#ratings tbody tr').length === 3", 60)

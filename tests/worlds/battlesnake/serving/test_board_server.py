@@ -149,7 +149,7 @@ def test_a_port_that_is_taken_is_named(serve):
 @needs_chromium
 def test_a_browser_follows_a_game_while_it_is_played(serve, tmp_path):
     server, address = serve([event(0)], speed=32)
-    browser = Browser(tmp_path / "chromium")
+    browser = Browser()
     try:
         browser.open(f"{address}/")
         browser.until("document.getElementById('turn').innerText.startsWith('turn 0')")
@@ -171,10 +171,10 @@ def test_a_board_page_from_elsewhere_may_ask(serve, tmp_path):
     """Another origin, as the official board is: it fetches the game, then listens to the events."""
     server, address = serve([event(0), END])
     elsewhere, other = serve([event(0), END])
-    browser = Browser(tmp_path / "chromium")
+    browser = Browser()
     try:
         browser.open(f"{other}/")
-        browser.say("Page.setBypassCSP", enabled=True)
+        browser.bypass_policy()
         browser.open("about:blank")
         browser.open(f"{other}/")
         game = browser.value(f"fetch('{address}/games/g').then(answer => answer.json())")

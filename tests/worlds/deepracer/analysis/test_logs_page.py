@@ -43,8 +43,7 @@ def address(ticks, tmp_path_factory):
 @pytest.fixture(params=[(1200, 900), (390, 844)], ids=["desk", "phone"])
 def browser(request, tmp_path):
     width, height = request.param
-    one = Browser(tmp_path / "profile", width, height)
-    one.say("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500)
+    one = Browser(width, height)
     yield one
     one.close()
 
@@ -119,10 +118,10 @@ def test_pointing_at_a_path_reads_it_and_the_wheel_zooms(browser, address):
     box = browser.value("(r => [r.x, r.y, r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
     shot = browser.value("document.getElementById('map').toDataURL()")
     x, y = brightest(shot)
-    browser.say("Input.dispatchMouseEvent", type="mouseMoved", x=box[0] + x, y=box[1] + y)
+    browser.page.mouse.move(box[0] + x, box[1] + y)
     browser.until("document.getElementById('told').textContent.includes('waypoint')")
     before = browser.value("document.getElementById('map').toDataURL()")
-    browser.say("Input.dispatchMouseEvent", type="mouseWheel", x=box[0] + x, y=box[1] + y, deltaX=0, deltaY=-300)
+    browser.page.mouse.wheel(0, -300)
     browser.until(f"document.getElementById('map').toDataURL().length !== {len(before)}")
     assert browser.complaints == []
 
@@ -150,7 +149,7 @@ def test_the_page_on_paper(browser, address):
     """Canvases, which are not drawn again for paper, keep their shape there; what can only be clicked is left out."""
     browser.open(address)
     browser.until("document.querySelectorAll('#rows tr').length === 25")
-    browser.say("Emulation.setEmulatedMedia", media="print")
+    browser.page.emulate_media(media="print")
     browser.value("document.querySelector('main').style.maxWidth = '300px'")
     for name in ("map", "chart"):
         shown, drawn = browser.value(
@@ -182,7 +181,7 @@ def test_the_map_tells_the_direction_and_draws_no_path_to_where_a_car_was_set_do
     columns["X"][0] += 3.0
     ticks = read(makers.write(tmp_path / "training-simtrace" / "0-iteration.csv", columns)).ticks.collect()
     (tmp_path / "p.html").write_text(document("p", [STYLE, *_explorer(ticks, track)]))
-    browser.say("Page.addScriptToEvaluateOnNewDocument", source=SPY)
+    browser.page.add_init_script(SPY)
     browser.open((tmp_path / "p.html").as_uri())
     browser.until("document.querySelectorAll('#rows tr').length === 1")
     told = np.array(browser.value("(window.told = [], document.getElementById('whole').click(), window.told)"))

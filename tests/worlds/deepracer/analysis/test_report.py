@@ -89,9 +89,9 @@ def test_the_page_holds_the_numbers_and_fetches_nothing(run, tmp_path):
 def test_the_page_is_read_on_a_phone(run, tmp_path, reports_along):
     """390 px: nothing is cut off or pushed aside, the page's own words are 12 px and more, pictures fill the width."""
     page = write(run, tmp_path, reports_along(30))
-    browser = Browser(tmp_path / "profile")
+    browser = Browser()
     try:
-        browser.say("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+        browser.show(390, 844)
         browser.open(page.as_uri())
         assert browser.value("document.documentElement.scrollWidth") == 390
         wide = (

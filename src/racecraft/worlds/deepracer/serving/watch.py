@@ -14,17 +14,21 @@ GET /policy.png?…                                      the same as the policy 
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from starlette.requests import Request
+from starlette.responses import Response
 
 from racecraft.contract.world import Array
 from racecraft.formats.live_ticks import request_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.serving.http_service import HttpError, Reply, Request
-from racecraft.serving.query import number, whole_number
-from racecraft.serving.watch_server import FRESH, Answer
+from racecraft.serving.watch_server import Answer, WatchSource
+from racecraft.web.answers import picture_answer
+from racecraft.web.errors import WebError
+from racecraft.web.query import number, whole_number
 from racecraft.worlds.deepracer.analysis.watching.onboard import OnboardCamera, objects_on, objects_told
 from racecraft.worlds.deepracer.analysis.watching.reels import (
     episode_reel,
@@ -35,35 +39,39 @@ from racecraft.worlds.deepracer.analysis.watching.reels import (
 )
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, cars_on, courses_of_run
 
+PAGE = "racecraft.worlds.deepracer.pages/watch.html"
 
-def watch(run: RunFolder) -> dict[str, Answer]:
-    """Return what answers for each path.
+
+def watch(run: RunFolder) -> WatchSource:
+    """Return the page of a run of cars, and what answers for each of its paths.
 
     Raises:
         TrackError: The circuit is gone.
     """
     views = CarViews(run)
-    return {
-        "/camera.jpg": _picture(views, OnboardCamera.jpeg, "image/jpeg"),
-        "/policy.png": _picture(views, OnboardCamera.policy_png, "image/png"),
-        "/api/courses": lambda request: {"courses": views.courses()},
-        "/api/track": lambda request: views.shape(whole_number(request, "course", 0)),
-        "/api/live": lambda request: _live(run, whole_number(request, "after", 0)),
-        "/api/iterations": lambda request: {"iterations": kept_iterations(run)},
-        "/api/iteration": lambda request: iteration_reel(run, whole_number(request, "number")),
-        "/api/episode": lambda request: episode_reel(
+    answers: dict[str, Answer] = {
+        "camera.jpg": _picture(views, OnboardCamera.jpeg, "image/jpeg"),
+        "policy.png": _picture(views, OnboardCamera.policy_png, "image/png"),
+        "api/courses": lambda request: {"courses": views.courses()},
+        "api/track": lambda request: views.shape(whole_number(request, "course", 0)),
+        "api/live": lambda request: _live(run, whole_number(request, "after", 0)),
+        "api/iterations": lambda request: {"iterations": kept_iterations(run)},
+        "api/iteration": lambda request: iteration_reel(run, whole_number(request, "number")),
+        "api/episode": lambda request: episode_reel(
             run, *(whole_number(request, name) for name in ("iteration", "world", "agent", "episode"))
         ),
     }
+    return WatchSource(PAGE, answers, lambda: {"kept": kept_iterations(run)})
 
 
 def _picture(views: CarViews, render: Callable[..., bytes], kind: str) -> Answer:
     """Return what answers with a view from the pose that a request gives."""
 
-    def answer(request: Request) -> Reply:
+    def answer(request: Request) -> Response:
         pose = [number(request, name) for name in ("x", "y", "yaw")]
-        camera = views.camera(whole_number(request, "course", 0))
-        return Reply(render(camera, *pose, _places(request, len(camera.objects.kinds))), kind, FRESH)
+        with views.lock:
+            camera = views.camera(whole_number(request, "course", 0))
+            return picture_answer(render(camera, *pose, _places(request, len(camera.objects.kinds))), kind)
 
     return answer
 
@@ -77,11 +85,15 @@ def _live(run: RunFolder, after: int) -> dict[str, Any]:
 
 
 class CarViews:
-    """What a car's run has to look at beyond its curves, course by course; each is laid out when it is asked for."""
+    """What a car's run has to look at beyond its curves, course by course; each is laid out when it is asked for.
+
+    Whoever renders holds `lock`: requests are answered in several threads.
+    """
 
     def __init__(self, run: RunFolder) -> None:
         job = run.read_job()
         self._job, self._courses = job, courses_of_run(run)
+        self.lock = threading.Lock()
         self._cameras: dict[int, OnboardCamera] = {}
         several = len(self._courses) > 1
         self._cars = cars_on(self._courses, job["settings"]["rollout"]["num_worlds"]) if several else [None]
@@ -106,17 +118,17 @@ class CarViews:
         return self._cameras[number]
 
     def course(self, number: int) -> LaidCourse:
-        """Return a course, or raise an `HttpError` (no_such_course)."""
+        """Return a course, or raise an `WebError` (no_such_course)."""
         if number >= len(self._courses):
-            raise HttpError(
+            raise WebError(
                 404, "no_such_course", f"there is no course {number}; expected 0 to {len(self._courses) - 1}."
             )
         return self._courses[number]
 
 
 def _places(request: Request, count: int) -> Array | None:
-    """Return where the objects of a course stand, (K, 3), or raise an `HttpError` (bad_objects); None: nobody says."""
-    text = request.query.get("objects", "")
+    """Return where the objects of a course stand, (K, 3), or raise an `WebError` (bad_objects); None: nobody says."""
+    text = request.query_params.get("objects", "")
     if not text:
         return None
     try:
@@ -124,5 +136,5 @@ def _places(request: Request, count: int) -> Array | None:
     except ValueError:
         places = np.zeros(0)
     if places.shape != (count, 3) or not (np.abs(places) < 1e6).all():
-        raise HttpError(400, "bad_objects", f"objects is {text[:40]!r}; expected x,y,yaw of {count}, a ; between two.")
+        raise WebError(400, "bad_objects", f"objects is {text[:40]!r}; expected x,y,yaw of {count}, a ; between two.")
     return places

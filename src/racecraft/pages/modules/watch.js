@@ -1,0 +1,64 @@
+/* The page of `racecraft watch`: where a run stands, its figures and its curves, as they come. */
+import { words } from "racecraft.pages/ask.js";
+import "racecraft.pages/chart.js";
+import { feedOf } from "racecraft.pages/run_feed.js";
+
+const $ = id => document.getElementById(id);
+const feed = feedOf($("watch").dataset.from);
+const SHOWN = new Set(["iteration", "training_score", "evaluation_score", "mean_reward"]);
+
+function tellState() {
+  const { run } = feed, pill = $("state");
+  pill.className = `pill ${feed.lost ? "warn" : run?.training ? "on" : ""}`;
+  pill.textContent = feed.lost ? "the server of this page is gone; it is tried again" : run.training ? "training" : "ended";
+}
+
+function tellRun() {
+  const { run, rows } = feed, row = rows.at(-1) || {};
+  $("about").textContent = [run.title, run.algorithm, run.seed == null ? "" : `seed ${run.seed}`, run.stops.length ? `stops at ${run.stops.join(" or ")}` : ""].filter(Boolean).join(" · ");
+  const evaluated = rows.findLast(one => one.evaluation_score != null) || {};
+  const laps = rows.map(one => one.best_lap_seconds).filter(one => one != null);
+  const time = row.seconds == null ? "–" : row.seconds < 600 ? `${words(row.seconds)} s` : `${words(row.seconds / 60, 1)} min`;
+  const unit = run.score_name.endsWith(" %") && evaluated.evaluation_score != null ? " %" : "";
+  const stats = [[words(row.iteration), "iterations"], [words(row.steps), "steps"], [words(row.steps_per_second), "steps a second"], [time, "of training"],
+    [words(evaluated.evaluation_score, 1) + unit, `${run.score_name.replace(" %", "")}, evaluated`]];
+  if (laps.length) stats.push([`${words(Math.min(...laps), 2)} s`, "best lap, evaluated"]);
+  if (run.best != null) stats.push([words(run.best), "best checkpoint"]);
+  const strip = $("stats");
+  while (strip.children.length < stats.length) strip.append(stat());
+  stats.forEach(([value, name], k) => { say(strip.children[k].children[0], name); say(strip.children[k].children[1], value); });
+}
+
+function stat() {
+  const card = document.createElement("div");
+  card.className = "card stat";
+  card.append(document.createElement("dt"), document.createElement("dd"));
+  return card;
+}
+
+function drawCurves() {
+  const { run, rows } = feed;
+  draw("scores", run.score_name, [["training_score", "training", "line", 2], ["evaluation_score", "evaluation, greedy", "both", 1]]);
+  draw("rewards", "mean reward of an episode", [["mean_reward", "training", "line", 1]]);
+  const names = [...new Set(rows.flatMap(row => Object.keys(row)))].filter(name => !SHOWN.has(name));
+  const select = $("figure"), chosen = select.value || (names.includes("entropy") ? "entropy" : names[0]);
+  if (select.options.length !== names.length) select.replaceChildren(...names.map(name => new Option(name.replaceAll("_", " "), name, false, name === chosen)));
+  if (chosen) draw("others", chosen.replaceAll("_", " "), [[chosen, chosen.replaceAll("_", " "), "line", 1]]);
+}
+
+function draw(id, label, lines) {
+  const { rows } = feed;
+  const series = lines.map(([key, name, look, colour]) => {
+    const told = rows.filter(row => row[key] != null);
+    return { name, look, colour, right: false, faint: false, x: told.map(row => row.iteration), y: told.map(row => row[key]) };
+  });
+  $(id).show({ x: "iteration", y: label, right: "", low: null, high: null, log: false, smooth: true, digits: 2, series, bands: [], marks: [], levels: [] });
+  $(id).writeTable();
+}
+
+const say = (part, text) => { if (part.textContent !== text) part.textContent = text; };
+feed.addEventListener("run", () => { tellState(); tellRun(); });
+feed.addEventListener("rows", () => { tellRun(); drawCurves(); });
+feed.addEventListener("lost", tellState);
+feed.addEventListener("found", () => feed.run && tellState());
+$("figure").onchange = drawCurves;
