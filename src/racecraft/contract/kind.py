@@ -144,8 +144,8 @@ class WorldKind:
     """Function (command: str, job) -> str: advice's "racecraft train …" as it is typed for a run of this kind.
     Default: `train_command` in its place."""
     watch: str = ""
-    """Function (run: RunFolder) -> `serving.watch_server.WatchSource`: the template of the page of `racecraft watch`, and
-    what its modules ask for beyond curves. Default: curves alone."""
+    """Function (run: RunFolder) -> `serving.watch_server.WatchSource`: the template of the page of `racecraft
+    watch`, and what its modules ask for beyond curves. Default: curves alone."""
     look: str = ""
     """Why its runs have no live picture, a sentence for the live page. Default: a general one."""
 
