@@ -48,7 +48,7 @@ def film_ghosts(path: Path, compared: LapComparison, count: PictureCount | None 
 
 def drive_of(lap: Reference, track: Track, ticks: int) -> Drive:
     """Return a lap as a drive of so many ticks from the start line; at its end the car stands there."""
-    points = _points(lap.offset_m, track)
+    points = points_of(lap.offset_m, track)
     edges = np.concatenate([[0.0], np.cumsum(lap.seconds)])
     middles = 0.5 * (edges[:-1] + edges[1:])
     times = np.minimum(np.arange(ticks) * TICK_SECONDS, edges[-1])
@@ -73,7 +73,7 @@ def drive_of(lap: Reference, track: Track, ticks: int) -> Drive:
     )
 
 
-def _points(offset_m: Array, track: Track) -> Array:
+def points_of(offset_m: Array, track: Track) -> Array:
     """Return points (N, 2) at offsets from the centre line, left positive, in the middle of equal pieces of it."""
     arc = (np.arange(len(offset_m)) + 0.5) / len(offset_m) * track.length
     ahead, here = ((arc + 0.05) % track.length if track.closed else arc + 0.05), arc

@@ -93,6 +93,7 @@ def telemetry(
         str | None,
         typer.Option(help="For --against best: v4, v5-classic or v6; by default the run's, or the metadata's version."),
     ] = None,
+    page: Annotated[Path | None, typer.Option(help="Write one page (.html) that works offline.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write a row a lap, with sector and corner times.")] = None,
     film: Annotated[
         Path | None, typer.Option(help="Film the lap and its ghosts from above into this MP4 file.")
@@ -107,7 +108,7 @@ def telemetry(
 
         racecraft telemetry runs/reinvent_base-1
 
-        racecraft telemetry runs/reinvent_base-1 --against best
+        racecraft telemetry runs/reinvent_base-1 --against best --page laps.html
 
         racecraft telemetry my-aws-model --against runs/reinvent_base-1 --phase evaluation
 
@@ -130,6 +131,12 @@ def telemetry(
     reference = _reference(against, timing, found, car)
     compared = compare_lap(timing, row, reference)
     facts = facts_of(compared) | _written(compared, csv, film, json)
+    if page is not None:
+        from racecraft.worlds.deepracer.analysis.telemetry_page import write_telemetry_page
+
+        title = ", ".join(path.resolve().name for path in runs)
+        write_telemetry_page(page, compared, title, ticks)
+        facts["page"] = str(page)
     if json:
         print_json(facts)
     else:
@@ -291,7 +298,7 @@ def _print(compared: LapComparison, facts: dict[str, Any]) -> None:
     print()
     print_table(_lap_table(facts))
     print(f"Best sectors together: {facts['theoretical_best_seconds']:.2f} s.")
-    for kind in ("csv", "film", "strip"):
+    for kind in ("page", "csv", "film", "strip"):
         if kind in facts:
             print(f"{kind}: {facts[kind]}")
 

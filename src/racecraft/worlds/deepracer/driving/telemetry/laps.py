@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 PIECE_M = 0.05
 MIN_PIECES, MAX_PIECES = 100, 800
+WINDOW = 7
+"""Driven speed is the mean over so many pieces, an odd number."""
 REST_M = 2.0
 """So far from a standing start the car is still gathering speed."""
 FULL = 1.0 - 1e-9
@@ -75,9 +77,8 @@ class Laps:
 
     @property
     def speed_mps(self) -> Array:
-        """(L, N) driven speed, along the car's own path; nan where no time was spent on a piece."""
-        moved = self.seconds > 1e-9
-        return np.where(moved, self.metres / np.where(moved, self.seconds, 1.0), np.nan)
+        """(L, N) driven speed, along the car's own path, as `driven_speed` has it."""
+        return driven_speed(self.metres, self.seconds, self.track.closed)
 
     @property
     def gathering(self) -> Array:
@@ -131,6 +132,22 @@ def trace_laps(columns: Mapping[str, Array], first: Array, last: Array, track: T
     ends = np.cumsum(last - first + 1)
     traces = _resample(columns, rows, ends, place, track.length, pieces)
     return traces, place.arc[ends - (last - first + 1)] / track.length % 1.0
+
+
+def driven_speed(metres: Array, seconds: Array, closed: bool) -> Array:
+    """Return speeds (…, N) m/s: metres over seconds, both summed over WINDOW pieces around each, as ticks jitter.
+
+    nan where no time was spent there. On a closed track the window reaches over the start line.
+    """
+
+    def summed(values: Array) -> Array:
+        padding = [(0, 0)] * (values.ndim - 1) + [(WINDOW // 2 + 1, WINDOW // 2)]
+        total = np.cumsum(np.pad(values, padding, mode="wrap" if closed else "edge"), axis=-1)
+        return np.asarray(total[..., WINDOW:] - total[..., :-WINDOW])
+
+    driven, spent = summed(metres), summed(seconds)
+    moved = spent > 1e-9
+    return np.where(moved, driven / np.where(moved, spent, 1.0), np.nan)
 
 
 def _polars() -> Any:

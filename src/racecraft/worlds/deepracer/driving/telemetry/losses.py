@@ -89,7 +89,9 @@ class LapComparison:
         )
         if worst is None:
             most = max(zone.lost_seconds for zone in self.zones)
-            return f"No corner costs a tick: at most {max(most, 0.0):.2f} s each beside {against}.{start}"
+            if most <= 0.0:
+                return f"No corner costs time beside {against}.{start}"
+            return f"No corner costs a tick: at most {most:.2f} s each beside {against}.{start}"
         if self.lost_seconds <= NOTICEABLE_SECONDS:
             worth = f"it costs {worst.lost_seconds:.2f} s, which other places make good."
         else:

@@ -16,7 +16,7 @@ from racecraft.worlds.deepracer.driving.action_tables import read_table
 from racecraft.worlds.deepracer.driving.known_laps import TABLE, direction_of, read_laps
 from racecraft.worlds.deepracer.driving.line_file import COLUMNS
 from racecraft.worlds.deepracer.driving.planner import plan_best_lap
-from racecraft.worlds.deepracer.driving.telemetry.laps import TRACES, Laps, trace_laps
+from racecraft.worlds.deepracer.driving.telemetry.laps import TRACES, Laps, driven_speed, trace_laps
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M, PROFILES, TICK_SECONDS
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -41,17 +41,20 @@ class Reference:
     gathering: Array
     """(N,) bool: it stood at its beginning and is still gathering speed."""
 
+    closed: bool = True
+    """The track is a loop."""
+
     @property
     def speed_mps(self) -> Array:
-        """(N,) driven speed; nan where no time was spent on a piece."""
-        moved = self.seconds > 1e-9
-        return np.where(moved, self.metres / np.where(moved, self.seconds, 1.0), np.nan)
+        """(N,) driven speed, as `laps.driven_speed` has it."""
+        return driven_speed(self.metres, self.seconds, self.closed)
 
 
 def of_lap(laps: Laps, row: int, name: str) -> Reference:
     """Return one of the laps."""
     traces = {field: getattr(laps, field)[row] for field in TRACES}
-    return Reference(name, float(laps.lap_seconds[row]), gathering=laps.gathering[row], **traces)
+    seconds = float(laps.lap_seconds[row])
+    return Reference(name, seconds, gathering=laps.gathering[row], closed=laps.track.closed, **traces)
 
 
 def of_best_zones(timing: LapTiming) -> Reference:
@@ -60,7 +63,8 @@ def of_best_zones(timing: LapTiming) -> Reference:
     pieces = np.arange(timing.laps.pieces)
     traces = {field: getattr(timing.laps, field)[rows, pieces] for field in TRACES}
     gathering = timing.laps.gathering[rows, pieces]
-    return Reference("your own best corners together", float(traces["seconds"].sum()), gathering=gathering, **traces)
+    name, seconds = "your own best corners together", float(traces["seconds"].sum())
+    return Reference(name, seconds, gathering=gathering, closed=timing.laps.track.closed, **traces)
 
 
 def of_known_lap(track: Track, car: str, top_speed_mps: float, actions: ActionSpace | None) -> Reference | None:
@@ -144,4 +148,5 @@ def _one_lap(columns: dict[str, Array], track: Track, name: str) -> Reference:
     traces, _ = trace_laps(columns, np.array([0]), np.array([len(columns["time_s"]) - 1]), track)
     seconds = traces["seconds"][0]
     still = np.zeros(len(seconds), np.bool_)
-    return Reference(name, float(seconds.sum()), gathering=still, **{field: traces[field][0] for field in TRACES})
+    told = {field: traces[field][0] for field in TRACES}
+    return Reference(name, float(seconds.sum()), gathering=still, closed=track.closed, **told)

@@ -1,0 +1,95 @@
+"""A lap on the map of its track, as paths of an SVG. See `lap_map`. On the map y runs downwards, in metres."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.ghosts import points_of
+from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
+from racecraft.worlds.deepracer.tracks.track import Track
+
+COLOURS = 5
+"""Values of the tokens, from slow to fast."""
+EDGE_M = 0.6
+CAR_M = (0.36, 0.2)
+"""Length and width of a car on the map: a little larger than it is, so that it can be seen."""
+
+
+def lap_map(compared: LapComparison) -> dict[str, Any]:
+    """Return the road, the lap coloured by speed, the reference, and the corners' numbers beside the road."""
+    track = compared.timing.laps.track
+    x0, y0, x1, y1 = track.bounds
+    size = max(x1 - x0, y1 - y0)
+    edge = EDGE_M + 0.03 * size
+    speed = _filled(compared.lap.speed_mps)
+    slow, fast = float(speed.min()), float(speed.max())
+    length, width = (one * max(1.0, size / 10.0) / 2.0 for one in CAR_M)
+    return {
+        "words": f"{track.title or track.name}: the lap coloured by speed, the reference dashed, corners numbered",
+        "view": f"{x0 - edge:.2f} {-y1 - edge:.2f} {x1 - x0 + 2 * edge:.2f} {y1 - y0 + 2 * edge:.2f}",
+        "road": _road(track),
+        "start": _path(np.array([track.inner[0], track.outer[0]])),
+        "reference": _path(points_of(compared.reference.offset_m, track), track.closed),
+        "lap": _coloured(points_of(compared.lap.offset_m, track), speed, track.closed),
+        "corners": _corners(compared, size),
+        "mark": round(0.022 * size, 3),
+        "slow": f"{slow:.1f}",
+        "fast": f"{fast:.1f} m/s",
+        "car": f"M{length:.2f} 0L{0.4 * length:.2f} {width:.2f}H{-length:.2f}V{-width:.2f}H{0.4 * length:.2f}Z",
+    }
+
+
+def _road(track: Track) -> str:
+    if track.closed:
+        return _path(track.outer, True) + _path(track.inner, True)
+    return _path(np.concatenate([track.outer, track.inner[::-1]]), True)
+
+
+def _coloured(points: Array, speed: Array, closed: bool) -> list[tuple[int, str]]:
+    """Return stretches of one colour each: (1 to COLOURS, path)."""
+    span = max(1e-9, float(speed.max() - speed.min()))
+    level = np.minimum((COLOURS * (speed - speed.min()) / span).astype(int), COLOURS - 1)
+    edges = np.flatnonzero(np.diff(level, prepend=-1))
+    ends = [*edges[1:].tolist(), len(level)]
+    stretches = []
+    for first, last in zip(edges.tolist(), ends, strict=True):
+        rows = np.arange(first, last + 1)
+        rows = rows % len(points) if closed else rows[rows < len(points)]
+        stretches.append((int(level[first]) + 1, _path(points[rows])))
+    return stretches
+
+
+def _corners(compared: LapComparison, size: float) -> list[dict[str, Any]]:
+    """Return the corners' numbers with their places outside the road."""
+    track, worst = compared.timing.laps.track, compared.worst
+    marks = []
+    for corner in compared.timing.corners:
+        middle = (corner.begin + 0.5 * ((corner.end - corner.begin) % 1.0)) % 1.0 * track.length
+        row = int(np.argmin(np.abs(track.arc - middle)))
+        centre = track.centre[row]
+        right = _right_of(track, row)
+        outside = centre + np.sign(corner.turn_rad) * right * (0.5 * track.widths[row] + 0.035 * size)
+        is_worst = worst is not None and worst.name == corner.name
+        x, y = (round(float(one), 3) for one in outside)
+        marks.append({"number": corner.number, "x": x, "y": -y, "worst": is_worst})
+    return marks
+
+
+def _right_of(track: Track, row: int) -> Array:
+    """Return the unit vector to the right of the driving direction at a row."""
+    ahead = track.centre[min(row + 1, len(track.centre) - 1)] - track.centre[max(row - 1, 0)]
+    return np.array([ahead[1], -ahead[0]]) / max(1e-9, float(np.hypot(*ahead)))
+
+
+def _filled(speed: Array) -> Array:
+    """Return speeds with gaps closed by their neighbours."""
+    known = np.isfinite(speed)
+    return np.interp(np.arange(len(speed)), np.flatnonzero(known), speed[known])
+
+
+def _path(points: Array, closed: bool = False) -> str:
+    told = "L".join(f"{x:.3f} {-y:.3f}" for x, y in np.asarray(points).tolist())
+    return f"M{told}{'Z' if closed else ''}"

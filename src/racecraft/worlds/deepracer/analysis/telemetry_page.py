@@ -1,0 +1,208 @@
+"""A lap's telemetry as a page: map with ghosts, traces, corners, laps. Begin with `telemetry_data`.
+
+The parts stand in `pages/templates/telemetry_parts.html`; the console shows the same ones.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from racecraft.analysis.plot import PlotError
+from racecraft.contract.world import Array
+from racecraft.formats.atomic import write_atomic
+from racecraft.pages.chart import Chart, Level, Mark, Series
+from racecraft.pages.render import render_file
+from racecraft.worlds.deepracer.analysis.ghosts import drive_of
+from racecraft.worlds.deepracer.analysis.logs.sequences import action_sequences
+from racecraft.worlds.deepracer.analysis.telemetry_map import lap_map
+from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
+from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
+from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
+
+if TYPE_CHECKING:
+    import polars as pl
+
+TEMPLATE = "racecraft.worlds.deepracer.pages/telemetry.html"
+SHOWN_LAPS = 12
+SHOWN_SEQUENCES = 8
+MAX_POINTS = 400
+DISTANCE = "distance, m"
+"""Name of the x axis of all traces; charts with the same one share their cursor."""
+CORNER_HEADS = ("corner", "lap, s", "reference, s", "lost, s", "slowest, m/s", "reference, m/s", "apex, cm",
+                "reference, cm")  # fmt: skip
+CORNER_WORDS = (
+    "A corner's time runs from 1 m before it to the next one. Apex: how far inside the centre line the car comes."
+)
+STEADY_HEADS = ("corner", "best, s", "spread, s", "with the lap")
+STEADY_WORDS = (
+    "Spread: half of all laps lie within so much of each other. With the lap: correlation of the time here with the "
+    "time of the lap; near 1, slow laps are slow here."
+)
+
+
+def write_telemetry_page(path: Path, compared: LapComparison, title: str, ticks: pl.DataFrame | None = None) -> None:
+    """Write a page that is one file and works offline.
+
+    Args:
+        path: The file, .html.
+        compared: The lap and its reference.
+        title: The headline.
+        ticks: Of the log, for sequences of actions; None: without them.
+
+    Raises:
+        OutputFileError: The place cannot be written.
+    """
+    told = telemetry_data(compared, ticks)
+    write_atomic(path, render_file(TEMPLATE, title=title, about=told["about"], told=told))
+
+
+def telemetry_data(compared: LapComparison, ticks: pl.DataFrame | None = None) -> dict[str, Any]:
+    """Return what the parts of `telemetry_parts.html` show, as plain values."""
+    timing = compared.timing
+    laps, names = timing.laps, lap_names(timing)
+    of_laps = f"{len(laps):,} full lap{'s' if len(laps) != 1 else ''} of {laps.episodes:,} episodes"
+    return {
+        "about": f"{laps.track.title or laps.track.name}, {of_laps}",
+        "lap_name": f"{compared.lap.lap_seconds:.2f} s: {names[compared.row]}",
+        "reference_name": f"{compared.reference.name}, {compared.reference.lap_seconds:.2f} s",
+        "gap": f"{compared.lost_seconds:+.2f} s",
+        "advice": compared.advice(),
+        "map": lap_map(compared),
+        "ghosts": _ghosts(compared),
+        "traces": [chart.shown() for chart in _traces(compared)],
+        "corners": {"heads": CORNER_HEADS, "rows": _corner_rows(compared), "words": CORNER_WORDS},
+        "steady": {"heads": STEADY_HEADS, "rows": _steady_rows(compared), "words": STEADY_WORDS},
+        "laps": _lap_rows(compared, names),
+        "steadiness": _steadiness(compared).shown(),
+        "sequences": _sequences(compared, ticks),
+    }
+
+
+def _ghosts(compared: LapComparison) -> dict[str, Any]:
+    """Return both cars tick by tick, as the map draws them: x, y downwards, degrees clockwise."""
+    track, longest = compared.timing.laps.track, max(compared.lap.lap_seconds, compared.reference.lap_seconds)
+    ticks = int(np.ceil(longest / TICK_SECONDS)) + 1
+    lap, other = (drive_of(one, track, ticks) for one in (compared.lap, compared.reference))
+
+    def path(drive: Any) -> list[list[float]]:
+        rows = np.column_stack([drive.x_m, -drive.y_m, -np.degrees(drive.yaw_rad)])
+        return [[round(x, 3), round(y, 3), round(angle, 1)] for x, y, angle in rows.tolist()]
+
+    metres = lap.progress_percent / 100.0 * track.length
+    return {
+        "ticks": ticks, "tick": TICK_SECONDS, "lap": path(lap), "reference": path(other),
+        "metres": [round(one, 2) for one in metres.tolist()],
+    }  # fmt: skip
+
+
+def _traces(compared: LapComparison) -> list[Chart]:
+    lap, other = compared.lap, compared.reference
+    laps = compared.timing.laps
+    rows = np.unique(np.linspace(0, laps.pieces - 1, min(MAX_POINTS, laps.pieces)).round().astype(int))
+    metres = (laps.shares * laps.track.length)[rows]
+    marks = tuple(_marks(compared))
+
+    def both(mine: Array, theirs: Array, look: Any = "line") -> list[Series]:
+        told = [Series("this lap", metres, mine[rows], look, colour=1)]
+        if np.isfinite(theirs).any():
+            told.append(Series("reference", metres, theirs[rows], "dashed", colour=6))
+        return told
+
+    lost = [Series("time lost", metres, compared.delta_seconds[rows], colour=2)]
+    return [
+        Chart("Time lost", DISTANCE, "s", lost, marks=marks, levels=[Level(0.0, "reference")]),
+        Chart("Speed, driven", DISTANCE, "m/s", both(lap.speed_mps, other.speed_mps), marks=marks, low=0.0),
+        Chart("Throttle: commanded speed", DISTANCE, "m/s", both(lap.throttle_mps, other.throttle_mps, "steps"),
+              marks=marks, low=0.0),
+        Chart("Steering: commanded angle, left positive", DISTANCE, "°",
+              both(np.degrees(lap.steering_rad), np.degrees(other.steering_rad), "steps"), marks=marks, digits=0),
+    ]  # fmt: skip
+
+
+def _marks(compared: LapComparison) -> list[Mark]:
+    """Return the corners as regions; one across the start line as two."""
+    length, marks = compared.timing.laps.track.length, []
+    for corner in compared.timing.corners:
+        ends = [(corner.begin, corner.end)] if corner.begin < corner.end else [(corner.begin, 1.0), (0.0, corner.end)]
+        marks += [Mark(begin * length, str(corner.number), end * length) for begin, end in ends]
+    return marks
+
+
+def _corner_rows(compared: LapComparison) -> list[tuple[str, ...]]:
+    rows = [
+        (
+            zone.name, _figure(zone.seconds), _figure(zone.reference_seconds), _figure(zone.lost_seconds, "+.2f"),
+            _figure(zone.slowest_mps, ".1f"), _figure(zone.reference_slowest_mps, ".1f"),
+            _figure(100.0 * zone.apex_metres, ".0f"), _figure(100.0 * zone.reference_apex_metres, ".0f"),
+        )
+        for zone in compared.zones
+    ]  # fmt: skip
+    if compared.start_seconds:
+        blank = ("",) * (len(CORNER_HEADS) - 4)
+        rows.append(("standing start", "", "", _figure(compared.start_seconds, "+.2f"), *blank))
+    return rows
+
+
+def _steady_rows(compared: LapComparison) -> list[tuple[str, ...]]:
+    return [
+        (zone.name, _figure(zone.best_seconds), _figure(zone.spread_seconds), _figure(zone.correlation, "+.2f"))
+        for zone in compared.zones
+    ]
+
+
+def _lap_rows(compared: LapComparison, names: list[str]) -> dict[str, Any]:
+    timing = compared.timing
+    seconds, best = timing.laps.lap_seconds, timing.best_sector_seconds
+    order = np.argsort(seconds, kind="stable")
+    rows = [
+        {
+            "name": names[row],
+            "here": row == compared.row,
+            "sectors": [(f"{one:.2f}", one <= least + 1e-9) for one, least in zip(sectors, best.tolist(), strict=True)],
+            "time": f"{seconds[row]:.2f}",
+            "gap": f"{seconds[row] - seconds.min():+.2f}",
+        }
+        for row, sectors in ((row, timing.sector_seconds[row].tolist()) for row in order[:SHOWN_LAPS].tolist())
+    ]
+    theoretical = timing.theoretical_best_seconds
+    return {
+        "heads": ["lap", *(f"sector {k + 1}, s" for k in range(len(best))), "lap, s", "gap, s"],
+        "rows": rows,
+        "best": [f"{one:.2f}" for one in best],
+        "theoretical": f"{theoretical:.2f}",
+        "theoretical_gap": f"{theoretical - seconds.min():+.2f}",
+        "words": f"The {SHOWN_LAPS} fastest of {len(seconds):,} laps." if len(seconds) > SHOWN_LAPS else "",
+    }
+
+
+def _steadiness(compared: LapComparison) -> Chart:
+    """Return every lap in the order of the log."""
+    timing = compared.timing
+    seconds = timing.laps.lap_seconds
+    place = list(range(1, len(seconds) + 1))
+    levels = [Level(timing.theoretical_best_seconds, "best sectors together")]
+    return Chart("How steady are the laps?", "lap, in the order of the log", "lap time, s",
+                 [Series("laps", place, seconds, "dots", colour=1)], levels=levels)  # fmt: skip
+
+
+def _sequences(compared: LapComparison, ticks: pl.DataFrame | None) -> dict[str, Any]:
+    """Return the most frequent sequences of actions in the laps that count."""
+    heads = ("four actions in a row", "times", "share")
+    if ticks is None:
+        return {"heads": heads, "rows": []}
+    of_laps = ticks.filter(
+        ticks["unique_episode"].is_in(compared.timing.laps.about["unique_episode"].unique().implode())
+    )
+    try:
+        found = action_sequences(of_laps, most=SHOWN_SEQUENCES).data
+    except PlotError:
+        return {"heads": heads, "rows": []}
+    rows = [(one["names"], f"{one['count']:,}", f"{100 * one['share']:.1f} %") for one in found.rows(named=True)]
+    return {"heads": heads, "rows": rows}
+
+
+def _figure(value: float, form: str = ".2f") -> str:
+    return f"{value:{form}}" if np.isfinite(value) else "–"
