@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 from racecraft.actions.action import action
@@ -18,6 +19,7 @@ class CompareRequest(Request):
         "RUN[:best|last|N], or folders of `train --seeds`. Runs with the same settings are one group.", metavar="RUN…"
     )
     starts: int = option(20, "Fresh starts from which each checkpoint is judged.", low=1, high=1000)
+    page: Path | None = option(None, "Write one page (.html) that works offline.")
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,8 @@ class Comparison:
     """How often luck alone makes such a difference."""
     differences: list[dict[str, Any]]
     """Settings that differ: `name`, and `values` in the order of the groups."""
+    page: str | None
+    """Where the page was written."""
 
 
 @action
@@ -78,13 +82,14 @@ def compare(request: CompareRequest, progress: Progress = quiet) -> Comparison:
     Examples:
         racecraft compare runs/speed-1 runs/speed-2 runs/speed-3 runs/centre-1 runs/centre-2 runs/centre-3
 
-        racecraft compare runs/speed-seeds runs/centre-seeds
+        racecraft compare runs/speed-seeds runs/centre-seeds --page compare.html
 
         racecraft compare runs/reinvent_base-1 runs/reinvent_base-1:last --starts 100
 
     Raises:
         UserInputError: A run cannot be used, or the runs cannot be compared.
     """
+    from racecraft.analysis.compare_page import Compared, write_compare_page
     from racecraft.evaluation.fresh_starts import score_on_fresh_starts
     from racecraft.evaluation.run_groups import differences, group_runs
     from racecraft.evaluation.verdict import ScoredGroup, verdict_of
@@ -102,6 +107,8 @@ def compare(request: CompareRequest, progress: Progress = quiet) -> Comparison:
                 count(done, total)
             scored.append(ScoredGroup(group.name, tuple(scores)))
     verdict = verdict_of(scored, differing)
+    if request.page is not None:
+        write_compare_page(request.page, Compared(groups, scored, verdict, differing))
     told = verdict.comparison
     seeds = [
         [
@@ -128,6 +135,7 @@ def compare(request: CompareRequest, progress: Progress = quiet) -> Comparison:
         probability_high=None if told is None else told.probability.high,
         luck=None if told is None else told.luck,
         differences=[asdict(one) for one in differing],
+        page=None if request.page is None else str(request.page),
     )
 
 

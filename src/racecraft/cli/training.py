@@ -103,7 +103,9 @@ class TrainingOptions:
         if self.mirror is not None:
             raise SettingError("--mirror has one place for one run; expected it left out with --seeds.")
         first = self.seed if self.seed is not None else 1
-        return SeedRequest(tuple(range(first, first + count)), self.run, self.detach, self.json, self.tell)
+        return SeedRequest(
+            tuple(range(first, first + count)), self.run, self.detach, self.json, self.pictures, self.tell
+        )
 
     def leave_report(self, trained: Trained) -> Left:
         """Leave the run's page in its folder, where that is wanted."""

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from racecraft.formats.run_group import RunGroup
     from racecraft.training.request import TrainRequest
 
+STDERR = 2
+PAGE = "seeds.html"
+"""The page of a group, in its folder."""
 NOT_FOR_A_SEED = ("seeds", "seed", "run", "detach", "resume", "json", "watch")
 """Parameters of a training command that a seed is not told, or told otherwise."""
 
@@ -33,6 +36,8 @@ class SeedRequest:
     """Whether each is a job."""
     json: bool
     """Whether standard output belongs to one JSON object."""
+    pictures: bool
+    """Whether a page of all seeds is left in the folder."""
     tell: Callable[[str], None]
     """Says a line to a person."""
 
@@ -74,7 +79,7 @@ def _train(group: RunGroup, seed: int, asked: SeedRequest) -> None:
     """Train one seed in a process of its own; its standard output joins standard error where ours is for JSON."""
     asked.tell(f"seed {seed}")
     told = (*group.command, f"--seed={seed}", f"--run={group.run_of(seed)}")
-    out = sys.stderr if asked.json else None
+    out = STDERR if asked.json else None
     done = subprocess.run([sys.executable, "-m", "racecraft", *told], stdout=out, check=False, env=dict(os.environ))
     if done.returncode:
         asked.tell(f"seed {seed} ended with exit code {done.returncode}; the seeds before it lie in {group.path}")
@@ -86,7 +91,8 @@ def _report(group: RunGroup, asked: SeedRequest) -> dict[str, object]:
     from racecraft.actions.compare import compare
     from racecraft.cli.runs.compare import show
 
-    compared = compare(str(group.path), progress=asked.tell)
+    page = group.path / PAGE if asked.pictures else None
+    compared = compare(str(group.path), page=page, progress=asked.tell)
     if not asked.json:
         show(compared)
     return {"group": str(group.path), "runs": [str(run) for run in group.runs], **asdict(compared)}

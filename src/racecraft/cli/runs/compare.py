@@ -31,6 +31,8 @@ def show(found: Comparison) -> None:
         table(heads, rows, left=heads)
         if len(found.differences) > MAX_ROWS:
             print(f"and {len(found.differences) - MAX_ROWS} more; --json names them all")
+    if found.page:
+        print(f"\npage: {found.page}")
 
 
 def _figure(value: float | None) -> str:

@@ -169,12 +169,14 @@ def _lap_rows(compared: LapComparison, names: list[str]) -> dict[str, Any]:
     ]
     theoretical = timing.theoretical_best_seconds
     return {
-        "heads": ["lap", *(f"sector {k + 1}, s" for k in range(len(best))), "lap, s", "gap, s"],
+        "heads": ["lap", *(f"sector {k + 1}" for k in range(len(best))), "time", "gap"],
         "rows": rows,
         "best": [f"{one:.2f}" for one in best],
         "theoretical": f"{theoretical:.2f}",
         "theoretical_gap": f"{theoretical - seconds.min():+.2f}",
-        "words": f"The {SHOWN_LAPS} fastest of {len(seconds):,} laps." if len(seconds) > SHOWN_LAPS else "",
+        "words": f"Seconds. The {SHOWN_LAPS} fastest of {len(seconds):,} laps."
+        if len(seconds) > SHOWN_LAPS
+        else "Seconds.",
     }
 
 
