@@ -89,9 +89,9 @@ def test_every_template_is_given_all_its_fields_and_no_other():
             if (name != "Message" and not name.endswith("Error")) or not given or len(call.args) != 1 or None in given:
                 continue
             template = call.args[0]
-            if isinstance(template, ast.Constant) and isinstance(template.value, str):
-                if fields_of(template.value) != given:
-                    wrong.append(f"{path.relative_to(SOURCE)}:{call.lineno}")
+            is_text = isinstance(template, ast.Constant) and isinstance(template.value, str)
+            if is_text and fields_of(template.value) != given:
+                wrong.append(f"{path.relative_to(SOURCE)}:{call.lineno}")
     assert not wrong
 
 

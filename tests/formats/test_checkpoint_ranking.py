@@ -125,3 +125,15 @@ def test_a_colon_counts_only_before_a_checkpoints_name():
     assert [split_source(source) for source in ("C:/runs/oval", "last", "C:/oval:12", "oval:fast")] == [
         ("C:/runs/oval", "best"), ("last", "best"), ("C:/oval", "12"), ("oval:fast", "best"),
     ]  # fmt: skip
+
+
+def test_so_many_weights_stay_spread_over_the_training(tmp_path):
+    shelf = Checkpoints(tmp_path, keep_count=3)
+    for iteration in range(41):
+        shelf.save(iteration, iteration, {"w": np.ones(3)}, {}, best=iteration == 5)
+    kept = [entry.iteration for entry in shelf.entries()]
+    assert len(kept) == 7
+    assert {0, 5, 39, 40} < set(kept)
+    gaps = np.diff(kept)
+    assert gaps[1:-1].max() <= 16  # 34 iterations between the best and the last two, three of them kept
+    assert len(list(tmp_path.glob("*.policy.safetensors"))) == 7

@@ -73,7 +73,9 @@ KINDS = {"cars": CARS, "gymnasium": GYMNASIUM, "snakes": SNAKES}
 MARK = "racecraft-test-killed"
 """Stands in the environment of a training and of whatever it starts, so that what is left running is found."""
 PROCESSES = multiprocessing.get_context("forkserver")
-PROCESSES.set_forkserver_preload(["racecraft.actions.training", "racecraft.worlds.battlesnake.training.trainer", "torch"])
+PROCESSES.set_forkserver_preload(
+    ["racecraft.actions.training", "racecraft.worlds.battlesnake.training.trainer", "torch"]
+)
 """A hundred processes are begun here; a server that has imported everything forks them in no time."""
 
 

@@ -56,7 +56,7 @@ def checkpoints(request: CheckpointsRequest, progress: Progress = quiet) -> Chec
     """List every checkpoint that is kept, the best first, with what its evaluation came to.
 
     Any of them can be begun with, judged or handed on: --from RUN:N, --checkpoint N; a merit in place of N names the
-    first by it: --from RUN:laptime. How many are kept say the settings runtime.keep_every and runtime.keep_mib.
+    first by it: --from RUN:laptime. How many are kept says --keep.
 
     Examples:
         racecraft checkpoints runs/reinvent_base-1 --by laptime

@@ -34,6 +34,7 @@ class TerminalProgress(Progress):
         self._quiet_stdout = quiet_stdout
 
     def __call__(self, message: str) -> None:
+        """Print a message."""
         say(message, quiet_stdout=self._quiet_stdout)
 
     @contextmanager

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from racecraft.training.request import TrainRequest
     from racecraft.training.trainer import Spread, Trained
 
-OF_A_NEW_RUN = ("seed", "seeds", "algorithm", "set_", "from_")
+OF_A_NEW_RUN = ("seed", "seeds", "algorithm", "set_", "from_", "keep")
 """Options of every training that a run keeps: at --resume they are refused, unless they say what it was begun with."""
 Left = dict[str, Any]
 """What a training leaves for people, by kind: paths, and figures of its own; `--json` tells it with the summary."""
@@ -58,6 +58,10 @@ class TrainingOptions:
     from_: From = None
     resume: Resume = False
     detach: Detach = False
+    keep: Annotated[
+        str | None,
+        typer.Option(help="Checkpoints that stay: all, or best,last,N (N more, spread out).", metavar="KEPT"),
+    ] = None
     mirror: MirrorAt = None
     pictures: Annotated[bool, typer.Option(help="Leave a report with its curves in the run folder.")] = True
     metrics_port: MetricsPort = None
@@ -67,6 +71,13 @@ class TrainingOptions:
     def stops(self) -> tuple[str, ...]:
         """The stop conditions, as typed."""
         return tuple(self.stop or ())
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """The settings, as typed, and those that options of their own stand for."""
+        from racecraft.training.settings import keep_override
+
+        return (*(self.set_ or ()), *(() if self.keep is None else (keep_override(self.keep),)))
 
     def tell(self, text: str) -> None:
         """Say a line to a person."""
@@ -87,7 +98,7 @@ class TrainingOptions:
             "stops": self.stops,
             "run": self.run,
             "seed": self.seed,
-            "overrides": tuple(self.set_ or ()),
+            "overrides": self.overrides,
             "clone_from": source,
         }
 

@@ -110,10 +110,18 @@ class Checkpoints:
         folder: Where it stands.
         weights_budget: Bytes that all weights together may take; beyond it the oldest are taken away.
         keep_every: Only the weights of every so many iterations stay, beside those that always do.
+        keep_count: So many of them at most, spread over the training; None: all.
     """
 
-    def __init__(self, folder: str | Path, weights_budget: int = WEIGHTS_BUDGET_BYTES, keep_every: int = 1) -> None:
-        self.folder, self._weights_budget, self._keep_every = Path(folder), weights_budget, keep_every
+    def __init__(
+        self,
+        folder: str | Path,
+        weights_budget: int = WEIGHTS_BUDGET_BYTES,
+        keep_every: int = 1,
+        keep_count: int | None = None,
+    ) -> None:
+        self.folder, self._weights_budget = Path(folder), weights_budget
+        self._keep_every, self._keep_count = keep_every, keep_count
         self._rebuilt: dict[str, Any] | None = None
 
     def save(
@@ -244,6 +252,8 @@ class Checkpoints:
             entries.remove(entry)
             sizes.pop(entry["policy"])
             gone.append(entry["policy"])
+        if self._keep_count is not None:
+            gone += _thinned(entries, spared, self._keep_count)
         return gone
 
     def _size(self, name: str) -> int:
@@ -321,6 +331,18 @@ def _is_evaluated(index: Mapping[str, Any]) -> bool:
     return index["best"] is not None and not any(
         one["iteration"] == index["best"] == 0 and one["score"] is None for one in index["checkpoints"]
     )
+
+
+def _thinned(entries: list[dict[str, Any]], spared: set[int], count: int) -> list[str]:
+    """Take entries out, in place, until so many stay besides the spared; return the names of their files.
+
+    Of three neighbours the middle one goes whose outer two are nearest to each other, so that what stays is spread.
+    """
+    gone: list[str] = []
+    while len(free := [at for at, entry in enumerate(entries) if entry["iteration"] not in spared]) > count:
+        closest = min(free, key=lambda at: entries[at + 1]["iteration"] - entries[at - 1]["iteration"])
+        gone.append(entries.pop(closest)["policy"])
+    return gone
 
 
 def _states_to_drop(entries: list[dict[str, Any]]) -> list[str]:

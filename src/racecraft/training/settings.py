@@ -7,6 +7,7 @@ from typing import Any
 
 from racecraft.algorithms.building import signal_groups
 from racecraft.algorithms.registry import Algorithm
+from racecraft.contract.errors import SettingError
 from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
@@ -49,6 +50,12 @@ class RuntimeConfig:
         unit="iterations",
         low=1,
     )
+    keep_count: int | None = setting(
+        None,
+        "Besides the untrained, the best and the last two, weights of at most so many iterations stay, spread over the "
+        "training (--keep best,last,N); none: all.",
+        low=0,
+    )
     keep_mib: int = setting(
         3814, "Weights of one run take at most so much of the disk; the oldest go first.", unit="MiB", low=1
     )
@@ -63,6 +70,25 @@ class RuntimeConfig:
 
     def __post_init__(self) -> None:
         check_group(self)
+
+
+def keep_override(text: str) -> str:
+    """Return `--keep best,last,N` as the setting it stands for.
+
+    >>> keep_override("best,last,10"), keep_override("all")
+    ('runtime.keep_count=10', 'runtime.keep_count=none')
+
+    Raises:
+        SettingError: It is neither `all` nor best,last with a number.
+    """
+    if text.strip() == "all":
+        return "runtime.keep_count=none"
+    *names, count = [part.strip() for part in f"{text},0".split(",")[:3]]
+    if names != ["best", "last"] or not count.isdecimal() or text.count(",") > 2:
+        raise SettingError(
+            "--keep is {text!r}; expected all, best,last, or best,last,N: the best, the last two and N more.", text=text
+        )
+    return f"runtime.keep_count={count}"
 
 
 def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settings:

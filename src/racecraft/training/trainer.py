@@ -37,6 +37,7 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import Callbacks, RunPathCallback, TrainingCallback
 from racecraft.training.custom_code import copy_code, own_code_in
+from racecraft.training.disk_forecast import DiskForecast, forecast
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
@@ -239,7 +240,12 @@ class TrainingSession:
             recorder,
             attendants.episode_files if recorder is not None else None,
             parts,
-            Checkpoints(run.checkpoints, settings.runtime.keep_mib * 2**20, settings.runtime.keep_every),
+            Checkpoints(
+                run.checkpoints,
+                settings.runtime.keep_mib * 2**20,
+                settings.runtime.keep_every,
+                settings.runtime.keep_count,
+            ),
             by_workers=experiment.gatherer is not None,
         )
         evaluator = experiment.evaluator(learner, run)
@@ -271,11 +277,19 @@ class TrainingSession:
 
     def run(self) -> Outcome:
         """Train; where that fails, say what is left of it."""
+        if said := self._forecast().sentence():
+            self._say(said)
         try:
             return self._loop.run(f"{self._experiment.title}, run {self._run.path}")
         except RacecraftError:
             self._say(self._what_is_left())
             raise
+
+    def _forecast(self) -> DiskForecast:
+        rollout = self._experiment.settings.rollout
+        weights = to_arrays(self._learner.state_dict())["network"]
+        steps = rollout.num_worlds * rollout.horizon
+        return forecast(weights, self._experiment.settings.runtime, self._experiment.stops, steps, self._run.path)
 
     def _what_is_left(self) -> str:
         """Return the line about what stands in the run folder of a training that failed."""

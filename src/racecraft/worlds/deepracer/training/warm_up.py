@@ -1,4 +1,4 @@
-"""What the first training in a process waits for, done before: compiled code is loaded, torch has planned its kernels."""
+"""What the first training in a process waits for, done before: code compiled, kernels of torch planned."""
 
 from __future__ import annotations
 
