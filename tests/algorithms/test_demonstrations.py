@@ -52,6 +52,25 @@ def test_other_actions_and_other_or_missing_observations_are_refused_with_both()
     assert len(asked(recorded({**SEEN, "more": SEEN["x"]}))) == 3
 
 
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_observations_that_no_recorder_named_are_matched_by_order_or_by_shape(order):
+    world = WorldSpec(
+        "toy", 2, 1, {"rays": ArraySpec((2,), np.float32), "eye": ArraySpec((3,), np.float32)}, SPEC.actions
+    )
+    parts = [list(world.observations.values())[place] for place in order]
+    there = recorded({f"obs_{number}": part for number, part in enumerate(parts)})
+    shown = shown_tensors(there, world, ["rays", "eye"], torch.device("cpu"), "bc.demonstrations")
+    assert shown.observations["eye"].tolist() == there.observations[f"obs_{order.index(1)}"].tolist()
+    twins = WorldSpec("toy", 2, 1, {"left": SEEN["x"], "right": SEEN["x"]}, SPEC.actions)
+    alike = recorded({"obs_0": SEEN["x"], "obs_1": SEEN["x"]})
+    assert set(shown_tensors(alike, twins, ["left", "right"], torch.device("cpu"), "bc").observations) == {
+        "left",
+        "right",
+    }
+    with pytest.raises(SettingError, match="not recorded"):
+        shown_tensors(recorded({"obs_0": SEEN["x"]}), world, ["rays"], torch.device("cpu"), "bc.demonstrations")
+
+
 def test_a_file_that_ends_in_demo_is_read_by_its_world_and_any_other_is_ours(monkeypatch, tmp_path):
     asked = []
     monkeypatch.setattr("racecraft.worlds.unity.training.shown.read_demonstration_batch", asked.append)

@@ -7,7 +7,7 @@ Recorded episodes of ours are read, and the demonstrations of other programs tha
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
@@ -81,12 +81,35 @@ def shown_tensors(
     Raises:
         SettingError: It was recorded in another world.
     """
+    shown = _as_named_in(spec, shown)
     _require_same_world(spec, shown, asked_by)
     return Shown(
         {name: torch.from_numpy(shown.observations[name]).to(device) for name in names},
         torch.from_numpy(shown.actions).to(device),
         None if shown.action_mask is None else torch.from_numpy(shown.action_mask).to(device),
     )
+
+
+def _as_named_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
+    """Return what was shown by the world's names, where the recorder knew none (`obs_0`, `obs_1`, …).
+
+    They are matched in order where the shapes agree, else each to the only observation of its shape.
+    """
+    there = PolicySpec.from_dictionary(shown.spec).observations
+    wanted = {name: part for name, part in spec.observations.items() if not part.privileged}
+    if list(there) != [f"obs_{number}" for number in range(len(there))] or len(there) != len(wanted):
+        return shown
+    shapes = [part.shape for part in wanted.values()]
+    if [part.shape for part in there.values()] == shapes:
+        names = dict(zip(there, wanted, strict=True))
+    elif len(set(shapes)) == len(shapes) and {part.shape for part in there.values()} == set(shapes):
+        by_shape = {part.shape: name for name, part in wanted.items()}
+        names = {name: by_shape[part.shape] for name, part in there.items()}
+    else:
+        return shown
+    observations = {names[name]: part for name, part in shown.observations.items()}
+    told = {**shown.spec, "observations": {names[name]: part for name, part in shown.spec["observations"].items()}}
+    return replace(shown, observations=observations, spec=told)
 
 
 def _require_same_world(spec: WorldSpec, shown: Demonstrations, asked_by: str) -> None:

@@ -123,7 +123,8 @@ def test_the_environment_engine_and_parameters_are_read(read):
         "  wind: {sampler_type: uniform, sampler_parameters: {min_value: 0, max_value: 1.5}}\n"
         "  size: {sampler_type: gaussian, sampler_parameters: {mean: 1, st_dev: 0.1}}\n"
         "  gap: {sampler_type: multirangeuniform, sampler_parameters: {intervals: [[1, 2], [5, 6]]}}\n"
-        "  wall: {curriculum: [{name: low, value: 1}, {name: high, value: 4}]}\n"
+        "  wall:\n    curriculum:\n"
+        "    - {name: low, value: 1, completion_criteria: {behavior: A, threshold: 0.5}}\n    - {value: 4}\n"
         "torch_settings: {device: 'cuda:0'}\n"
     )
     assert (config.env_path, config.env_args, config.num_envs, config.num_areas) == (
@@ -143,7 +144,10 @@ def test_the_environment_engine_and_parameters_are_read(read):
         "wall": 4.0,
     }
     assert config.device == "cuda"
-    assert [note.split(":")[0] for note in config.notes] == ["environment_parameters.wall.curriculum"]
+    assert config.notes == ()
+    low, high = config.curricula["wall"]
+    assert (low.name, low.value, low.measure, low.behavior, low.threshold) == ("low", 1.0, "reward", "A", 0.5)
+    assert (high.name, high.value, low.is_smoothed, low.min_episodes) == ("lesson 2", 4.0, True, 0)
 
 
 @pytest.mark.parametrize(
@@ -343,6 +347,7 @@ def test_everything_a_section_says_stands_under_its_own_name(read):
     """Over the default settings, group by group."""
     config = read(EVERYTHING)
     assert config.behavior("A") == BehaviorConfig(
+        unfollowed=("self_play",),
         name="A", trainer="sac", batch_size=11, buffer_size=12, learning_rate=0.13, learning_rate_schedule="linear",
         beta=0.14, epsilon=0.15, lambd=0.16, num_epoch=17, tau=0.18, steps_per_update=1.9, buffer_init_steps=20,
         init_entcoef=0.21, normalize=True, hidden_units=22, num_layers=23, vis_encode_type="nature_cnn",
@@ -495,19 +500,46 @@ def test_encoders_that_are_not_followed_leave_ours(read, encoder):
     assert [note for note in config.notes if f"'{encoder}' is not followed" in note]
 
 
+LEFT_BY = "completion_criteria: {behavior: A, measure: progress, threshold: 0.5, min_lesson_length: 9}"
+
+
+def test_of_a_curriculum_the_first_lesson_is_taken_and_the_last_to_play(read):
+    text = f"environment_parameters: {{x: {{curriculum: [{{value: 1, {LEFT_BY}}}, {{value: 5}}]}}}}\n"
+    assert read(text).parameters == {"x": 1.0}
+    assert read(text + "checkpoint_settings: {inference: true}").parameters == {"x": 5.0}
+    (only,) = (read("environment_parameters: {x: {curriculum: [{value: 3}]}}").parameters,)
+    assert only == {"x": 3.0}
+
+
 @pytest.mark.parametrize(
-    ("lessons", "value"),
+    ("criteria", "words"),
     [
-        ("[{value: 3}]", 3.0),
-        ("[{value: 1}, {value: 2}, {value: 5}]", 5.0),
+        ("", "lesson 'lesson 1' without a behavior and a threshold"),
+        ("completion_criteria: {behavior: A}", "without a behavior and a threshold"),
         (
-            "[{value: 1}, {value: {sampler_type: uniform, sampler_parameters: {min_value: 0, max_value: 2}}}]",
-            Sampler("uniform", (0.0, 2.0)),
+            "completion_criteria: {behavior: A, threshold: 1, measure: Elo}",
+            "measure: 'Elo'; expected reward or progress",
         ),
+        ("completion_criteria: {behavior: A, treshold: 1}", "threshold"),
     ],
 )
-def test_of_a_curriculum_the_last_lesson_is_taken(read, lessons, value):
-    assert read(f"environment_parameters: {{x: {{curriculum: {lessons}}}}}").parameters == {"x": value}
+def test_a_lesson_that_can_never_be_left_is_refused(read, criteria, words):
+    with pytest.raises(TrainerConfigError, match=words):
+        read(f"environment_parameters: {{x: {{curriculum: [{{value: 1, {criteria}}}, {{value: 5}}]}}}}")
+
+
+@pytest.mark.parametrize(
+    "text", ["default: {trainer: ppo, batch_size: 10}\nBall: {max_steps: 5}\n", "behaviors: {Ball: {trainer: sac}}\n"]
+)
+def test_files_of_2020_are_named_as_such(read, text):
+    with pytest.raises(TrainerConfigError, match="ML-Agents 0.18 or older, of 2020.*upgrade_config"):
+        read(text)
+
+
+def test_other_ways_of_learning_are_named_by_section(read):
+    config = read("behaviors: {A: {trainer_type: poca, self_play: {window: 1}}, B: {trainer_type: ppo}}")
+    assert config.behaviors["A"].unfollowed == ("trainer_type: poca", "self_play")
+    assert config.behaviors["B"].unfollowed == ()
 
 
 def test_a_section_may_name_its_team(read):

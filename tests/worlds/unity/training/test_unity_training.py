@@ -4,6 +4,7 @@ import json
 import socket
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -171,7 +172,9 @@ def test_a_trainer_configuration_is_followed(tmp_path):
     (tmp_path / "basic.yaml").write_text(YAML)
     watching = Silence()
     request = UnityRequest(config=tmp_path / "basic.yaml", run=tmp_path / "run", overrides=("rollout.horizon=50",))
-    trained = train(request, watching)
+    with pytest.raises(UserInputError, match="trainer_type 'sac' .* has choices; expected ppo. --nearest"):
+        train(request, watching)
+    trained = train(replace(request, nearest=True), watching)
     job = trained.run.read_job()
     assert watching.stops == "score=0.92 or steps=300"
     assert trained.outcome.steps == 400  # the first whole iteration of 4 x 50 beyond 300

@@ -66,6 +66,12 @@ class SceneOptions:
             min=1, max=65535, help="The first player's port, the others' follow; by default whichever are free."
         ),
     ] = None
+    nearest: Annotated[
+        bool,
+        typer.Option(
+            "--nearest", help="Let PPO learn where the configuration asks for POCA, self-play or SAC of choices."
+        ),
+    ] = False
     env_args: Annotated[
         list[str] | None,
         typer.Option(ENV_ARGS, metavar="WORDS …", help="Arguments for the player: all words that follow."),
@@ -141,6 +147,7 @@ def _request(build: str | None, scene: SceneOptions, options: UnityTraining, sou
         tuple(scene.env_args or ()),
         scene.num_envs,
         scene.time_scale,
+        scene.nearest,
         scene.base_port,
         **options.asked(source),
     )

@@ -74,6 +74,8 @@ class BehaviorConfig:
     """Steps before SAC begins to learn."""
     init_entcoef: float | None = None
     """Where SAC's temperature begins."""
+    unfollowed: tuple[str, ...] = ()
+    """What the section asks for that no trainer here does, by key and value: POCA, self-play."""
 
     def overrides(self, num_agents: int = 1, algorithm: str = PPO) -> tuple[str, ...]:
         """Return the settings as "group.name=value", for `apply_overrides`.
@@ -144,6 +146,24 @@ class Sampler:
 
 
 @dataclass(frozen=True)
+class Lesson:
+    """One lesson of a parameter's curriculum."""
+
+    name: str
+    value: float | Sampler
+    measure: str = ""
+    """What it is left by: `reward` or `progress`; "" for the last one."""
+    behavior: str = ""
+    """Whose measure that is."""
+    threshold: float = 0.0
+    """The measure has to exceed it."""
+    min_episodes: int = 0
+    """Episodes of the lesson before it can be left (min_lesson_length)."""
+    is_smoothed: bool = True
+    """Whether the measure is mixed with the one before (signal_smoothing)."""
+
+
+@dataclass(frozen=True)
 class TrainerConfig:
     """What a file says."""
 
@@ -175,7 +195,9 @@ class TrainerConfig:
     engine: Mapping[str, float] = field(default_factory=dict)
     """width, height, quality_level, time_scale, target_frame_rate, capture_frame_rate, where given."""
     parameters: Mapping[str, float | Sampler] = field(default_factory=dict)
-    """Environment parameters."""
+    """Environment parameters; of one with a curriculum the first lesson's value, or the last's for `inference`."""
+    curricula: Mapping[str, tuple[Lesson, ...]] = field(default_factory=dict)
+    """The lessons of parameters that have several."""
     device: str | None = None
     """`cpu` or `cuda`, from torch_settings."""
     notes: tuple[str, ...] = ()

@@ -1,10 +1,10 @@
 """ML-Agents' trainer configuration, the YAML that `mlagents-learn` takes.
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
-choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (POCA,
-self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where the file is
-silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
-known one.
+choice. `BehaviorConfig.overrides` says it in the names of our settings. What is read and not followed is named in
+`notes`, each with its key; so is what is done as ML-Agents does it where the file is silent (schedules that fall,
+500,000 steps). What asks for another way of learning altogether (POCA, self-play) is in `unfollowed`, too. A key that
+ML-Agents itself would not know is refused with the nearest known one.
 
 Source: facts: unity-ml-agents, "What others offer" (the file's groups), ML-Agents' trainer configuration reference.
 """
@@ -27,6 +27,7 @@ from racecraft.worlds.unity.files.trainer_config import (
     SAC,
     SILENT_DEFAULTS,
     BehaviorConfig,
+    Lesson,
     Sampler,
     TrainerConfig,
 )
@@ -73,6 +74,9 @@ _SAMPLERS = {
     "gaussian": ("mean", "st_dev"),
     "multirangeuniform": ("intervals",),
 }
+_CRITERIA = (
+    "measure", "behavior", "signal_smoothing", "min_lesson_length", "threshold", "require_reset",
+)  # fmt: skip
 _SILENT = ("keep_checkpoints", "even_checkpoints", "checkpoint_interval", "summary_freq", "threaded")
 """Keys that change no learning and need no note."""
 
@@ -96,6 +100,7 @@ class _Reader:
 
     def read(self) -> TrainerConfig:
         top = self._load()
+        self._refuse_old(top)
         self._know(top, _TOP, ())
         defaults = self._group(top, "default_settings", ())
         named = self._group(top, "behaviors", ())
@@ -113,11 +118,22 @@ class _Reader:
             behaviors=behaviors,
             **self._environment(self._group(top, "env_settings", ())),
             **self._engine(self._group(top, "engine_settings", ())),
-            parameters=self._parameters(self._group(top, "environment_parameters", ())),
+            **self._parameters(self._group(top, "environment_parameters", ()), inference),
             inference=inference,
             device=self._device(self._group(top, "torch_settings", ())),
             notes=tuple(dict.fromkeys(self.notes)),
         )
+
+    def _refuse_old(self, top: dict[str, Any]) -> None:
+        """Refuse the form of ML-Agents 0.18 and older, of 2020: behaviors at the top, each with its `trainer`."""
+        for at, group in (((), top), (("behaviors",), self._group(top, "behaviors", ()))):
+            for name, section in group.items():
+                if isinstance(section, dict) and "trainer" in section:
+                    self._refuse(
+                        (*at, name, "trainer"), "a section of ML-Agents 0.18 or older, of 2020",
+                        "sections under `behaviors:` with `trainer_type`, `hyperparameters` and `network_settings`",
+                        "ML-Agents' own converter rewrites it: python -m mlagents.trainers.upgrade_config",
+                    )  # fmt: skip
 
     def _load(self) -> dict[str, Any]:
         import yaml  # type: ignore[import-untyped,unused-ignore]
@@ -161,6 +177,8 @@ class _Reader:
         kind = section.get("trainer_type", PPO)
         if kind not in (PPO, SAC):
             self._note((*at, "trainer_type"), f"'{kind}' is not followed; PPO learns instead")
+        unfollowed = [f"trainer_type: {kind}"] if kind not in (PPO, SAC) else []
+        unfollowed += ["self_play"] if section.get("self_play") is not None else []
         rates = self._group(section, "hyperparameters", at)
         network = self._group(section, "network_settings", at)
         self._know(rates, _HYPERPARAMETERS, (*at, "hyperparameters"))
@@ -195,6 +213,7 @@ class _Reader:
             steps_per_update=self._number(rates, "steps_per_update", inside, 1.0),
             buffer_init_steps=self._whole(rates, "buffer_init_steps", inside, 0),
             init_entcoef=self._number(rates, "init_entcoef", inside, 1e-6, 1e3),
+            unfollowed=tuple(unfollowed),
         )
         self._note_silence(found, section, at, kind)
         return found
@@ -371,18 +390,51 @@ class _Reader:
             self._refuse(at, "only one of width and height", "both, or neither")
         return {"engine": engine, "no_graphics": self._switch(group, "no_graphics", at)}
 
-    def _parameters(self, group: dict[str, Any]) -> dict[str, float | Sampler]:
-        found: dict[str, float | Sampler] = {}
+    def _parameters(self, group: dict[str, Any], inference: bool) -> dict[str, Any]:
+        """Return the parameters' values, and the lessons of those that have several."""
+        values: dict[str, float | Sampler] = {}
+        curricula: dict[str, tuple[Lesson, ...]] = {}
         for name, value in group.items():
             at = ("environment_parameters", name)
             if isinstance(value, dict) and "curriculum" in value:
-                self._note((*at, "curriculum"), "lessons do not advance; the last lesson's value is used")
-                lessons = value["curriculum"]
-                if not isinstance(lessons, list) or not lessons or not isinstance(lessons[-1], dict):
-                    self._refuse((*at, "curriculum"), _kind(lessons), "a list of lessons")
-                value = lessons[-1].get("value")
-            found[name] = self._sampler(value, at) if isinstance(value, dict) else self._parameter(value, at)
-        return found
+                lessons = self._lessons(value["curriculum"], (*at, "curriculum"))
+                values[name] = lessons[-1 if inference else 0].value
+                if len(lessons) > 1:
+                    curricula[name] = lessons
+            else:
+                values[name] = self._parameter_or_sampler(value, at)
+        return {"parameters": values, "curricula": curricula}
+
+    def _lessons(self, told: Any, at: tuple[str, ...]) -> tuple[Lesson, ...]:
+        if not isinstance(told, list) or not told or not all(isinstance(lesson, dict) for lesson in told):
+            self._refuse(at, _kind(told), "a list of lessons")
+        return tuple(self._lesson(lesson, number, number + 1 == len(told), at) for number, lesson in enumerate(told))
+
+    def _lesson(self, told: dict[str, Any], number: int, is_last: bool, at: tuple[str, ...]) -> Lesson:
+        self._know(told, ("name", "value", "completion_criteria"), at)
+        name = str(told.get("name", f"lesson {number + 1}"))
+        value = self._parameter_or_sampler(told.get("value"), (*at, "value"))
+        if is_last:
+            return Lesson(name, value)
+        here, criteria = (*at, "completion_criteria"), self._group(told, "completion_criteria", at)
+        self._know(criteria, _CRITERIA, here)
+        measure, threshold = str(criteria.get("measure", "reward")), self._number(criteria, "threshold", here)
+        if measure not in ("reward", "progress"):
+            self._refuse((*here, "measure"), repr(measure), "reward or progress")
+        if threshold is None or not isinstance(criteria.get("behavior"), str):
+            self._refuse(
+                here, f"lesson '{name}' without a behavior and a threshold", "both, in each lesson but the last"
+            )
+        if criteria.get("require_reset"):
+            self._note((*here, "require_reset"), "episodes under way end first; each next one is of the new lesson")
+        is_smoothed = self._switch(criteria, "signal_smoothing", here)
+        return Lesson(
+            name, value, measure, criteria["behavior"], threshold,
+            self._whole(criteria, "min_lesson_length", here, 0) or 0, True if is_smoothed is None else is_smoothed,
+        )  # fmt: skip
+
+    def _parameter_or_sampler(self, value: Any, at: tuple[str, ...]) -> float | Sampler:
+        return self._sampler(value, at) if isinstance(value, dict) else self._parameter(value, at)
 
     def _parameter(self, value: Any, at: tuple[str, ...]) -> float:
         number = _as_number(value)

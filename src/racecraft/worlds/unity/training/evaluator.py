@@ -23,6 +23,7 @@ from racecraft.rollout.statistics import summarise
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.training.stopping import SCORE
 from racecraft.worlds.unity.env.world import UnityWorld
+from racecraft.worlds.unity.training.curriculum import Curriculum
 
 OBSERVATIONS_KEPT = 256
 SHORTEST_PATIENCE, PATIENCE = 200, 3
@@ -38,14 +39,22 @@ class SceneEvaluator:
         episodes: How many episodes count.
         threshold: The mean return that counts as solved; None where none does.
         observations: Where to keep what the policy saw.
+        curriculum: Hears of training episodes, too.
     """
 
     score_name = "return"
     stop_kinds = SCORE
 
     def __init__(
-        self, world: UnityWorld, policy: Policy, episodes: int, threshold: float | None, observations: Path
+        self,
+        world: UnityWorld,
+        policy: Policy,
+        episodes: int,
+        threshold: float | None,
+        observations: Path,
+        curriculum: Curriculum | None = None,
     ) -> None:
+        self._curriculum = curriculum
         self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
         self._file, self._judgements, self._longest = observations, 0, 0
 
@@ -54,7 +63,9 @@ class SceneEvaluator:
         return episode.reward
 
     def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
-        """Learn how long training episodes get."""
+        """Learn how long training episodes get; let lessons advance."""
+        if self._curriculum is not None:
+            self._curriculum.watch(episodes)
         self._longest = max([self._longest, *(episode.steps for episode in episodes)])
 
     def confirm(self) -> bool:
@@ -96,7 +107,13 @@ class TrainingEpisodesEvaluator:
     score_name = "return"
     stop_kinds = SCORE
 
-    def __init__(self, threshold: float | None, rows_of: Mapping[str, slice] | None = None) -> None:
+    def __init__(
+        self,
+        threshold: float | None,
+        rows_of: Mapping[str, slice] | None = None,
+        curriculum: Curriculum | None = None,
+    ) -> None:
+        self._curriculum = curriculum
         self._threshold, self._rows_of = threshold, rows_of or {}
         self._told: list[EpisodeRecord] = []
         self._before = EvaluationResult(float("-inf"), False, details={"episodes": 0})
@@ -106,7 +123,9 @@ class TrainingEpisodesEvaluator:
         return episode.reward
 
     def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
-        """Keep the episodes for the next evaluation."""
+        """Keep the episodes for the next evaluation; let lessons advance."""
+        if self._curriculum is not None:
+            self._curriculum.watch(episodes)
         self._told += episodes
 
     def confirm(self) -> bool:

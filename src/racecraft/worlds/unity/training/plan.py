@@ -91,6 +91,8 @@ class UnityRequest(TrainRequest):
     """Players that teach side by side; None: as the configuration says, else one."""
     time_scale: float | None = None
     """Simulated seconds a second; None: as the configuration says, else 20."""
+    nearest: bool = False
+    """Whether PPO may learn where the configuration asks for POCA, self-play, or SAC of actions with choices."""
     base_port: int | None = None
     """The first player's port, the judge's comes after the last one's; None: the configuration's, else free ones."""
 
@@ -153,6 +155,7 @@ class UnityPlan:
             "num_envs": self.request.num_envs,
             "time_scale": self.request.time_scale,
             "base_port": self.request.base_port,
+            "nearest": self.request.nearest,
             "from": self.request.clone_from,
         }
 
@@ -181,10 +184,30 @@ def plan_unity(request: UnityRequest, learns: bool = True) -> UnityPlan:
             "Try: racecraft unity train builtin:Basic"
         )
     parse_stops(request.stops, SCORE)
+    if learns and not request.nearest and request.algorithm is None:
+        _require_followed(config, request)
     algorithm = find_algorithm(request.algorithm or _trainer_of(config, request.behavior))
     settings = apply_overrides(defaults_for(build_name, algorithm), request.overrides)
     seed = request.seed if request.seed is not None else 1 if config.seed is None else config.seed
     return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, algorithm, settings)
+
+
+def _require_followed(config: TrainerConfig, request: UnityRequest) -> None:
+    """Refuse a configuration that asks for another way of learning than there is here.
+
+    Raises:
+        UserInputError: POCA, self-play or an unknown trainer is asked for.
+    """
+    sections = [config.behavior(request.behavior)] if request.behavior else list(config.behaviors.values())
+    for section in sections:
+        if section.unfollowed:
+            raise UserInputError(
+                "{config}: behaviors.{behavior} asks for {asked}, which racecraft does not have; expected trainer_type "
+                "ppo or sac, without self_play. --nearest lets PPO learn it instead, all teams by one policy.",
+                config=request.config,
+                behavior=section.name,
+                asked=" and ".join(section.unfollowed),
+            )
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
@@ -273,7 +296,11 @@ def _trainer_of(config: TrainerConfig, behavior: str | None) -> str:
 def heard(plan: UnityPlan, behaviors: Sequence[Behavior]) -> UnityPlan:
     """Return the plan now that the scene is known.
 
-    Where only the configuration asks for SAC, and SAC cannot learn this scene, PPO learns instead, and that is said.
+    Where only the configuration asks for SAC, and SAC cannot learn this scene, PPO learns instead, and that is said, if
+    the request takes the nearest.
+
+    Raises:
+        UserInputError: SAC cannot learn this scene.
     """
     if plan.algorithm.name != SAC or plan.request.algorithm or plan.begun is not None:
         return plan
@@ -283,6 +310,12 @@ def heard(plan: UnityPlan, behaviors: Sequence[Behavior]) -> UnityPlan:
         why = f"decides numbers alone, and an action of '{behaviors[0].base_name}' has choices"
     else:
         return plan
+    if not plan.request.nearest:
+        raise UserInputError(
+            "{config}: trainer_type 'sac' {why}; expected ppo. --nearest lets PPO learn it instead.",
+            config=plan.request.config,
+            why=why,
+        )
     ppo = find_algorithm(DEFAULT_ALGORITHM)
     settings = apply_overrides(defaults_for(plan.build_name, ppo), plan.request.overrides)
     note = f"trainer_type: 'sac' {why}; PPO learns instead"

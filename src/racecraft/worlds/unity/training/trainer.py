@@ -26,6 +26,8 @@ from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.unity.env.behavior_specs import card_for
 from racecraft.worlds.unity.env.wire import EDITOR_PORT
 from racecraft.worlds.unity.env.world import UnityWorld
+from racecraft.worlds.unity.files.trainer_config import DEFAULT_MAX_STEPS
+from racecraft.worlds.unity.training.curriculum import Curriculum
 from racecraft.worlds.unity.training.evaluator import SceneEvaluator, TrainingEpisodesEvaluator
 from racecraft.worlds.unity.training.plan import (
     KIND,
@@ -75,6 +77,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
         if not planned.build.is_editor:
             judged = UnityWorld(planned.build, **planned.words(for_judge=True))
             players.callback(judged.close)
+        curriculum = _curriculum(planned, world, judged, say)
         names = ", ".join(behavior.base_name for behavior in behaviors)
         episodes = settled.shared.evaluation.episodes
         yield Experiment(
@@ -84,7 +87,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
             settings=settled.shared,
             seed=planned.seed,
             stops=stops,
-            evaluator=lambda learner, run: _evaluator(world, judged, learner, run, episodes, stops),
+            evaluator=lambda learner, run: _evaluator(world, judged, learner, run, episodes, stops, curriculum),
             asked=planned.asked(behaviors),
             metadata={
                 "build": planned.build_name, **card_for(behaviors, own_groups(settled, planned.algorithm)),
@@ -135,11 +138,24 @@ def _evaluator(
     run: RunFolder,
     episodes: int,
     stops: tuple[StopCondition, ...],
+    curriculum: Curriculum | None,
 ) -> Evaluator:
     threshold = next((stop.amount for stop in stops if stop.kind == "score"), None)
+    if curriculum is not None:
+        curriculum.keep_in(run.path)
     if judged is None:
-        return TrainingEpisodesEvaluator(threshold, world.rows_of)
-    return SceneEvaluator(judged, GreedyPolicy(learner), episodes, threshold, run.path / OBSERVATIONS)
+        return TrainingEpisodesEvaluator(threshold, world.rows_of, curriculum)
+    return SceneEvaluator(judged, GreedyPolicy(learner), episodes, threshold, run.path / OBSERVATIONS, curriculum)
+
+
+def _curriculum(planned: UnityPlan, world: UnityWorld, judged: UnityWorld | None, say: Say) -> Curriculum | None:
+    """Return the lessons of the configuration's environment parameters; None without any."""
+    config = planned.config
+    if not config.curricula:
+        return None
+    max_steps = {base: config.behavior(base).max_steps or DEFAULT_MAX_STEPS for base in world.rows_of}
+    worlds = [world] if judged is None else [world, judged]
+    return Curriculum(config.curricula, worlds, world.rows_of, max_steps, say)
 
 
 def _lay_files(planned: UnityPlan, settled: Settled, run: RunFolder) -> None:
