@@ -1,8 +1,7 @@
-"""Live metrics: Prometheus text over HTTP, under the names of DeepRacer for Cloud."""
+"""Live metrics: Prometheus text, under the names of DeepRacer for Cloud."""
 
 import json
 import re
-import urllib.request
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
-from racecraft.training.live_metrics import BY_STATUS, HELP, LEARNER, LiveMetrics, LiveMetricsError
+from racecraft.training.live_metrics import BY_STATUS, HELP, LEARNER, LiveMetrics
 
 BOARD = Path(__file__).resolve().parents[2] / "examples" / "grafana" / "racecraft.json"
 LAPS = {"lap_complete": EndedAlike(2, 40.0, 100.0, 9.5), "off_track": EndedAlike(3, 4.0, 20.0, 2.25)}
@@ -28,9 +27,7 @@ def report(iteration=1, result=None, **changed):
 
 @pytest.fixture
 def live():
-    made = LiveMetrics(0, 'my "car"')
-    yield made
-    made.close()
+    return LiveMetrics('my "car"')
 
 
 def samples(text, model='my "car"'):
@@ -47,12 +44,10 @@ def samples(text, model='my "car"'):
 
 
 def read(live):
-    with urllib.request.urlopen(live.address) as answer:
-        assert answer.headers["Content-Type"].startswith("text/plain; version=")
-        return samples(answer.read().decode())
+    return samples(generate_latest(live.registry).decode())
 
 
-def test_figures_are_served_as_the_training_goes(live):
+def test_figures_are_told_as_the_training_goes(live):
     assert read(live) == {"racecraft_training_running": 0.0}
     live.begin("title", "laps", "progress %")
     live.iteration(report())
@@ -99,13 +94,6 @@ def test_every_name_is_explained_and_typed(live):
         assert f"# TYPE {name} {'counter' if name.endswith('_total') else 'gauge'}\n" in text
 
 
-def test_a_port_that_is_taken_or_none_is_refused(live):
-    with pytest.raises(LiveMetricsError, match="Choose another"):
-        LiveMetrics(live.port, "b")
-    with pytest.raises(LiveMetricsError, match="expected 0 to 65535"):
-        LiveMetrics(70000, "b")
-
-
 def test_the_board_asks_for_names_that_are_served():
     board = json.loads(BOARD.read_text(encoding="utf-8"))
     asked = {re.match(r"\w+", target["expr"])[0] for panel in board["panels"] for target in panel["targets"]}
@@ -116,13 +104,10 @@ def test_the_board_asks_for_names_that_are_served():
 
 def test_names_and_numbers_of_any_kind_are_served():
     model = 'a "car" \\ of\nmine'
-    live = LiveMetrics(0, model)
-    try:
-        losses = {"entropy": 1.5, "lost": float("nan"), "far": float("-inf")}
-        live.iteration(report(3, losses=losses, by_status={'odd "end"': EndedAlike(1, 1.0, None, None)}))
-        told = samples(generate_latest(live.registry).decode(), model)
-    finally:
-        live.close()
+    live = LiveMetrics(model)
+    losses = {"entropy": 1.5, "lost": float("nan"), "far": float("-inf")}
+    live.iteration(report(3, losses=losses, by_status={'odd "end"': EndedAlike(1, 1.0, None, None)}))
+    told = samples(generate_latest(live.registry).decode(), model)
     assert told[LEARNER, "far"] == float("-inf")
     assert told[LEARNER, "lost"] != told[LEARNER, "lost"]
     assert told["dr_training_episodes_reward", "training", 'odd "end"'] == 1.0

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_server import MetricsPort, measured
+from racecraft.cli.metrics_server import MetricsHost, MetricsPort, measured
 from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, Resume
 from racecraft.cli.signals import SIGTERM, TERMINATED, sigterm_interrupts
 
@@ -65,6 +65,7 @@ class TrainingOptions:
     mirror: MirrorAt = None
     pictures: Annotated[bool, typer.Option(help="Leave a report with its curves in the run folder.")] = True
     metrics_port: MetricsPort = None
+    metrics_host: MetricsHost = "127.0.0.1"
     json: Json = False
 
     @property
@@ -190,7 +191,7 @@ class Road:
         asked = None if begun is not None else request()
         shown = watcher(sys.stderr if options.json else sys.stdout)
         named = self.model if options.run is None else options.run.name
-        shown = measured(shown, options.metrics_port, named, options.tell, options.detach)
+        shown = measured(shown, options.metrics_port, options.metrics_host, named, options.tell, options.detach)
         if options.detach:
             return detach_training(context, options.run, asked, self.cluster, options.json)
         with self.beside(shown) as watching:  # a page stays behind what is told

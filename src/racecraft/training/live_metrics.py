@@ -1,9 +1,9 @@
-"""Figures of a running training for Prometheus, over HTTP. Begin with `LiveMetrics`.
+"""Figures of a running training for Prometheus, to be served (`serving/metrics_server.py`).
 
 Names are those that DeepRacer for Cloud sends to Telegraf, measurement and field joined as Telegraf's own Prometheus
 output joins them, so that boards made for it keep their names (facts: deepracer-systems.md A3). It sends every episode
 by itself, tagged with phase and status; here the episodes of an iteration, or of an evaluation, that ended alike are
-one figure, their mean. What it has no name for is called `racecraft_…`. The server answers on this machine only.
+one figure, their mean. What it has no name for is called `racecraft_…`.
 """
 
 from __future__ import annotations
@@ -13,18 +13,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from prometheus_client import CollectorRegistry, start_http_server
+from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-from racecraft.contract.errors import UserInputError
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import EndedAlike, IterationReport
-
-HOST = "127.0.0.1"
-PATH = "/metrics"
-HIGHEST_PORT = 65535
 
 BY_STATUS = {
     "dr_training_episodes_reward": "Mean sum of rewards of the episodes that ended alike in the latest iteration.",
@@ -53,26 +48,14 @@ HELP = {
 LEARNER = "racecraft_learner"
 
 
-class LiveMetricsError(UserInputError):
-    """The metrics cannot be served where they were asked for."""
-
-
 class LiveMetrics(Collector):
-    """A training callback that serves the latest figures.
+    """A training callback that keeps the latest figures.
 
     Args:
-        port: TCP port, 0 to HIGHEST_PORT; 0 takes a free one.
         model: What the label `model` says.
-
-    Raises:
-        LiveMetricsError: The port is none, or is taken.
     """
 
-    def __init__(self, port: int, model: str) -> None:
-        if not 0 <= port <= HIGHEST_PORT:
-            raise LiveMetricsError(
-                "--metrics-port is {port}; expected 0 to {highest_port}.", port=port, highest_port=HIGHEST_PORT
-            )
+    def __init__(self, model: str) -> None:
         self._labels = {"model": model, "worker": "0"}
         self._status_labels: Mapping[str, str] = {}
         self._values: dict[str, float] = {"racecraft_training_running": 0.0}
@@ -83,22 +66,6 @@ class LiveMetrics(Collector):
         self.registry = CollectorRegistry()
         """Where Prometheus's client reads the figures."""
         self.registry.register(self)
-        try:
-            self._server, self._thread = start_http_server(port, HOST, self.registry)
-        except OSError as error:
-            raise LiveMetricsError(
-                "--metrics-port {port} cannot be opened on {host} ({strerror}); expected a free port. "
-                "Choose another; 0 takes any.",
-                port=port,
-                host=HOST,
-                strerror=error.strerror or error,
-            ) from error
-        self.port = int(self._server.server_address[1])
-
-    @property
-    def address(self) -> str:
-        """Where they are read."""
-        return f"http://{HOST}:{self.port}{PATH}"
 
     def run_made(self, path: Path) -> None:
         """Take what the run's world calls the ways in which episodes end."""
@@ -136,12 +103,6 @@ class LiveMetrics(Collector):
     def end(self, reason: str) -> None:
         """Say that it is over."""
         self._put({"racecraft_training_running": 0.0})
-
-    def close(self) -> None:
-        """Let the port go."""
-        self._server.shutdown()
-        self._server.server_close()
-        self._thread.join()
 
     def collect(self) -> Iterator[Metric]:
         """Yield every figure that is known, under its name."""
