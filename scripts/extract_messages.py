@@ -1,6 +1,6 @@
 """Write the catalogue of every sentence that may be translated: `python scripts/extract_messages.py messages.pot`.
 
-Errors and `Message`s of Python (their templates; of errors about files what was found, what is expected and the hint),
+Errors and `Message`s of Python (their templates; of a file's errors what was found, what is expected, the hint),
 `_("…")` and `{% trans %}` of the templates of pages, `t("…")` of their modules in JavaScript. A translator writes
 LANGUAGE/LC_MESSAGES/racecraft.po from it, and `pybabel compile` makes the .mo that racecraft reads (src/racecraft/i18n).
 """

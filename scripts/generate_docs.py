@@ -1,6 +1,6 @@
 """Write the reference pages of the documentation from the code they describe. Begin with `PAGES`.
 
-python scripts/generate_docs.py           writes docs/reference/*.md and docs/pictures/tracks/*.svg
+python scripts/generate_docs.py           writes docs/reference/*.md, docs/packages/*.md and docs/pictures/tracks/*.svg
 python scripts/generate_docs.py --check   writes nothing; says which pages are stale and exits with 1
 
 A page is written only when its text changed. Nothing here states a fact: every table comes from the one place where the
@@ -9,6 +9,7 @@ program itself reads it.
 
 from __future__ import annotations
 
+import ast
 import inspect
 import sys
 import typing
@@ -44,7 +45,9 @@ def main(arguments: list[str]) -> int:
 
 def pages() -> dict[str, str]:
     """Return every generated file: place under docs/ → text."""
-    return {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()} | track_pictures()
+    return (
+        {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()} | package_pages() | track_pictures()
+    )
 
 
 def settings_page() -> str:
@@ -460,6 +463,49 @@ def rllib_page() -> str:
             *stops,
         ]
     )
+
+
+def package_pages() -> dict[str, str]:
+    """Return a page for each package: what it is for, where to begin, and what each of its modules does."""
+    source = DOCS.parent / "src" / "racecraft"
+    tops = [path for path in sorted(source.iterdir()) if (path / "__init__.py").exists() and path.name != "worlds"]
+    tops += [path for path in sorted((source / "worlds").iterdir()) if (path / "__init__.py").exists()]
+    made = {_package_place(top): _package_page(top, source) for top in tops}
+    rows = [
+        f"| [`{top.relative_to(source).as_posix()}`]({top.name}.md) | {_summary(top / '__init__.py')} |" for top in tops
+    ]
+    head = "# Packages\n\nOne core and worlds as packages; imports point down as ARCHITECTURE.md draws it.\n\n"
+    made["packages/index.md"] = head + "\n".join(["| package | |", "|---|---|", *rows])
+    return {place: f"{NOTE}\n\n{text.strip()}\n" for place, text in made.items()}
+
+
+def _package_place(top: Path) -> str:
+    return f"packages/{top.name}.md"
+
+
+def _package_page(top: Path, source: Path) -> str:
+    """Return the page of a package, with the packages inside it as sections."""
+    folders = [
+        top,
+        *sorted(path for path in top.rglob("*") if (path / "__init__.py").exists() and "names" not in path.parts),
+    ]
+    parts = []
+    for folder in folders:
+        name = folder.relative_to(source).as_posix()
+        modules = [path for path in sorted(folder.glob("*.py")) if path.name not in ("__init__.py", "__main__.py")]
+        rows = [f"| `{path.name}` | {_summary(path)} |" for path in modules]
+        table = "\n".join(["| module | |", "|---|---|", *rows]) if rows else ""
+        parts.append(f"{'#' if folder == top else '##'} {name}\n\n{_docstring(folder / '__init__.py')}\n\n{table}")
+    return "\n\n".join(parts)
+
+
+def _summary(path: Path) -> str:
+    """Return the first paragraph of a module's docstring, on one line, for a cell of a table."""
+    return " ".join(_docstring(path).split("\n\n")[0].split()).replace("|", "\\|")
+
+
+def _docstring(path: Path) -> str:
+    return ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
 
 
 PAGES: dict[str, Callable[[], str]] = {

@@ -1,10 +1,10 @@
-"""What a world and a policy promise each other, and the exam that holds them to it.
+"""What worlds, policies and learners promise each other, with the tests of a world. Begin with `world.py`.
 
     world.py           what a step is, and whose arrays it writes into
     policy.py          from observations to actions
-    conformance.py            the examination every world sits
-    random_streams.py  chance that depends on neither threads nor neighbours
-    errors.py          the family of errors
+    conformance.py     the tests that every world passes
+    random_streams.py  random numbers that depend neither on threads nor on the number of worlds
+    errors.py          all errors
 
-This room knows no particular world, no algorithm and no file.
+This package knows no world, no algorithm and no file.
 """

@@ -1,8 +1,4 @@
-"""Fair judgement.
+"""Judge policies and compare trainings, whatever the world. Begin with `evaluate_run.py`.
 
-episodes.py       let a policy play whole episodes
-laps.py           judge a driver by laps
-drive.py          watch one car, tick by tick
-bench_world.py    how fast the car world is
-replay_report.py  what real logs say of our car and our geometry
+A world brings its own evaluator through its kind; ratings, statistics over seeds and verdicts are made here.
 """

@@ -1,4 +1,4 @@
-"""The one door to Numba: compile a scalar body once, keep it on disk, share it among rooms.
+"""The only importer of Numba: compile a function once, keep its machine code on disk. Begin with `compile.py`.
 
     compile.py   @kernel, @lean_kernel, @inner_kernel and @parallel_kernel, the cache and its key, threads
     rng.py    the compiled twins of contract.random_streams

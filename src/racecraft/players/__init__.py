@@ -1,1 +1,1 @@
-"""Whatever can act: a trained policy, and the car it was trained for."""
+"""A trained policy by itself: `load_policy` of a run, or of a model that a world opens. Begin with `trained.py`."""

@@ -1,1 +1,4 @@
-"""Gymnasium's environments as worlds, and everything that is about them."""
+"""Gymnasium's environments as worlds. Begin with `kind.py`, then `env/from_gymnasium.py`.
+
+How any world is seen *as* a Gymnasium environment is `racecraft.adapters`.
+"""

@@ -20,5 +20,4 @@ living_snakes.py the dead and the unreadable left out of what engines send
 appearance.py         a snake's colour
 time_budget.py   how much of the timeout a player has
 json_adapter.py  asks such a file as if it saw boards
-worker_pool.py   threads that are waited for only so long
 """
