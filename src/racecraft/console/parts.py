@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
+from racecraft.contract.errors import SettingError
 from racecraft.contract.kind import WorldKind
 from racecraft.contract.kinds import MissingWorldError, find_kind
 from racecraft.formats.run_folder import RunFolder
@@ -77,13 +78,36 @@ class WorldParts:
         """Return the first large numbers of a model's page, of its row of the index."""
         return [Figure(value=row["best_text"] or "–", label=f"best {self.kind.score.short}")]
 
+    stage = ""
+    """Template of what moves on a model's page: map, board, film; it knows `from`, where `WorldKind.watch` answers."""
+    stage_modules: tuple[str, ...] = ()
+    stage_styles: tuple[str, ...] = ()
+    """Modules and styles that the template needs."""
+
     def charts(self, row: Mapping[str, Any], metrics: Rows) -> list[Chart]:
         """Return the charts of a model's page."""
         return [reward_graph(self.kind, metrics)]
 
+    def compared(self) -> list[tuple[str, str, str]]:
+        """Return the curves in which models are compared: title, axis, column of the metrics."""
+        return [("Score while training", self.kind.score.name, "evaluation_score")]
+
     def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
         """Return further pages of a model that has a run: (what the tab says, what follows the model's address)."""
         return []
+
+    def tab_page(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+        """Return a page of `tabs`: its template, which extends "racecraft.console/model_frame.html", and its data.
+
+        Args:
+            row: The model's row.
+            tab: The last word of its address.
+            asked: The words behind its address.
+
+        Raises:
+            UserInputError: There is no such page, or the run cannot be read.
+        """
+        raise SettingError("{tab}: {title} has no such page.", tab=tab[:40], title=self.kind.title)
 
     def picture(self, key: str) -> str:
         """Return a place as the text of an SVG file.

@@ -28,6 +28,8 @@ async function refresh() {
     if (focus) old.querySelector(`[href="${CSS.escape(focus)}"]`)?.focus();
   }
   refreshCharts(next);
+  const stage = document.getElementById("stage");
+  if (stage && stage.dataset.stage !== next.getElementById("stage")?.dataset.stage) location.reload();
   const title = next.querySelector("title")?.textContent;
   if (title) document.title = title;
 }

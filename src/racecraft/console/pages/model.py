@@ -12,12 +12,13 @@ from typing import Any
 from urllib.parse import quote
 
 from starlette.requests import Request
-from starlette.routing import BaseRoute
+from starlette.routing import BaseRoute, Mount
 
-from racecraft.console.model_row import NEW, QUEUED, STOPPING, TRAINING
+from racecraft.console.model_row import ERROR, NEW, QUEUED, STOPPING, TRAINING
 from racecraft.console.parts import Figure, WorldParts, parts_of
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
 from racecraft.console.training import stop_training
+from racecraft.console.watching import Watching
 from racecraft.console.workspace import Model, WorkspaceError
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.formats.run_folder import RunFolder
@@ -33,6 +34,8 @@ TABS = (("Overview", ""),)
 def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of a model's own page."""
     return [
+        Mount("/models/{name}/watch", Watching(console)),
+        *page_routes(console, "/models/{name}/{tab}", tab_page),
         *page_routes(console, "/models/{name}", overview),
         act_route(console, "/models/{name}/stop", stop),
         act_route(console, "/models/{name}/resume", resume),
@@ -59,6 +62,7 @@ def overview(console: Console, request: Request) -> Page:
         model.name,
         {
             **frame(row, "Overview", parts),
+            **_stage(row, parts),
             "live": live,
             "figures": [asdict(figure) for figure in (*(parts.figures(row) if parts else ()), *_counts(row))],
             "sentence": told,
@@ -68,6 +72,18 @@ def overview(console: Console, request: Request) -> Page:
             "left": _left(row),
         },
     )
+
+
+def tab_page(console: Console, request: Request) -> Page:
+    """Return one of the pages that a model has from its world."""
+    model, row = model_of(console, request)
+    tab = request.path_params["tab"]
+    parts = parts_of(row["kind"]) if row["kind"] and row["run"] else None
+    label = next((label for label, below in (parts.tabs(row) if parts else []) if below == f"/{tab}"), None)
+    if parts is None or label is None:
+        raise WebError(404, "no_such_page", f"{model.name} has no page {tab[:40]!r}; begin at its overview.")
+    template, data = parts.tab_page(row, tab, dict(request.query_params))
+    return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **data})
 
 
 def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]:
@@ -92,6 +108,17 @@ def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[s
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],
         "tab": here,
         "path": address(row["name"]),
+    }
+
+
+def _stage(row: Mapping[str, Any], parts: WorldParts | None) -> dict[str, Any]:
+    """Return what a world shows moving, once there is a run."""
+    has_stage = parts is not None and row["run"] and row["status"] != ERROR
+    return {
+        "from": address(row["name"], "/watch/"),
+        "stage": parts.stage if parts is not None and has_stage else "",
+        "stage_modules": list(parts.stage_modules) if parts is not None and has_stage else [],
+        "stage_styles": list(parts.stage_styles) if parts is not None and has_stage else [],
     }
 
 

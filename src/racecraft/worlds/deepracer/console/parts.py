@@ -12,6 +12,7 @@ from racecraft.console.parts import Card, Figure, Rows, WorldParts
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.chart import Chart, Level, Series
 from racecraft.worlds.deepracer.console import car_form, car_values
+from racecraft.worlds.deepracer.console.car_form import TEMPLATES
 from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track, summary
 from racecraft.worlds.deepracer.tracks.thumbnail import thumbnail_svg
 
@@ -20,6 +21,9 @@ class CarParts(WorldParts):
     """Cars in the console."""
 
     noun = "car"
+    stage = f"{TEMPLATES}/stage.html"
+    stage_modules = ("racecraft.worlds.deepracer.pages/cars.js",)
+    stage_styles = ("racecraft.worlds.deepracer.pages/cars.css",)
     lesson = "It sees the road through its camera, is paid for getting on, and tries until it laps."
 
     def card(self, run: RunFolder, job: Mapping[str, Any], metrics: Rows) -> Card:
@@ -51,6 +55,22 @@ class CarParts(WorldParts):
     def charts(self, row: Mapping[str, Any], metrics: Rows) -> list[Chart]:
         """Return the reward graph and the lap times."""
         return [*super().charts(row, metrics), lap_chart(row, metrics)]
+
+    def compared(self) -> list[tuple[str, str, str]]:
+        """Return lap time and progress."""
+        return [("Lap time while training", "fastest lap, s", "best_lap_seconds"), *super().compared()]
+
+    def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
+        """Return the pages of laps."""
+        return [("Laps", "/laps")]
+
+    def tab_page(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+        """Return the page of laps."""
+        if tab == "laps":
+            from racecraft.worlds.deepracer.console.laps import laps_page
+
+            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), asked)
+        return super().tab_page(row, tab, asked)
 
     def picture(self, key: str) -> str:
         """Return a track as the text of an SVG file."""

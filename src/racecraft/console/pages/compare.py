@@ -1,0 +1,119 @@
+"""Two to five models, or groups of seeds, side by side: a verdict with how sure it is, curves, and what differs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+from starlette.requests import Request
+from starlette.routing import BaseRoute
+
+from racecraft.console.commands import run_command
+from racecraft.console.parts import parts_of
+from racecraft.console.service import Console, Fields, Page, act_route, page_routes
+from racecraft.contract.errors import RacecraftError, SettingError
+from racecraft.evaluation.run_groups import differences, group_runs
+from racecraft.formats.atomic import make_folder, write_atomic
+from racecraft.formats.run_folder import RunFolder
+from racecraft.pages.chart import Chart, Series
+
+MOST = 12
+"""Models on one page: seeds of a few groups."""
+VERDICTS = "verdicts"
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of the comparison."""
+    return [*page_routes(console, "/compare", compare_page), act_route(console, "/compare", judge)]
+
+
+def compare_page(console: Console, request: Request) -> Page:
+    """Return what the models that the address names have in common, and what not."""
+    names = list(dict.fromkeys(request.query_params.getlist("m")))
+    rows = [console.index.row(name) for name in names[:MOST]]
+    wrong = ""
+    if len(names) < 2:
+        wrong = "Select two models or more in the garage, then Compare."
+    elif not all(row["run"] for row in rows):
+        wrong = "A model that was never trained has nothing to compare."
+    groups: list[dict[str, Any]] = []
+    differing: list[dict[str, Any]] = []
+    charts: list[tuple[str, dict[str, Any]]] = []
+    if not wrong:
+        try:
+            found = group_runs([row["run"] for row in rows])
+            groups = [{"name": group.name, "runs": [one.name for one in group.runs]} for group in found]
+            differing = [
+                {"name": one.name, "values": [_shown(value) for value in one.values]} for one in differences(found)
+            ]
+            charts = [(chart.title, chart.shown()) for chart in _charts(rows)]
+        except RacecraftError as error:
+            wrong = str(error)
+    return Page(
+        "compare.html",
+        "Compare",
+        {
+            "rows": rows,
+            "names": names,
+            "wrong": wrong,
+            "groups": groups,
+            "differing": differing,
+            "charts": charts,
+            "verdict": _kept(console, rows),
+            "command": "racecraft " + " ".join(_words(rows)) if rows else "",
+        },
+    )
+
+
+def judge(console: Console, request: Request, fields: Fields) -> str:
+    """Judge every model's best checkpoint on fresh starts and keep the verdict."""
+    rows = [console.index.row(name) for name in fields.get("m", [])[:MOST]]
+    if len(rows) < 2 or not all(row["run"] for row in rows):
+        raise SettingError("compare: expected two models or more that were trained.")
+    told = run_command(_words(rows), console.workspace.path)
+    place = _place(console, rows)
+    make_folder(place.parent)
+    write_atomic(place, json.dumps(told, indent=2) + "\n")
+    return "/compare?" + urlencode([("m", row["name"]) for row in rows])
+
+
+def _words(rows: list[dict[str, Any]]) -> list[str]:
+    return ["compare", *(row["run"] for row in rows)]
+
+
+def _place(console: Console, rows: list[dict[str, Any]]) -> Path:
+    """Return where a verdict of these runs, as they are now, is kept."""
+    told = sorted((row["run"], row["iterations"]) for row in rows)
+    return console.workspace.path / VERDICTS / f"{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]}.json"
+
+
+def _kept(console: Console, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
+    try:
+        told = json.loads(_place(console, rows).read_text(encoding="utf-8"))
+        return dict(told)
+    except (OSError, ValueError):
+        return None
+
+
+def _charts(rows: list[dict[str, Any]]) -> list[Chart]:
+    """Return how each model's score and its world's own figure went."""
+    metrics = [RunFolder(Path(row["run"])).read_metrics() for row in rows]
+    kind = parts_of(rows[0]["kind"])
+    charts = []
+    for title, unit, column in kind.compared():
+        series = []
+        for row, lines in zip(rows, metrics, strict=True):
+            told = [line for line in lines if line.get(column) is not None]
+            series.append(
+                Series(row["name"], [line["iteration"] for line in told], [line[column] for line in told], "both")
+            )
+        charts.append(Chart(title, "iteration", unit, series))
+    return charts
+
+
+def _shown(value: Any) -> str:
+    text = value if isinstance(value, str) else json.dumps(value)
+    return "–" if value is None else text if len(text) <= 60 else f"{text[:57]}…"
