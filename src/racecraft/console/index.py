@@ -7,7 +7,7 @@ One thread writes (`watcher.py`); any thread reads.
 from __future__ import annotations
 
 import contextlib
-import json
+import os
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
@@ -19,7 +19,7 @@ import sqlalchemy as sql
 from racecraft.console.index_tables import ABOUT, MODELS, RUNS, TABLES, VERSION
 from racecraft.console.model_row import model_row
 from racecraft.console.run_row import RunRow, read_run, run_mark
-from racecraft.console.workspace import Model, Note, Workspace, WorkspaceError
+from racecraft.console.workspace import MODEL_FILE, Model, Note, Workspace, WorkspaceError
 from racecraft.contract.errors import nearest
 from racecraft.database.engine import DatabaseError, database_errors, open_engine
 from racecraft.formats.run_lock import holder
@@ -50,6 +50,8 @@ class Index:
         self._runs = {row.path: row for row in self._kept_runs()}
         self._rows: dict[str, dict[str, Any]] = {}
         self._folder_marks: dict[str, int] = {}
+        self._lists: dict[str, tuple[int, list[str]]] = {}
+        self._training: set[str] = set()
         self._notes: dict[Path, tuple[int, Note]] = {}
 
     def close(self) -> None:
@@ -66,9 +68,9 @@ class Index:
         rows: dict[str, dict[str, Any]] = {}
         runs: dict[str, RunRow] = {}
         for model in self.workspace.models():
-            found = [self._run(path) for path in model.runs()]
+            found = [self._run(path) for path in self._run_paths(model)]
             runs |= {row.path: row for row in found}
-            rows[model.name] = model_row(model, self._note(model), found, by_folder.get(str(model.path), []), _is_held)
+            rows[model.name] = model_row(model, self._note(model), found, by_folder.get(str(model.path), []), self._training.__contains__)
         changed = [name for name, row in rows.items() if self._rows.get(name) != row]
         gone = [name for name in self._rows if name not in rows]
         if changed or gone:
@@ -96,25 +98,37 @@ class Index:
         with self._connected() as connection:
             return [dict(row) for row in connection.execute(statement).mappings()]
 
-    def _run(self, path: Path) -> RunRow:
-        """Return a run's row; it is read only where its files changed."""
-        name = str(path)
-        held = self._runs.get(name)
-        mark = _folder_mark(path)
-        is_settled = (
-            held is not None
-            and self._folder_marks.get(name) == mark
-            and time.time() - held.changed > LIVELY_SECONDS
-            and not _is_held(name)
-        )
-        if held is not None and is_settled:
+    def _run_paths(self, model: Model) -> list[str]:
+        """Return a model's run folders; they are listed again where one came or went, or has not begun yet."""
+        folder = str(model.path if model.is_run else model.path / "runs")
+        mark = _changed_at(folder)
+        kept = self._lists.get(folder)
+        if kept is None or kept[0] != mark:
+            found = [str(path) for path in model.runs()]
+            whole = model.is_run or len(found) == _count_folders(folder)
+            kept = self._lists[folder] = (mark if whole else -1, found)
+        return kept[1]
+
+    def _run(self, name: str) -> RunRow:
+        """Return a run's row; it is read only where its files changed.
+
+        Of a run that rests the folder's own time is enough: whoever goes on with it writes job.json anew.
+        """
+        held, mark = self._runs.get(name), _changed_at(name)
+        rests = held is not None and time.time() - held.changed > LIVELY_SECONDS and name not in self._training
+        if held is not None and rests and self._folder_marks.get(name) == mark:
             return held
+        path = Path(name)
         self._folder_marks[name] = mark
+        if _is_held(name):
+            self._training.add(name)
+        else:
+            self._training.discard(name)
         files = run_mark(path)
         return held if held is not None and held.mark == files else read_run(path, files)
 
     def _note(self, model: Model) -> Note:
-        mark = _file_mark(model.path / "model.json")
+        mark = _changed_at(f"{model.path}/{MODEL_FILE}")
         kept = self._notes.get(model.path)
         if kept is None or kept[0] != mark:
             kept = self._notes[model.path] = (mark, model.note())
@@ -193,13 +207,18 @@ def _is_held(run: str) -> bool:
     return holder(Path(run)) is not None
 
 
-def _folder_mark(path: Path) -> int:
-    return _file_mark(path)
-
-
-def _file_mark(path: Path) -> int:
+def _changed_at(path: str) -> int:
+    """Return when a file or folder last changed, ns since 1970; 0 where it is gone."""
     try:
-        return path.stat().st_mtime_ns
+        return os.stat(path).st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _count_folders(path: str) -> int:
+    try:
+        with os.scandir(path) as entries:
+            return sum(entry.is_dir() for entry in entries)
     except OSError:
         return 0
 
@@ -208,8 +227,3 @@ def _some(these: list[Any], most: int = 500) -> Iterable[list[Any]]:
     """Yield a list in parts that a statement can carry."""
     for first in range(0, len(these), most):
         yield these[first : first + most]
-
-
-def as_json(row: Mapping[str, Any]) -> str:
-    """Return a row as JSON."""
-    return json.dumps(row, allow_nan=False)
