@@ -70,7 +70,9 @@ class Index:
         for model in self.workspace.models():
             found = [self._run(path) for path in self._run_paths(model)]
             runs |= {row.path: row for row in found}
-            rows[model.name] = model_row(model, self._note(model), found, by_folder.get(str(model.path), []), self._training.__contains__)
+            rows[model.name] = model_row(
+                model, self._note(model), found, by_folder.get(str(model.path), []), self._training.__contains__
+            )
         changed = [name for name, row in rows.items() if self._rows.get(name) != row]
         gone = [name for name in self._rows if name not in rows]
         if changed or gone:
