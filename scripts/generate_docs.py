@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import json
 import sys
 import typing
 from collections.abc import Callable, Iterable, Iterator
@@ -45,9 +46,17 @@ def main(arguments: list[str]) -> int:
 
 def pages() -> dict[str, str]:
     """Return every generated file: place under docs/ → text."""
-    return (
-        {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()} | package_pages() | track_pictures()
-    )
+    texts = {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()}
+    return texts | package_pages() | {"reference/schema.json": schema_text()} | track_pictures()
+
+
+def schema_text() -> str:
+    """Return the JSON Schema of every command."""
+    from racecraft.cli.app import app
+    from racecraft.cli.schema import DIALECT, ERROR, schemas
+
+    schema = {"$schema": DIALECT, "commands": schemas(app), "error": ERROR}
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
 def settings_page() -> str:
@@ -83,13 +92,15 @@ def command_page() -> str:
     head = """# Commands
 
 `racecraft COMMAND --help` says the same at the prompt. Every command that prints results takes `--json`: exactly one
-JSON object on one line of standard output, everything else on standard error.
+JSON object on one line of standard output, everything else on standard error. Where it fails that object is
+`{"error": {"kind", "message", "template", "fields"}}`. The schema of all commands: [schema.json](schema.json), or
+`racecraft schema COMMAND`. From Python the same options are keywords: `rc.record("runs/CartPole-v1-1", episodes=3)`.
 
 | exit code | meaning |
 |---|---|
 | 0 | done |
 | 1 | something of ours failed: a broken promise between rooms, a training that diverged |
-| 2 | what was given cannot be used; the letter on standard error says what was found, what is expected, what to do |
+| 2 | what was given cannot be used; the message on standard error says what was found, what is expected, what to do |
 | 130 | stopped by Ctrl-C before there was anything to save |
 | 141 | the program that read the output has gone |
 """

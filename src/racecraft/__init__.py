@@ -7,6 +7,8 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
     rc.evaluate("runs/reinvent_base-1")                  judge what was trained
     rc.load_policy("runs/reinvent_base-1")               a policy by itself: no world, no settings
     rc.tune("gym train …", {…}, "tunings/1")             look for settings; rc.train_population likewise
+    rc.record("runs/CartPole-v1-1", episodes=3)          demonstrations; rc.checkpoints, rc.report, rc.export_run,
+                                                         rc.compare, rc.stop likewise: the options of the command
     rc.make_world("deepracer", track="Oval_track")       a world to step by hand
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
@@ -15,6 +17,8 @@ A world adds names of its own (`WorldKind.names`), DeepRacer these::
 
     rc.logs.read("old-logs/")                            any DeepRacer log as one table
     rc.load_track("Oval_track")                          a track of the catalogue
+    rc.line("Oval_track", out="line.csv")                commands by name: rc.why, rc.look, rc.race, rc.replay,
+                                                         rc.sensors, rc.action_table, rc.import_model …
 """
 
 from __future__ import annotations
@@ -25,14 +29,26 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from racecraft.actions.checkpoints import checkpoints
+    from racecraft.actions.compare import compare
+    from racecraft.actions.export import export_run
     from racecraft.actions.judging import evaluate
+    from racecraft.actions.record import record
+    from racecraft.actions.report import report
     from racecraft.actions.runs import load_policy, read_run
+    from racecraft.actions.stop import stop
     from racecraft.actions.training import resume, train
     from racecraft.actions.tuning import train_population, tune
     from racecraft.actions.worlds import make_world
     from racecraft.algorithms.registry import register_algorithm
 
 _WHERE = {
+    "checkpoints": "racecraft.actions.checkpoints",
+    "compare": "racecraft.actions.compare",
+    "export_run": "racecraft.actions.export",
+    "record": "racecraft.actions.record",
+    "report": "racecraft.actions.report",
+    "stop": "racecraft.actions.stop",
     "train": "racecraft.actions.training",
     "resume": "racecraft.actions.training",
     "evaluate": "racecraft.actions.judging",
@@ -46,12 +62,18 @@ _WHERE = {
 
 __all__ = [
     "__version__",
+    "checkpoints",
+    "compare",
     "evaluate",
+    "export_run",
     "load_policy",
     "make_world",
     "read_run",
+    "record",
     "register_algorithm",
+    "report",
     "resume",
+    "stop",
     "train",
     "train_population",
     "tune",

@@ -67,7 +67,7 @@ def judged(monkeypatch):
         kept.append((rules, reverse))
         raise EnoughError
 
-    monkeypatch.setattr("racecraft.worlds.deepracer.cli.evaluate.race_car", keep)
+    monkeypatch.setattr("racecraft.worlds.deepracer.actions.evaluate.race_car", keep)
 
     def run(racecraft, *words):
         with pytest.raises(EnoughError):

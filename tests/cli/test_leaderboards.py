@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecraft.contract.errors import SettingError
-from racecraft.worlds.deepracer.cli.leaderboards import _on_track, leaderboards
+from racecraft.worlds.deepracer.actions.leaderboards import _on_track, leaderboards
 from racecraft.worlds.deepracer.files.leaderboards import WITHOUT_ROUTE, read_leaderboards
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
 

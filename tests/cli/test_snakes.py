@@ -112,7 +112,7 @@ def test_play_says_who_killed_whom_and_which_turns_failed(racecraft, tmp_path):
 
 
 def test_whose_body_it_was_is_said():
-    from racecraft.worlds.battlesnake.cli.play import fate
+    from racecraft.worlds.battlesnake.actions.tournament import fate
     from racecraft.worlds.battlesnake.env.board import Snake
     from racecraft.worlds.battlesnake.players.messages import GameCard
 

@@ -7,7 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from racecraft.cli.app import app
-from racecraft.cli.training import Road, TrainingOptions
+from racecraft.actions.training_options import TrainingOptions
+from racecraft.cli.training import Road
 
 
 @pytest.fixture
@@ -29,14 +30,14 @@ def told(monkeypatch, tmp_path):
         done.append(f"resume {run.name} {stops} {kind}")
         return trained
 
-    monkeypatch.setattr("racecraft.cli.buckets.training.mirrored", mirrored)
+    monkeypatch.setattr("racecraft.actions.mirroring.mirrored", mirrored)
     monkeypatch.setattr("racecraft.training.worlds.train", train)
     monkeypatch.setattr("racecraft.training.worlds.resume", resume)
     return done
 
 
 @pytest.fixture
-def travel(told):
+def travel(told, monkeypatch):
     """Travel the road with some options; return what was done, in order."""
 
     @contextlib.contextmanager
@@ -44,15 +45,17 @@ def travel(told):
         yield shown
         told.append("page closed")
 
-    def leave(trained):
+    def leave(trained, pictures, progress):
         told.append("left")
         return {"report": "report.html"}
 
-    def go(**options):
+    monkeypatch.setattr("racecraft.actions.training.leave_pictures", leave)
+
+    def go(json=False, **options):
         road = Road("gymnasium", "runs/CartPole-v1-1", ("environment",), beside=page)
         context = SimpleNamespace(command=SimpleNamespace(params=[]), get_parameter_source=lambda name: None)
         asked = TrainingOptions(**options)
-        road.train(context, asked, lambda: "CartPole", lambda trained, left: told.append(f"told {left}"), leave)
+        road.train(context, asked, lambda: "CartPole", lambda trained, left: told.append(f"told {left}"), json)
         return told
 
     return go

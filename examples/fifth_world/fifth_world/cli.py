@@ -6,8 +6,10 @@ from typing import Annotated
 
 import typer
 
+from racecraft.actions.training_options import TrainingOptions
 from racecraft.cli.option_groups import takes_groups
-from racecraft.cli.training import Left, Road, TrainingOptions
+from racecraft.cli.options import Json
+from racecraft.cli.training import Left, Road
 
 app = typer.Typer(help="Train a walker to find the exit of a corridor.", no_args_is_help=True)
 
@@ -20,7 +22,11 @@ def corridor() -> None:
 @app.command()
 @takes_groups
 def train(
-    context: typer.Context, length: Annotated[int, typer.Option(min=2, help="Cells.")] = 9, *, options: TrainingOptions
+    context: typer.Context,
+    length: Annotated[int, typer.Option(min=2, help="Cells.")] = 9,
+    *,
+    options: TrainingOptions,
+    json: Json = False,
 ) -> None:
     """Train until the exit is found the short way."""
     from fifth_world.training import CorridorRequest
@@ -29,4 +35,8 @@ def train(
         print(f"corridor: {trained.outcome.steps} steps; run: {trained.run.path}")
 
     road = Road("corridor", "runs/corridor-1", ("length",))
-    road.train(context, options, lambda: CorridorRequest(length=length, **options.asked(options.source())), told)
+
+    def request() -> CorridorRequest:
+        return CorridorRequest(length=length, **options.for_request(options.source(print)))
+
+    road.train(context, options, request, told, json)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import typing
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
@@ -27,6 +26,8 @@ Result = TypeVar("Result")
 class Action(Generic[Result]):
     """A verb that takes its request whole, or by the names of its fields."""
 
+    __name__: str
+
     def __init__(self, function: Callable[..., Result]) -> None:
         functools.update_wrapper(self, function)
         self._function = function
@@ -34,14 +35,13 @@ class Action(Generic[Result]):
     @functools.cached_property
     def request(self) -> type:
         """The class of its requests."""
-        first = next(iter(inspect.signature(self._function).parameters))
-        kind: type = typing.get_type_hints(self._function)[first]
-        return kind
+        first = next(iter(inspect.signature(self._function).parameters.values()))
+        return _named(self._function, first.annotation)[0]
 
     @functools.cached_property
-    def result(self) -> Any:
-        """The type of its results."""
-        return typing.get_type_hints(self._function)["return"]
+    def results(self) -> tuple[type, ...]:
+        """The classes of its results that its module knows by name; others are described by their JSON alone."""
+        return tuple(_named(self._function, inspect.signature(self._function).return_annotation))
 
     def __call__(self, *arguments: Any, progress: Callable[[str], None] = quiet, **values: Any) -> Result:
         """Do it.
@@ -59,6 +59,12 @@ class Action(Generic[Result]):
         else:
             request = make_request(self.request, *arguments, **values)
         return self._function(request, progress if isinstance(progress, Progress) else _Messages(progress))
+
+
+def _named(function: Callable[..., Any], annotation: str) -> list[type]:
+    """Return the classes that an annotation names; one that is imported for type checks only is left out."""
+    known = inspect.unwrap(function).__globals__
+    return [known[name] for name in annotation.split(" | ") if name in known]
 
 
 class _Messages(Progress):

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from racecraft.actions.action import action
 from racecraft.actions.named_run import RUN_HELP, named_run
 from racecraft.contract.progress import Progress, quiet
-from racecraft.formats.checkpoint_ranking import MERITS, RankedCheckpoint, find_checkpoint, ranked
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.request import Request, argument, option
+
+if TYPE_CHECKING:
+    from racecraft.formats.checkpoint_ranking import RankedCheckpoint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +51,8 @@ class CheckpointList:
     @property
     def merit(self) -> str:
         """What they are ordered by, in words."""
+        from racecraft.formats.checkpoint_ranking import MERITS
+
         return MERITS[self.by][0]
 
 
@@ -59,6 +64,7 @@ def checkpoints(request: CheckpointsRequest, progress: Progress = quiet) -> Chec
     first by it: --from RUN:laptime. How many are kept says --keep.
 
     Examples:
+
         racecraft checkpoints runs/reinvent_base-1 --by laptime
 
         racecraft train --from runs/reinvent_base-1:laptime --track Oval_track
@@ -66,6 +72,8 @@ def checkpoints(request: CheckpointsRequest, progress: Progress = quiet) -> Chec
     Raises:
         UserInputError: There is no such run, checkpoint or merit.
     """
+    from racecraft.formats.checkpoint_ranking import find_checkpoint, ranked
+
     path, which = named_run(request.run)
     folder = RunFolder.open(path)
     found = ranked(folder, request.by)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from racecraft.actions.report import leave_report
 from racecraft.cluster.distribute import distribute
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.kinds import find_kind
 from racecraft.settings.describe import value_text
 from racecraft.training import worlds
 from racecraft.training.callbacks import Silent, TrainingCallback
@@ -24,6 +26,7 @@ def train(
     callback: TrainingCallback | None = None,
     quiet: bool = False,
     cluster: str | int | None = None,
+    pictures: bool = False,
     **asked: Any,
 ) -> Trained:
     """Train in any kind of world until a stop condition holds.
@@ -36,6 +39,7 @@ def train(
         quiet: Say nothing.
         cluster: Who carries the worlds, as after `--cluster`: 4 processes here, "auto" or "HOST:PORT" those of a Ray
             cluster; None: this process.
+        pictures: Leave the pictures and the report in the run folder that the command leaves.
         asked: What the command of that kind is asked: `algorithm`, `run`, `seed`, `clone_from`, and the world's own
             words (`folder`, `track`, `tracks`, `groups`, `hold_out`, `preset` …; `environment`; `game`; `build`,
             `config` …).
@@ -61,7 +65,9 @@ def train(
         if name in words:
             words[name] = (words[name],) if isinstance(words[name], str | Mapping) else tuple(words[name])
     request = request_class(stops=_texts(stops), overrides=_overrides(settings), **words)
-    return worlds.train(request, callback or _callback(quiet), _say(quiet), distribute(cluster))
+    trained = worlds.train(request, callback or _callback(quiet), _say(quiet), distribute(cluster))
+    leave_pictures(trained, pictures, _say(quiet))
+    return trained
 
 
 def resume(
@@ -85,6 +91,21 @@ def resume(
         RunFolderError: No run folder, or it is being trained.
     """
     return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet), spread=distribute(cluster))
+
+
+def leave_pictures(trained: Trained, pictures: bool, progress: Callable[[str], None]) -> dict[str, Any]:
+    """Leave pictures and pages in the run folder of a training; return their paths, and figures of their own, by kind.
+
+    Args:
+        trained: The training.
+        pictures: Whether they are wanted; what a world judges after a training is judged anyway.
+        progress: Receives messages.
+    """
+    own = find_kind(trained.kind).piece("pictures")
+    if own is not None:
+        left: dict[str, Any] = own(trained, pictures, progress)
+        return left
+    return dict(leave_report(trained.run.path, progress)) if pictures else {}
 
 
 def _texts(stops: str | Iterable[str]) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ GENERAL = (
     Command("jobs", "racecraft.cli.jobs.jobs:app", WORKSHOP),
     Command("run", "racecraft.cli.run:run", WORKSHOP),
     Command("sandbox", "racecraft.cli.jobs.sandbox:sandbox", WORKSHOP),
+    Command("schema", "racecraft.cli.schema:schema", WORKSHOP),
 )
 """Commands of no world."""
 IN_SHORT = (Command("evaluate", "racecraft.cli.runs.judge:evaluate", JUDGE),)

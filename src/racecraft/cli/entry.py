@@ -60,10 +60,10 @@ def print_errors(command: Callable[..., object]) -> None:
 
 
 def _print_json_error(error: RacecraftError) -> None:
-    """Print an error on standard output: {"error": {"kind": …, "message": …}}."""
+    """Print an error on standard output: {"error": {"kind": …, "message": …, "template": …, "fields": …}}."""
     from racecraft.cli.output import print_json
 
-    print_json({"error": {"kind": type(error).__name__, "message": str(error)}})
+    print_json({"error": error.as_data()})
 
 
 def _become_a_job() -> None:

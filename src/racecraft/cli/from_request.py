@@ -31,16 +31,16 @@ class TerminalProgress(Progress):
     """Prints messages, and a bar for what is counted; on standard error where standard output belongs to `--json`."""
 
     def __init__(self, *, quiet_stdout: bool) -> None:
-        self._quiet_stdout = quiet_stdout
+        self.quiet_stdout = quiet_stdout
 
     def __call__(self, message: str) -> None:
-        """Print a message."""
-        say(message, quiet_stdout=self._quiet_stdout)
+        """Print a line."""
+        say(message, quiet_stdout=self.quiet_stdout)
 
     @contextmanager
     def counting(self, unit: str) -> Iterator[Count]:
         """Yield a callback that shows how much is done on a terminal."""
-        with counting(unit, quiet_stdout=self._quiet_stdout) as count:
+        with counting(unit, quiet_stdout=self.quiet_stdout) as count:
             yield count
 
 
@@ -58,7 +58,7 @@ def command(
 
     def run(**typed: Any) -> None:
         json = typed.pop("json")
-        request = make_request(action.request, **typed)
+        request: Any = make_request(action.request, **typed)
         result = action(request, progress=TerminalProgress(quiet_stdout=json or messages_aside))
         print_json(result) if json else show(result)
         if code := getattr(result, "exit_code", 0):
@@ -66,6 +66,7 @@ def command(
 
     parameters = [parameter_of(row) for row in options_of(action.request)]
     parameters.append(inspect.Parameter("json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Json))
+    run.action = action  # type: ignore[attr-defined]  # `racecraft schema` describes it
     return with_parameters(run, parameters, help or str(action.__doc__), action.__name__)
 
 

@@ -24,6 +24,9 @@ from typing import Annotated, Any
 
 from typer.models import ParameterInfo
 
+from racecraft.cli.from_request import parameter_of
+from racecraft.settings.request import Request, make_request, options_of
+
 
 def takes_groups(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that is typed option by option, and takes them group by group.
@@ -36,7 +39,8 @@ def takes_groups(command: Callable[..., None]) -> Callable[..., None]:
     @functools.wraps(command)
     def run(*arguments: Any, **typed: Any) -> None:
         for name, group in groups.items():
-            typed[name] = group(**{field: typed.pop(field) for field in option_names(group) if field in typed})
+            values = {field: typed.pop(field) for field in option_names(group) if field in typed}
+            typed[name] = make_request(group, **values) if issubclass(group, Request) else group(**values)
         command(*arguments, **typed)
 
     options = [option for one in signature.parameters.values() for option in _options_of(one)]
@@ -77,6 +81,9 @@ def _options_of(parameter: inspect.Parameter) -> Iterator[inspect.Parameter]:
         yield parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
         return
     group = parameter.annotation
+    if issubclass(group, Request):
+        yield from (parameter_of(row) for row in options_of(group))
+        return
     hints = typing.get_type_hints(group, include_extras=True)
     for field in dataclasses.fields(group):
         annotation = _in_panel(hints[field.name], getattr(group, "PANEL", None))

@@ -29,6 +29,9 @@ Cluster = Annotated[
         help="Carry the worlds by workers: N processes here, or those of a Ray cluster (N@HOST:PORT: so many of it).",
     ),
 ]
+MirrorAt = Annotated[
+    str | None, typer.Option("--mirror", help="s3://BUCKET/PREFIX: keep the run there as well, while it trains.")
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 AlgorithmName = Annotated[
     str | None,

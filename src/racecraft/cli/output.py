@@ -76,13 +76,22 @@ def counting(what: str, *, quiet_stdout: bool) -> Iterator[Callable[[int, int], 
         yield lambda done, whole: progress.update(task, completed=done, total=whole)
 
 
-def table(titles: Sequence[str], rows: Iterable[Sequence[str]], left: Sequence[str] = ()) -> None:
-    """Print rows below their titles, figures to the right, the columns named by `left` to the left."""
+def table(
+    titles: Sequence[str], rows: Iterable[Sequence[str]], left: Sequence[str] = (), whole: Sequence[str] = ()
+) -> None:
+    """Print rows below their titles, figures to the right.
+
+    Args:
+        titles: Of the columns.
+        rows: A cell a column.
+        left: Columns that stand to the left.
+        whole: Columns that are not broken on a narrow terminal.
+    """
     from rich.table import Table
 
     made = Table(box=None, pad_edge=False, header_style="bold")
     for title in titles:
-        made.add_column(title, justify="left" if title in left else "right")
+        made.add_column(title, justify="left" if title in left else "right", no_wrap=title in whole)
     for row in rows:
         made.add_row(*row)
     print_table(made)

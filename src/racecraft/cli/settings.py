@@ -1,69 +1,37 @@
-"""`racecraft settings`: the table of settings."""
+"""`racecraft settings`."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+from itertools import groupby
 
-import typer
+from racecraft.actions.settings import DefaultSettings, FolderSettings
+from racecraft.actions.settings import settings as action
+from racecraft.cli.from_request import command
+from racecraft.cli.output import table
+
+MAX_VALUE_WIDTH = 34
 
 
-def settings(
-    folder: Annotated[
-        Path | None, typer.Argument(help="A racer's folder: its run.env, variable by variable, and what each does.")
-    ] = None,
-    world: Annotated[str, typer.Option(help="Whose defaults, such as deepracer or gymnasium.")] = "deepracer",
-    algorithm: Annotated[str, typer.Option(help="What learns; `racecraft algorithms` lists them.")] = "ppo",
-    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
-) -> None:
-    """List every setting that `--set group.name=value` takes in one kind of training, with its default there.
-
-    Of a folder of DeepRacer for Cloud: every variable, its value, its default, and what it does here or why not.
-
-    Examples:
-
-        racecraft settings --world gymnasium --algorithm ppo
-
-        racecraft settings my-folder
-    """
-    if folder is not None:
-        _print_folder(folder, json)
+def _show(found: DefaultSettings | FolderSettings) -> None:
+    if isinstance(found, FolderSettings):
+        _show_folder(found)
         return
-    from rich.table import Table
-
-    from racecraft.algorithms.registry import find_algorithm
-    from racecraft.cli.output import print_json, print_table
     from racecraft.settings.describe import value_text
-    from racecraft.settings.overrides import as_dictionary
-    from racecraft.settings.table import rows_of
-    from racecraft.training.worlds import training_in
 
-    defaults = training_in(world).default_settings(find_algorithm(algorithm))
-    if json:
-        print_json(as_dictionary(defaults))
-        return
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for title in ("setting", "default", "unit", "what it does"):
-        table.add_column(title, no_wrap=title in ("setting", "unit"))
-    for name in defaults:
-        for row in rows_of(getattr(defaults, name), name):
-            table.add_row(row.full_name, value_text(getattr(getattr(defaults, name), row.name)), row.unit, row.doc)
-    print_table(table)
+    rows = [(row.full_name, value_text(value), row.unit, row.doc) for row, value in found.rows()]
+    titles = ("setting", "default", "unit", "what it does")
+    table(titles, rows, left=titles, whole=("setting", "unit"))
 
 
-def _print_folder(folder: Path, json: bool) -> None:
-    """Have the world that knows such folders print what it sets.
+def _show_folder(found: FolderSettings) -> None:
+    rows = found.variables
+    name_width = max(len(row.name) for row in rows)
+    value_width = min(MAX_VALUE_WIDTH, max(len(row.value) for row in rows))
+    for title, under in groupby(rows, lambda row: row.title):
+        print(f"{title}:")
+        for row in under:
+            given = f"  [{row.place}]" if row.place else ""
+            print(f"  {row.name:{name_width}}  {row.value:{value_width}}  {row.effect}{given}")
 
-    Raises:
-        UserInputError: No installed world knows any, or the folder cannot be used.
-    """
-    from racecraft.contract.errors import SettingError
-    from racecraft.contract.kinds import kinds
 
-    for kind in kinds():
-        if kind.folder_settings:
-            kind.piece("folder_settings")(folder, json)
-            return
-    raise SettingError(
-        "{folder}: no installed world reads folders; expected one that does, such as deepracer.", folder=folder
-    )
+settings = command(action, _show)

@@ -1,8 +1,7 @@
-"""What every command that trains asks alike, and the road it takes. Begin with `TrainingOptions`, then `Road`.
+"""How every command trains. Begin with `Road`.
 
-A command brings the words of its world: which options say what is trained, the request they make, what is left in the
-run folder in the end, and what is told of it. Everything between is the same: a new run or an old one, a job or this
-terminal, buckets, metrics, workers.
+A command brings the options of its world, the request they make, and what is printed in the end. Everything between is
+the same: a new run or an old one, a job or this terminal, buckets, metrics, workers.
 """
 
 from __future__ import annotations
@@ -13,17 +12,16 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_server import MetricsHost, MetricsPort, measured
-from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, Resume
+from racecraft.actions.training_options import TrainingOptions
+from racecraft.cli.from_request import TerminalProgress
+from racecraft.cli.metrics_server import measured
 from racecraft.cli.signals import SIGTERM, TERMINATED, sigterm_interrupts
 
 if TYPE_CHECKING:
-    from racecraft.cli.jobs.seeds import SeedRequest
     from racecraft.training.callbacks import TrainingCallback
     from racecraft.training.request import TrainRequest
     from racecraft.training.trainer import Spread, Trained
@@ -32,98 +30,6 @@ OF_A_NEW_RUN = ("seed", "seeds", "algorithm", "set_", "from_", "keep")
 """Options of every training that a run keeps: at --resume they are refused, unless they say what it was begun with."""
 Left = dict[str, Any]
 """What a training leaves for people, by kind: paths, and figures of its own; `--json` tells it with the summary."""
-
-
-@dataclass(frozen=True)
-class TrainingOptions:
-    """What every training is asked alike; a world says in its own words what stops it and where its run lies."""
-
-    stop: Annotated[
-        list[str] | None, typer.Option(help="minutes=10, iterations=50, steps=200000; may be repeated.")
-    ] = None
-    run: Annotated[Path | None, typer.Option(help="Run folder to make.")] = None
-    seed: Annotated[int | None, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1
-    seeds: Annotated[
-        int | None,
-        typer.Option(
-            min=2,
-            max=100,
-            help="Train so many seeds one after another, from --seed on, each into a run of its own below --run, and "
-            "judge them on fresh starts; with --detach each is a job. `racecraft compare` takes the folder.",
-        ),
-    ] = None
-    algorithm: AlgorithmName = None
-    """None: what the user's own files ask for, else ppo."""
-    set_: Overrides = None
-    from_: From = None
-    resume: Resume = False
-    detach: Detach = False
-    keep: Annotated[
-        str | None,
-        typer.Option(help="Checkpoints that stay: all, or best,last,N (N more, spread out).", metavar="KEPT"),
-    ] = None
-    mirror: MirrorAt = None
-    pictures: Annotated[bool, typer.Option(help="Leave a report with its curves in the run folder.")] = True
-    metrics_port: MetricsPort = None
-    metrics_host: MetricsHost = "127.0.0.1"
-    json: Json = False
-
-    @property
-    def stops(self) -> tuple[str, ...]:
-        """The stop conditions, as typed."""
-        return tuple(self.stop or ())
-
-    @property
-    def overrides(self) -> tuple[str, ...]:
-        """The settings, as typed, and those that options of their own stand for."""
-        from racecraft.training.settings import keep_override
-
-        return (*(self.set_ or ()), *(() if self.keep is None else (keep_override(self.keep),)))
-
-    def tell(self, text: str) -> None:
-        """Say a line to a person."""
-        from racecraft.cli.output import say
-
-        say(text, quiet_stdout=self.json)
-
-    def source(self, folder: Path | None = None) -> str | None:
-        """Return the run whose weights are begun with, fetched where it is named by an address."""
-        from racecraft.cli.buckets.training import fetch_run
-
-        return None if self.from_ is None else fetch_run(self.from_, self.tell, folder)
-
-    def asked(self, source: str | None) -> dict[str, Any]:
-        """Return all this as keywords of a `TrainRequest`."""
-        return {
-            "algorithm": self.algorithm,
-            "stops": self.stops,
-            "run": self.run,
-            "seed": self.seed,
-            "overrides": self.overrides,
-            "clone_from": source,
-        }
-
-    def several_seeds(self, count: int) -> SeedRequest:
-        """Return what `--seeds` asks for.
-
-        Raises:
-            SettingError: --mirror was given.
-        """
-        from racecraft.cli.jobs.seeds import SeedRequest
-        from racecraft.contract.errors import SettingError
-
-        if self.mirror is not None:
-            raise SettingError("--mirror has one place for one run; expected it left out with --seeds.")
-        first = self.seed if self.seed is not None else 1
-        return SeedRequest(
-            tuple(range(first, first + count)), self.run, self.detach, self.json, self.pictures, self.tell
-        )
-
-    def leave_report(self, trained: Trained) -> Left:
-        """Leave the run's page in its folder, where that is wanted."""
-        from racecraft.cli.runs.report import leave_report
-
-        return dict(leave_report(trained.run.path, self.tell)) if self.pictures else {}
 
 
 @dataclass(frozen=True)
@@ -158,7 +64,7 @@ class Road:
         options: TrainingOptions,
         request: Callable[[], TrainRequest],
         told: Callable[[Trained, Left], None],
-        leave: Callable[[Trained], Left] | None = None,
+        json: bool = False,
     ) -> None:
         """Train, or go on, here or as a job, and say what came of it.
 
@@ -167,42 +73,44 @@ class Road:
             options: What was asked.
             request: Makes the request of a new run; called for no other.
             told: Says to a person what came of it.
-            leave: Lays pictures and pages into the run folder when it is trained; None: the run's report, if wanted.
+            json: Whether standard output belongs to one JSON object.
 
         Raises:
             UserInputError: Whatever was asked for and cannot be used, as a letter.
         """
-        from racecraft.cli.buckets.training import mirrored, place_of_mirror
+        from racecraft.actions.mirroring import mirrored, place_of_mirror
+        from racecraft.actions.training import leave_pictures
         from racecraft.cli.jobs.detaching import detach_training
-        from racecraft.cli.jobs.seeds import train_seeds
+        from racecraft.cli.jobs.seeds import several_seeds, train_seeds
         from racecraft.cli.output import print_json
         from racecraft.jobs.tuning.dry_run import PLAN_ONLY
         from racecraft.training import worlds
         from racecraft.training.progress import watcher
 
+        tell = TerminalProgress(quiet_stdout=json)
         if os.environ.get(PLAN_ONLY):
             worlds.plan(request())
             return
         if options.seeds is not None and not options.resume:
-            return train_seeds(context, options.several_seeds(options.seeds), request())
+            return train_seeds(context, several_seeds(options, json, tell), request())
         spread = self._spread()
         begun = self._begun(context, options)
-        place = place_of_mirror(options.mirror, self.folder, begun, options.tell)
+        place = place_of_mirror(options.mirror, self.folder, begun, tell)
         asked = None if begun is not None else request()
-        shown = watcher(sys.stderr if options.json else sys.stdout)
+        shown = watcher(sys.stderr if json else sys.stdout)
         named = self.model if options.run is None else options.run.name
-        shown = measured(shown, options.metrics_port, options.metrics_host, named, options.tell, options.detach)
+        shown = measured(shown, options.metrics_port, options.metrics_host, named, tell, options.detach)
         if options.detach:
-            return detach_training(context, options.run, asked, self.cluster, options.json)
+            return detach_training(context, options.run, asked, self.cluster, json)
         with self.beside(shown) as watching:  # a page stays behind what is told
-            with mirrored(watching, place, options.tell, begun) as mirroring:
+            with mirrored(watching, place, tell, begun) as mirroring:
                 with sigterm_interrupts():
-                    trained = self._carry_out(asked, begun, options, mirroring, spread)
+                    trained = self._carry_out(asked, begun, options, mirroring, spread, tell)
                 if trained.summary()["stopped_by"] == SIGTERM:
-                    options.tell(f"saved in {trained.run.path}; --resume goes on from there")
+                    tell(f"saved in {trained.run.path}; --resume goes on from there")
                     raise typer.Exit(TERMINATED)
-                left = (leave or options.leave_report)(trained)
-            if options.json:
+                left = leave_pictures(trained, options.pictures, tell)
+            if json:
                 print_json({**trained.summary(), **left})
             else:
                 told(trained, left)
@@ -230,13 +138,14 @@ class Road:
         options: TrainingOptions,
         callback: TrainingCallback,
         spread: Spread | None,
+        tell: TerminalProgress,
     ) -> Trained:
         from racecraft.training import worlds
 
         if begun is not None:
-            return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread, self.again)
+            return worlds.resume(begun, options.stop, callback, tell, self.kind, spread, self.again)
         assert request is not None
-        return worlds.train(request, callback, options.tell, spread)
+        return worlds.train(request, callback, tell, spread)
 
 
 def verdict(summary: Mapping[str, Any]) -> str:

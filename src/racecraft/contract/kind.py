@@ -97,11 +97,11 @@ class WorldKind:
     """Function () that does once what the first training in a process waits for: it loads compiled code. A worker that
     is kept warm calls it. Default: nothing is done."""
     folder_settings: str = ""
-    """Function (folder: Path, json: bool) that prints what a user's folder sets, for `racecraft settings FOLDER`.
-    Default: its users have no such folders."""
+    """Function (folder: Path) -> `actions.settings.FolderSettings`, what a user's folder sets, for `racecraft settings
+    FOLDER`. Default: its users have no such folders."""
 
     installation: str = ""
-    """Function (folder: Path) -> `cli.buckets.reach.Installation` of another program that says which buckets it uses;
+    """Function (folder: Path) -> `actions.stores.Installation` of another program that says which buckets it uses;
     None for any other folder. Default: no folder says so."""
 
     make_world: str = ""
@@ -117,6 +117,9 @@ class WorldKind:
     asked by `episodes` and `seed`."""
     evaluate_words: tuple[str, ...] = ("episodes", "seed")
     """Keywords that `evaluate` takes."""
+    evaluate_action: str = ""
+    """The action behind its own `racecraft evaluate`, which `rc.evaluate` takes where more is asked than
+    `evaluate_words`. Default: nothing more can be asked."""
     judging_world: str = ""
     """Function (run: RunFolder, num_worlds: int) -> context manager of a World, where its policy is judged."""
     fresh_scores: str = ""
@@ -153,6 +156,9 @@ class WorldKind:
     """A subclass of `racecraft.console.parts.WorldParts`: what its runs show in lists, and the form in which a model
     is made. Default: score and curves, and no form."""
 
+    pictures: str = ""
+    """Function (trained: training.trainer.Trained, pictures: bool, progress) -> dict, after a training: leaves pictures
+    and pages in the run folder, where `pictures`, and returns their paths by kind. Default: the run's report."""
     exporters: Mapping[str, str] = field(default_factory=dict)
     """For `racecraft export --to NAME`: function (run: Path, to: str, which: str | None, output: Path | None,
     check: bool) -> export.exported.Exported; `which` None: the best checkpoint."""

@@ -16,8 +16,8 @@ is a group, made by `group`, and its options stand among the others:
 from __future__ import annotations
 
 import dataclasses
-import functools
 import typing
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -72,13 +72,14 @@ def option(
     metavar: str = "",
     variable: str = "",
     is_hidden: bool = False,
+    panel: str = "",
 ) -> Any:
     """Return a field of a request that is typed by its name, `--top-speed`; see `Option`."""
     return dataclasses.field(
         default=default,
         metadata={
             "doc": doc, "unit": unit, "low": low, "high": high, "choices": choices, "spellings": spellings,
-            "metavar": metavar, "variable": variable, "is_hidden": is_hidden,
+            "metavar": metavar, "variable": variable, "is_hidden": is_hidden, "panel": panel,
         },
     )  # fmt: skip
 
@@ -114,18 +115,20 @@ class Request:
         }
 
 
-@functools.cache
 def own_options(request: type) -> tuple[Option, ...]:
     """Return the options of a request without those of its groups, in the order of declaration."""
     kinds, panel = typing.get_type_hints(request), getattr(request, "PANEL", "")
     return tuple(
-        Option("", field.name, kinds[field.name], field.default, **field.metadata, panel=panel)
+        Option("", field.name, kinds[field.name], field.default, **{"panel": panel, **_stated(field.metadata)})
         for field in dataclasses.fields(request)
         if "doc" in field.metadata
     )
 
 
-@functools.cache
+def _stated(metadata: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in metadata.items() if name != "panel" or value}
+
+
 def groups_of(request: type) -> dict[str, type]:
     """Return the groups of a request by their field."""
     kinds = typing.get_type_hints(request)
@@ -133,7 +136,6 @@ def groups_of(request: type) -> dict[str, type]:
     return {name: kind for name, kind in named if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
 
 
-@functools.cache
 def options_of(request: type) -> tuple[Option, ...]:
     """Return every option of a request, those of its groups where the group stands."""
     own = {row.name: row for row in own_options(request)}

@@ -15,6 +15,7 @@ import typer
 from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
+    from racecraft.actions.training_options import TrainingOptions
     from racecraft.formats.run_group import RunGroup
     from racecraft.training.request import TrainRequest
 
@@ -42,6 +43,19 @@ class SeedRequest:
     """Says a line to a person."""
 
 
+def several_seeds(options: TrainingOptions, json: bool, tell: Callable[[str], None]) -> SeedRequest:
+    """Return what `--seeds` asks for.
+
+    Raises:
+        SettingError: --mirror was given.
+    """
+    if options.mirror is not None:
+        raise SettingError("--mirror has one place for one run; expected it left out with --seeds.")
+    first, count = options.seed if options.seed is not None else 1, options.seeds or 1
+    seeds = tuple(range(first, first + count))
+    return SeedRequest(seeds, options.run, options.detach, json, options.pictures, tell)
+
+
 def train_seeds(context: typer.Context, asked: SeedRequest, request: TrainRequest) -> None:
     """Train seeds one after another, or as jobs, into the folder of a group.
 
@@ -53,7 +67,8 @@ def train_seeds(context: typer.Context, asked: SeedRequest, request: TrainReques
     Raises:
         SettingError: A group or another folder stands at --run.
     """
-    from racecraft.cli.jobs.detaching import submit_training, tell_submitted, typed_words, verb_of
+    from racecraft.actions.submit_job import Submitted, submit_training
+    from racecraft.cli.jobs.detaching import show_submitted, typed_words, verb_of
     from racecraft.cli.output import print_json
     from racecraft.formats.run_group import RunGroup
     from racecraft.training import worlds
@@ -66,7 +81,8 @@ def train_seeds(context: typer.Context, asked: SeedRequest, request: TrainReques
     asked.tell(f"{place}: seeds {asked.seeds[0]} to {asked.seeds[-1]}")
     if asked.detach:
         for seed in group.seeds:
-            tell_submitted(submit_training(verb, (*words, f"--seed={seed}"), group.run_of(seed)), asked.json)
+            submitted = Submitted(submit_training(verb, (*words, f"--seed={seed}"), group.run_of(seed)))
+            print_json(submitted) if asked.json else show_submitted(submitted)
         return
     for seed in group.seeds:
         _train(group, seed, asked)

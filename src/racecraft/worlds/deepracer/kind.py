@@ -2,6 +2,7 @@
 
 from racecraft.contract.kind import EXCHANGE, JUDGE, TRAIN, UNDERSTAND, WORKSHOP, Command, Score, WorldKind
 
+ACTIONS = "racecraft.worlds.deepracer.actions"
 CLI = "racecraft.worlds.deepracer.cli"
 EXPORT = "racecraft.worlds.deepracer.export.exporters"
 
@@ -13,11 +14,19 @@ KIND = WorldKind(
     names={
         "logs": "racecraft.worlds.deepracer.logs",
         "load_track": "racecraft.worlds.deepracer.tracks.catalogue:load_track",
+        "action_table": f"{ACTIONS}.action_table:action_table",
+        "import_model": f"{ACTIONS}.import_model:import_model",
+        "line": f"{ACTIONS}.line:line",
+        "look": f"{ACTIONS}.look:look",
+        "race": f"{ACTIONS}.race:race",
+        "replay": f"{ACTIONS}.replay:replay",
+        "sensors": f"{ACTIONS}.sensors:sensors",
+        "why": f"{ACTIONS}.why:why",
     },
     imported_ahead=("racecraft.worlds.deepracer.training.trainer", f"{CLI}.dr.group", f"{CLI}.train"),
     warm_up="racecraft.worlds.deepracer.training.warm_up:warm_up",
-    folder_settings=f"{CLI}.folder_settings:print_folder_settings",
-    installation=f"{CLI}.installation:open_installation",
+    folder_settings=f"{ACTIONS}.folder_settings:folder_settings",
+    installation=f"{ACTIONS}.installation:open_installation",
     make_world="racecraft.worlds.deepracer.env.making:make_world",
     gymnasium_envs={
         "racecraft/DeepRacer-v0": (
@@ -29,6 +38,7 @@ KIND = WorldKind(
     evaluate="racecraft.worlds.deepracer.evaluation.judged_run:judge_car",
     fresh_scores="racecraft.worlds.deepracer.evaluation.fresh_laps:fresh_laps",
     evaluate_words=("track", "tracks", "laps"),
+    evaluate_action=f"{ACTIONS}.evaluate:evaluate",
     status_labels="racecraft.worlds.deepracer.files.training_metrics:STATUS_LABELS",
     commands=(
         Command("new", f"{CLI}.new:new", TRAIN),
@@ -69,6 +79,7 @@ KIND = WorldKind(
     advice="racecraft.worlds.deepracer.analysis.account:car_advice",
     watch="racecraft.worlds.deepracer.serving.watch:watch",
     console="racecraft.worlds.deepracer.console.parts:CarParts",
+    pictures=f"{ACTIONS}.train:leave_pictures",
     exporters={
         "car": f"{EXPORT}:export_car",
         "drfc": f"{EXPORT}:export_aws",

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from racecraft.worlds.battlesnake.evaluation.seats import Seat
+    pass
 
 JSON = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 Urls = Annotated[
@@ -31,28 +30,6 @@ Damage = Annotated[int, typer.Option("--hazardDamagePerTurn", help="Health a haz
 Shrink = Annotated[int, typer.Option("--shrinkEveryNTurns", help="Turns between two changes of the hazards.")]
 
 
-def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_mb: int = 2048) -> list[Seat]:
-    """Return a seat for everyone named; who stands there twice gets a number behind the name."""
-    from racecraft.cli.output import say
-    from racecraft.worlds.battlesnake.evaluation.seats import take_seat
-    from racecraft.worlds.battlesnake.players.protocol import PlayerError
-
-    if len(names) > len(who):
-        players = "1 player" if len(who) == 1 else f"{len(who)} players"
-        raise PlayerError(
-            "{count} names for {players}; expected one player for every --name.", count=len(names), players=players
-        )
-    if any(one in ("area_control", "search") or one.startswith(("search+", "search:")) for one in who):
-        say("Getting the players ready …", quiet_stdout=quiet)
-    given = names + who[len(names) :]
-    taken: list[Seat] = []
-    for number, one in enumerate(who):
-        twin = given[:number].count(given[number])
-        name = f"{given[number]}#{twin + 1}" if twin else given[number]
-        taken.append(take_seat(one, name, seed + number, memory_mb))
-    return taken
-
-
 def aside(sentence: str) -> None:
     """Say something to a person on standard error."""
     from racecraft.cli.output import say
@@ -71,13 +48,3 @@ def page_told(json: bool, stays: bool = False) -> Callable[[str], None]:
             say(f"Watch it at {address}{' (Ctrl-C ends)' * stays}", quiet_stdout=json)
 
     return tell
-
-
-def check_folder(path: Path | None) -> None:
-    """Refuse a file to write whose folder is not there, before anything is played."""
-    from racecraft.formats.atomic import OutputFileError
-
-    if path is not None and not path.parent.is_dir():
-        raise OutputFileError(
-            "{path}: its folder does not exist. Create {parent} first.", path=path, parent=path.parent
-        )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
+from racecraft.cli.from_request import command
+from racecraft.worlds.battlesnake.actions.verify import Verified, verify
 from racecraft.worlds.battlesnake.cli import arena as snakes_arena
 from racecraft.worlds.battlesnake.cli import import_game as snakes_import
 from racecraft.worlds.battlesnake.cli import play as snakes_play
@@ -39,7 +38,7 @@ def players(json: JSON = False) -> None:
     print("FILE.py        your own: def move(data): …")
 
 
-app.command()(snakes_play.play)
+app.command("play")(snakes_play.play)
 app.command()(snakes_tournament.tournament)
 app.add_typer(snakes_arena.app, name="arena")
 app.command()(snakes_train.train)
@@ -49,41 +48,20 @@ app.command()(snakes_watch.film)
 app.command()(snakes_watch.gif)
 
 
-@app.command()
-def verify(
-    record: Annotated[Path, typer.Argument(help="Games: see below; may be gzipped.")],
-    json: JSON = False,
-) -> None:
-    """Replay games by our rules and count what differs; exit code 1 where something does.
-
-    It takes what `snakes play --output` and the official `battlesnake play --output` write, a snake's own log of a
-    production game, the production engine's frames, and recorded games as JSON Lines.
-
-    Example: racecraft snakes verify game.jsonl
-
-    Example: racecraft snakes verify games.jsonl.gz --json
-    """
-    from racecraft.cli.output import print_json, say
-    from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
-
-    report = verify_file(record)
-    if json:
-        print_json(report.to_dict())
-    else:
-        for example in report.examples:
-            print(example + "\n")
-        for sentence in report.unread:
-            print(f"note: {sentence}")
-        counts = {"game": report.games, "step": report.steps, "mismatch": report.mismatches}
-        told = (
-            f"{count} {word}{'' if count == 1 else 'es' if word == 'mismatch' else 's'}"
-            for word, count in counts.items()
-        )
-        say(", ".join(told), quiet_stdout=False)
-    if not report.agrees:
-        raise typer.Exit(1)
+def _show_verified(done: Verified) -> None:
+    report = done.report
+    for example in report.examples:
+        print(example + "\n")
+    for sentence in report.unread:
+        print(f"note: {sentence}")
+    counts = {"game": report.games, "step": report.steps, "mismatch": report.mismatches}
+    parts = (
+        f"{count} {noun}{'' if count == 1 else 'es' if noun == 'mismatch' else 's'}" for noun, count in counts.items()
+    )
+    print(", ".join(parts), flush=True)
 
 
+app.command()(command(verify, _show_verified))
 app.command("import")(snakes_import.import_game)
 app.command()(snakes_study.study)
-app.command()(snakes_tune.tune)
+app.command("tune")(snakes_tune.tune)

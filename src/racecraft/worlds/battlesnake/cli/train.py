@@ -2,68 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+from racecraft.cli.from_request import TerminalProgress
 from racecraft.cli.option_groups import option_names, takes_groups
-from racecraft.cli.options import Cluster
+from racecraft.cli.options import Cluster, Json
 from racecraft.cli.output import word
-from racecraft.cli.training import Left, Road, TrainingOptions
+from racecraft.cli.training import Left, Road
+from racecraft.worlds.battlesnake.actions.train import GameOptions, SnakeTraining, snake_request
 
 if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
     from racecraft.worlds.battlesnake.env.settings import GameSettings
     from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
-
-
-@dataclass(frozen=True)
-class GameOptions:
-    """Which game is learned, and against whom besides itself."""
-
-    size: Annotated[int, typer.Option(help="Side of the board, in squares.")] = 11
-    width: Annotated[
-        int | None, typer.Option("--width", "-W", help="Squares from left to right, where it is not --size.")
-    ] = None
-    height: Annotated[
-        int | None, typer.Option("--height", "-H", help="Squares from bottom to top, where it is not --size.")
-    ] = None
-    snakes: Annotated[int, typer.Option(help="Snakes at a board.")] = 4
-    ruleset: Annotated[str, typer.Option("--ruleset", "-g", help="standard, royale, constrictor, wrapped, …")] = (
-        "standard"
-    )
-    map_: Annotated[str, typer.Option("--map", "-m", help="standard, empty, royale, arcade_maze, …")] = "standard"
-    anchors: Annotated[
-        list[str] | None,
-        typer.Option(help="A foreign snake to learn against: URL of a server, RUN, FILE.py or name; may be repeated."),
-    ] = None
-
-    def settings(self) -> GameSettings:
-        """Return the game.
-
-        Raises:
-            SettingError: There is none like it.
-        """
-        from racecraft.worlds.battlesnake.env.settings import GameSettings
-
-        return GameSettings(self.width or self.size, self.height or self.size, self.snakes, self.ruleset, self.map_)
-
-    def overrides(self) -> list[str]:
-        """Return what --anchors comes to as settings."""
-        return [f"selfplay.foreign={','.join(self.anchors)}"] if self.anchors else []
-
-
-@dataclass(frozen=True)
-class SnakeTraining(TrainingOptions):
-    """What a training of snakes is asked."""
-
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="rating=1900, minutes=10, iterations=50, steps=200000; may be repeated."),
-    ] = None
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None
 
 
 @takes_groups
@@ -73,6 +26,7 @@ def train(
     game: GameOptions,
     options: SnakeTraining,
     cluster: Cluster = None,
+    json: Json = False,
 ) -> None:
     """Train a snake by self-play; its rating against the built-in players is shown as it learns.
 
@@ -88,14 +42,10 @@ def train(
     """
 
     def request() -> SnakeRequest:
-        from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
-
-        played = game.settings()
-        told = replace(options, set_=[*(options.set_ or ()), *game.overrides()])
-        return SnakeRequest(played, **told.asked(options.source()))
+        return snake_request(game, options, TerminalProgress(quiet_stdout=json))
 
     road = Road("battlesnake", "runs/snakes-1", option_names(GameOptions), model="snakes", cluster=cluster)
-    road.train(context, options, request, _tell_trained)
+    road.train(context, options, request, _tell_trained, json)
 
 
 def _tell_trained(trained: Trained, left: Left) -> None:

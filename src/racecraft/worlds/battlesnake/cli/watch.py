@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecraft.cli.from_request import TerminalProgress
+from racecraft.worlds.battlesnake.actions.options import check_folder, new_seed, take_seats
 from racecraft.worlds.battlesnake.cli.options import (
     JSON,
     GameType,
@@ -17,9 +19,7 @@ from racecraft.worlds.battlesnake.cli.options import (
     Timeout,
     Urls,
     Width,
-    check_folder,
     page_told,
-    take_seats,
 )
 
 if TYPE_CHECKING:
@@ -66,7 +66,6 @@ def watch(
     Example: racecraft snakes watch --live --url search --url my_snake.py
     """
     from racecraft.worlds.battlesnake.cli.options import aside
-    from racecraft.worlds.battlesnake.cli.play import new_seed
     from racecraft.worlds.battlesnake.env.settings import GameSettings
     from racecraft.worlds.battlesnake.evaluation.live import play_live
     from racecraft.worlds.battlesnake.players.protocol import PlayerError
@@ -82,7 +81,7 @@ def watch(
         raise PlayerError("--html writes a recorded game. Play one first: `racecraft snakes play --output game.jsonl`.")
     who, seed = url or ["search", "area_control"], new_seed() if seed is None else seed
     settings = GameSettings(width, height, len(who), gametype, map_name, solo=True if len(who) < 2 else None)
-    seats = take_seats(who, name or [], seed, quiet=json)
+    seats = take_seats(who, name or [], seed, TerminalProgress(quiet_stdout=json))
     play_live(settings, seats, seed, timeout, observers=[Browser(settings, showing)], least_seconds=1 / speed)
 
 

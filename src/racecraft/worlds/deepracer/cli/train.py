@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.from_request import TerminalProgress
 from racecraft.cli.option_groups import option_names, takes_groups
-from racecraft.cli.options import Cluster
+from racecraft.cli.options import Cluster, Json
 from racecraft.cli.output import print_next_steps, word
-from racecraft.cli.training import Left, Road, TrainingOptions
-from racecraft.contract.errors import SettingError
+from racecraft.cli.training import Left, Road
+from racecraft.worlds.deepracer.actions.train import RACES, CarOptions, CarTraining, TrackOptions, car_request
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
@@ -23,122 +22,6 @@ if TYPE_CHECKING:
     from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 
-@dataclass(frozen=True)
-class TrackOptions:
-    """Where the cars drive, in training and beside it."""
-
-    PANEL: ClassVar[str] = "Tracks and groups"
-
-    track: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base. "
-            "Several: one model learns them together."
-        ),
-    ] = None
-    tracks: Annotated[
-        str | None, typer.Option(help="The same as a comma list; all: every circuit of the catalogue.")
-    ] = None
-    group: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Cars that race otherwise: 'track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both "
-            "cars=8'; may be repeated. One without track= races on every --track."
-        ),
-    ] = None
-    groups: Annotated[Path | None, typer.Option(help="A JSON file: a list of such groups, by word.")] = None
-    hold_out: Annotated[
-        list[str] | None,
-        typer.Option(help="A track, or a comma list, that is never trained on and judged at every evaluation."),
-    ] = None
-
-    @cached_property
-    def shares(self) -> tuple[str, ...]:
-        """The groups of --groups and of every --group, read once."""
-        from racecraft.worlds.deepracer.training.groups import read_groups
-
-        return (*(read_groups(self.groups) if self.groups else ()), *(self.group or ()))
-
-    def one_or_several(self) -> tuple[str | None, tuple[str, ...]]:
-        """Return the only track that --track names, or all that it and --tracks name.
-
-        Raises:
-            SettingError: Both were given.
-        """
-        if self.track and self.tracks is not None:
-            raise SettingError("--track and --tracks were given; expected all names after one of them.")
-        if self.track and len(self.track) == 1:
-            return self.track[0], ()
-        return None, tuple(self.track or ()) if self.tracks is None else (self.tracks,)
-
-
-@dataclass(frozen=True)
-class CarOptions:
-    """What drives, how it learns, and whom it races."""
-
-    PANEL: ClassVar[str] = "The car and whom it races"
-
-    car: Annotated[
-        str | None,
-        typer.Option(
-            help="v4, v5-classic, v6, v6-unlimited or kinematic; by default what the metadata's version asks for."
-        ),
-    ] = None
-    preset: Annotated[
-        str | None,
-        typer.Option(
-            help="race: the fastest laps within a budget of steps; fast: laps soonest, at 1 m/s; aws: AWS's learner, "
-            "figure by figure. By default race for one car on one track with PPO, else fast."
-        ),
-    ] = None
-    fidelity: Annotated[
-        str | None,
-        typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset."),
-    ] = None
-    against: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
-            "repeated."
-        ),
-    ] = None
-
-
-@dataclass(frozen=True)
-class CarTraining(TrainingOptions):
-    """What a training of cars is asked."""
-
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-        ),
-    ] = None
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None
-    pictures: Annotated[
-        bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
-    ] = True
-    trust_reward: Annotated[
-        bool,
-        typer.Option(
-            "--trust-reward",
-            help="Give the reward function all your rights: files, network, programs. Without it, it can compute, "
-            "print and read files beside it.",
-        ),
-    ] = False
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
-    ] = False
-
-    def page(self, shown: TrainingCallback) -> AbstractContextManager[TrainingCallback]:
-        """Watch with a page beside, where that is asked for."""
-        from racecraft.cli.runs.watch_process import watched
-
-        return watched(shown, self.watch, self.tell, stays=not self.json)
-
-
-RACES = "races"
-"""What a car that races others is told by, beside pictures."""
 KEPT_BY_A_RUN = ("folder", *option_names(TrackOptions), *option_names(CarOptions))
 
 
@@ -154,6 +37,7 @@ def train(
     who: CarOptions,
     options: CarTraining,
     cluster: Cluster = None,
+    json: Json = False,
 ) -> None:
     """Train a car from its camera until it laps.
 
@@ -179,10 +63,12 @@ def train(
     """
 
     def request() -> RaceRequest:
-        return _request(folder, where, who, options)
+        return car_request(folder, where, who, options, TerminalProgress(quiet_stdout=json))
 
-    def leave(trained: Trained) -> Left:
-        return _leave(trained, options)
+    def page(shown: TrainingCallback) -> AbstractContextManager[TrainingCallback]:
+        from racecraft.cli.runs.watch_process import watched
+
+        return watched(shown, options.watch, TerminalProgress(quiet_stdout=json), stays=not json)
 
     road = Road(
         "deepracer",
@@ -192,56 +78,16 @@ def train(
         folder=folder,
         model=None if folder is None else folder.name,
         cluster=cluster,
-        beside=options.page,
+        beside=page,
         again={"trust_reward": options.trust_reward},
     )
-    road.train(context, options, request, _tell_trained, leave)
-
-
-def _request(folder: Path | None, where: TrackOptions, who: CarOptions, options: CarTraining) -> RaceRequest:
-    from racecraft.worlds.deepracer.training.plan import RaceRequest
-
-    one, several = where.one_or_several()
-    return RaceRequest(
-        folder,
-        one,
-        tracks=several,
-        groups=where.shares,
-        hold_out=tuple(where.hold_out or ()),
-        car=who.car,
-        preset=who.preset,
-        fidelity=who.fidelity,
-        against=tuple(who.against or ()),
-        trust_reward=options.trust_reward,
-        **options.asked(options.source(folder)),
-    )
-
-
-def _leave(trained: Trained, options: CarTraining) -> Left:
-    """Leave pictures, where they are asked for, and of a car that races others how good it became at that."""
-    from racecraft.worlds.deepracer.analysis.report import paint_run
-
-    painted = paint_run(trained.run, options.tell) if options.pictures else {}
-    races = _race_selves(trained, options.pictures, options.tell)
-    return {kind: str(path) for kind, path in painted.items()} | ({} if races is None else {RACES: races})
+    road.train(context, options, request, _tell_trained, json)
 
 
 def _tell_trained(trained: Trained, left: Left) -> None:
     _say_what_came_of_it(trained, {kind: path for kind, path in left.items() if kind != RACES})
     if RACES in left:
         _say_who_is_better(left[RACES])
-
-
-def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> dict[str, Any] | None:
-    """Race the last self of a car that was trained against others against earlier ones; None of any other car."""
-    rivals = trained.run.read_job()["asked"].get("against", [])
-    if not rivals:
-        return None
-    from racecraft.worlds.deepracer.training.opponents import models_among
-    from racecraft.worlds.deepracer.training.self_rating import rate_selves
-
-    rated, files = rate_selves(trained.run, models_among(rivals), tell, film)
-    return {**rated.as_dictionary(), "files": {kind: str(path) for kind, path in files.items()}}
 
 
 def _say_who_is_better(races: dict[str, Any]) -> None:

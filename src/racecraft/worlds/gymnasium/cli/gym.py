@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecraft.cli.from_request import TerminalProgress
 from racecraft.cli.option_groups import takes_groups
-from racecraft.cli.options import Cluster
-from racecraft.cli.training import Left, Road, TrainingOptions, verdict
-from racecraft.contract.errors import SettingError
+from racecraft.cli.options import Cluster, Json
+from racecraft.cli.training import Left, Road, verdict
+from racecraft.worlds.gymnasium.actions.train import GymTraining, gym_request
 
 if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
@@ -25,17 +24,6 @@ def gym() -> None:
     """Train on any registered Gymnasium environment."""
 
 
-@dataclass(frozen=True)
-class GymTraining(TrainingOptions):
-    """What a training of an environment is asked."""
-
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
-    ] = None
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None
-
-
 @app.command()
 @takes_groups
 def train(
@@ -46,6 +34,7 @@ def train(
     *,
     options: GymTraining,
     cluster: Cluster = None,
+    json: Json = False,
 ) -> None:
     """Train until the environment is solved.
 
@@ -59,14 +48,10 @@ def train(
     """
 
     def request() -> GymRequest:
-        from racecraft.worlds.gymnasium.training.trainer import GymRequest
-
-        if environment is None:
-            raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
-        return GymRequest(environment, **options.asked(options.source()))
+        return gym_request(environment, options, TerminalProgress(quiet_stdout=json))
 
     road = Road("gymnasium", "runs/CartPole-v1-1", ("environment",), model=environment, cluster=cluster)
-    road.train(context, options, request, _tell_trained)
+    road.train(context, options, request, _tell_trained, json)
 
 
 def _tell_trained(trained: Trained, left: Left) -> None:

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
+from racecraft.cli.from_request import TerminalProgress
 from racecraft.cli.option_groups import option_names, takes_groups
-from racecraft.cli.output import word
-from racecraft.cli.training import Left, Road, TrainingOptions, verdict
+from racecraft.cli.options import Json
+from racecraft.cli.output import print_json, word
+from racecraft.cli.training import Left, Road, verdict
+from racecraft.worlds.unity.actions.train import ENV_ARGS, SceneOptions, UnityTraining, play, unity_request
 
 if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
     from racecraft.worlds.unity.training.plan import UnityRequest
-
-ENV_ARGS = "--env-args"
 
 
 class TakesEnvArgs(TyperCommand):
@@ -39,59 +38,6 @@ def unity() -> None:
     """Train in Unity scenes built with ML-Agents."""
 
 
-@dataclass(frozen=True)
-class SceneOptions:
-    """What of a scene learns, and how its player runs."""
-
-    config: Annotated[Path | None, typer.Option(help="ML-Agents' trainer configuration, the YAML file.")] = None
-    behavior: Annotated[
-        str | None,
-        typer.Option(help="Which behavior learns; by default those of the configuration, or all of the scene."),
-    ] = None
-    max_agents: Annotated[
-        int | None, typer.Option(min=1, help="Agents of a behavior that live at once; by default those that ask first.")
-    ] = None
-    graphics: Annotated[bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")] = (
-        None
-    )
-    num_envs: Annotated[
-        int | None, typer.Option(min=1, help="Players that teach side by side; by default the configuration's, or 1.")
-    ] = None
-    time_scale: Annotated[
-        float | None, typer.Option(help="Simulated seconds a second; by default the configuration's, or 20.")
-    ] = None
-    base_port: Annotated[
-        int | None,
-        typer.Option(
-            min=1, max=65535, help="The first player's port, the others' follow; by default whichever are free."
-        ),
-    ] = None
-    nearest: Annotated[
-        bool,
-        typer.Option(
-            "--nearest", help="Let PPO learn where the configuration asks for POCA, self-play or SAC of choices."
-        ),
-    ] = False
-    env_args: Annotated[
-        list[str] | None,
-        typer.Option(ENV_ARGS, metavar="WORDS …", help="Arguments for the player: all words that follow."),
-    ] = None
-
-
-@dataclass(frozen=True)
-class UnityTraining(TrainingOptions):
-    """What a training in a scene is asked."""
-
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="score=0.92, minutes=10, iterations=50, steps=200000; may be repeated."),
-    ] = None
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/BEHAVIOR-N.")] = None
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
-    ] = None
-
-
 @app.command(cls=TakesEnvArgs)
 @takes_groups
 def train(
@@ -110,6 +56,7 @@ def train(
     inference: Annotated[
         bool, typer.Option("--inference", help="Learn nothing; let what --from (or --run --resume) names play.")
     ] = False,
+    json: Json = False,
 ) -> None:
     """Train the agents of a Unity scene.
 
@@ -125,51 +72,17 @@ def train(
 
         racecraft unity train --from runs/Basic-1 --inference
     """
+    tell = TerminalProgress(quiet_stdout=json)
 
     def request() -> UnityRequest:
-        return _request(build, scene, options, options.source())
+        return unity_request(build, scene, options, options.source(tell))
 
     if inference:
-        return _play(build, scene, options)
+        played = play(build, scene, options, tell)
+        print_json(played) if json else _tell_played(played)
+        return
     road = Road("unity", "runs/Basic-1", ("build", *option_names(SceneOptions)), model=scene.behavior)
-    road.train(context, options, request, _tell_trained)
-
-
-def _request(build: str | None, scene: SceneOptions, options: UnityTraining, source: str | None) -> UnityRequest:
-    from racecraft.worlds.unity.training.plan import UnityRequest
-
-    return UnityRequest(
-        build,
-        scene.config,
-        scene.behavior,
-        scene.graphics,
-        scene.max_agents,
-        tuple(scene.env_args or ()),
-        scene.num_envs,
-        scene.time_scale,
-        scene.nearest,
-        scene.base_port,
-        **options.asked(source),
-    )
-
-
-def _play(build: str | None, scene: SceneOptions, options: UnityTraining) -> None:
-    """Let a policy play, which learns nothing.
-
-    Raises:
-        SettingError: What plays is to be a job, or to be mirrored.
-    """
-    from racecraft.cli.output import print_json
-    from racecraft.contract.errors import SettingError
-    from racecraft.worlds.unity.training.inference import play_scene
-
-    if options.detach:
-        raise SettingError("--inference and --detach were given; expected one of them: what plays, is played here.")
-    if options.mirror is not None:
-        raise SettingError("--inference and --mirror were given; expected one of them: what plays leaves no run.")
-    source = f"{options.run}:last" if options.resume and options.run is not None else options.source()
-    played = play_scene(_request(build, scene, options, source), options.tell)
-    print_json(played) if options.json else _tell_played(played)
+    road.train(context, options, request, _tell_trained, json)
 
 
 def _tell_played(played: dict[str, Any]) -> None:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
-
 import typer
 
-from racecraft.contract.errors import UserInputError
-from racecraft.worlds.deepracer.cli.dr.bucket_sync import fetch_custom_files, send_custom_files
-from racecraft.worlds.deepracer.cli.dr.context import installation, say_notes
+from racecraft.worlds.deepracer.actions.drfc.custom_files import copy_changed
+from racecraft.worlds.deepracer.actions.drfc.sync import fetch_custom_files, send_custom_files
+from racecraft.worlds.deepracer.cli.dr.context import SHOWN, installation, say_notes
 
 
 def upload_custom_files(context: typer.Context) -> None:
@@ -19,12 +16,13 @@ def upload_custom_files(context: typer.Context) -> None:
     """
     drfc = installation(context)
     say_notes(drfc)
-    _sync(
+    copy_changed(
         drfc.custom_files,
         drfc.custom_prefix,
         "Put reward_function.py and the two JSON files there.",
+        SHOWN,
     )
-    send_custom_files(drfc)
+    send_custom_files(drfc, SHOWN)
 
 
 def download_custom_files(context: typer.Context) -> None:
@@ -34,26 +32,7 @@ def download_custom_files(context: typer.Context) -> None:
     """
     drfc = installation(context)
     say_notes(drfc)
-    fetch_custom_files(drfc)
-    _sync(drfc.custom_prefix, drfc.custom_files, "dr-upload-custom-files copies custom_files there.", keeps=True)
-
-
-def _sync(source: Path, target: Path, hint: str, keeps: bool = False) -> None:
-    """Copy the files of a folder that are not there yet, or differ, into another."""
-    from racecraft.formats.atomic import make_folder, write_atomic
-
-    files = sorted(path for path in source.rglob("*") if path.is_file()) if source.is_dir() else []
-    if not files:
-        raise UserInputError("{source}: holds no files; expected the racer's. {hint}", source=source, hint=hint)
-    copied = 0
-    for path in files:
-        place = target / path.relative_to(source)
-        if place.is_file() and place.read_bytes() == path.read_bytes():
-            continue
-        make_folder(place.parent)
-        if keeps and place.is_file():
-            shutil.copy2(place, place.with_name(place.name + ".bak"))
-        write_atomic(place, path.read_bytes())
-        print(f"copied {path} to {place}")
-        copied += 1
-    print(f"{target}: {len(files)} files, {copied} of them new or changed")
+    fetch_custom_files(drfc, SHOWN)
+    copy_changed(
+        drfc.custom_prefix, drfc.custom_files, "dr-upload-custom-files copies custom_files there.", SHOWN, keeps=True
+    )

@@ -7,16 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr.bucket_sync import place_of_model, send
-from racecraft.worlds.deepracer.cli.dr.context import (
-    begin_job,
-    follow_job,
-    installation,
-    refuse_if_busy,
-    say_notes,
-    stop_latest,
-    trained_model,
-)
+from racecraft.worlds.deepracer.actions.drfc.jobs import begin_job, refuse_if_busy, stop_latest, trained_model
+from racecraft.worlds.deepracer.actions.drfc.sync import place_of_model, send
+from racecraft.worlds.deepracer.cli.dr.context import SHOWN, follow_job, installation, say_notes
 from racecraft.worlds.deepracer.cli.dr.training import Quiet
 
 CLONE_END = "-E"
@@ -47,7 +40,7 @@ def start_evaluation(
         wipe_model(model)
         copy_model(source, model)
         print(f"{source.path}: copied to {model}")
-    job = begin_job(context, drfc, EVALUATION, model, ("run-evaluation", str(model.absolute())))
+    job = begin_job(context.obj, drfc, EVALUATION, model, ("run-evaluation", str(model.absolute())))
     print(f"{job.name} judges {model}; dr-stop-evaluation ends it")
     if not quiet:
         follow_job(job)
@@ -55,21 +48,25 @@ def start_evaluation(
 
 def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument(help="The run folder.")]) -> None:
     """Judge a model in this process as run.env asks; dr-start-evaluation has it done in the background."""
-    from racecraft.worlds.deepracer.cli.dr.opponent import race_opponent
-    from racecraft.worlds.deepracer.cli.evaluate import evaluate
+    from racecraft.worlds.deepracer.actions.drfc.opponent import race_opponent
+    from racecraft.worlds.deepracer.actions.evaluate import evaluate
+    from racecraft.worlds.deepracer.cli.evaluate import show
+    from racecraft.worlds.deepracer.cli.race import print_standings
     from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL
     from racecraft.worlds.deepracer.training.race_rules import judging_in_drfc
 
     drfc = installation(context)
     asked: dict[str, Any] = judging_in_drfc(drfc.env.run)
     if drfc.text("DR_RACE_TYPE") == HEAD_TO_MODEL:
-        race_opponent(drfc, model, asked)
+        raced = race_opponent(drfc, model, asked, SHOWN)
+        print(f"{raced.laps} laps on {raced.track.title or raced.track.name}:")
+        print_standings(raced.result)
     else:
         trials = asked.pop("laps")
         track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
-        evaluate(model, track=[track] if track else None, number_of_trials=trials, save_mp4=films, **asked)
+        show(evaluate(model, track=[track] if track else [], number_of_trials=trials, save_mp4=films, **asked))
     if model.absolute() == drfc.model.absolute():  # a clone is this machine's own
-        send(model, place_of_model(drfc))
+        send(model, place_of_model(drfc), SHOWN)
 
 
 def stop_evaluation(context: typer.Context) -> None:
@@ -79,4 +76,4 @@ def stop_evaluation(context: typer.Context) -> None:
     """
     from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION
 
-    stop_latest(context, EVALUATION, "dr-start-evaluation")
+    stop_latest(context.obj, EVALUATION, "dr-start-evaluation", SHOWN)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.contract.errors import SettingError
-from racecraft.worlds.deepracer.cli.dr.context import follow_file, follow_job, installation, require_job
+from racecraft.worlds.deepracer.actions.drfc.jobs import latest_job, require_job
+from racecraft.worlds.deepracer.cli.dr.context import follow_file, follow_job, installation
 
 if TYPE_CHECKING:
     from racecraft.jobs.job import Job
@@ -79,8 +80,6 @@ def follow_simulator(drfc: DrfcFolder, job: Job, worker: int) -> None:
 
 
 def _wait_for(drfc: DrfcFolder, kind: str, seconds: int) -> None:
-    from racecraft.worlds.deepracer.cli.dr.context import latest_job
-
     until = time.monotonic() + seconds
     while latest_job(drfc, kind) is None and time.monotonic() < until:
         time.sleep(0.5)

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.worlds.deepracer.cli.dr.bucket_sync import (
+from racecraft.contract.errors import SettingError
+from racecraft.worlds.deepracer.actions.drfc.jobs import trained_model
+from racecraft.worlds.deepracer.actions.drfc.models import ModelCopy, raise_upload_prefix
+from racecraft.worlds.deepracer.actions.drfc.sync import (
     fetched_model,
     place_in_bucket,
     place_of_model,
     place_of_upload,
-    require_free,
     send,
 )
-from racecraft.worlds.deepracer.cli.dr.bucket_sync import wipe as wipe_place
-from racecraft.worlds.deepracer.cli.dr.context import ask_first, installation, say_notes, trained_model
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from racecraft.storage.mirror_note import Place
-    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
+from racecraft.worlds.deepracer.cli.dr.context import SHOWN, ask_first, installation, say_notes
 
 CAR_ZIP = "carfile.tar.gz"
 """What the archive is called, as at DeepRacer for Cloud."""
@@ -63,12 +58,13 @@ def upload_model(
     drfc = installation(context)
     say_notes(drfc)
     if increment:
-        _raise_upload_prefix(drfc, dry_run)
+        raise_upload_prefix(drfc, dry_run, SHOWN)
         drfc = installation(context)
     target = drfc.in_bucket(drfc.text("DR_UPLOAD_S3_PREFIX")) if local else drfc.upload
     source = drfc.in_bucket(prefix) if prefix else trained_model(drfc).path
     which = "best" if best else checkpoint or "last"
-    _copy(source, target, which, force, wipe, dry_run, place_of_upload(drfc, local))
+    copy = ModelCopy(source=source, target=target, which=which, place=place_of_upload(drfc, local))
+    _copy(copy, force, wipe, dry_run)
 
 
 def increment_upload_model(context: typer.Context, force: Force = False) -> None:
@@ -78,7 +74,7 @@ def increment_upload_model(context: typer.Context, force: Force = False) -> None
     """
     drfc = installation(context)
     ask_first(f"Write another DR_UPLOAD_S3_PREFIX into {drfc.config}?", force)
-    _raise_upload_prefix(drfc, dry_run=False)
+    raise_upload_prefix(drfc, dry_run=False, progress=SHOWN)
 
 
 def download_model(
@@ -94,12 +90,12 @@ def download_model(
 
     Example: racecraft dr download-model -s s3://upload/fast-car-1 -t fast-car-2 -f
     """
-    from pathlib import Path
-
     drfc = installation(context)
     say_notes(drfc)
-    place = fetched_model(drfc, source) if source.startswith("s3://") else Path(source)
-    _copy(place, drfc.in_bucket(target), checkpoint, force, wipe, dry_run, place_in_bucket(drfc, target))
+    folder = fetched_model(drfc, source, SHOWN) if source.startswith("s3://") else Path(source)
+    place = place_in_bucket(drfc, target)
+    copy = ModelCopy(source=folder, target=drfc.in_bucket(target), which=checkpoint, place=place)
+    _copy(copy, force, wipe, dry_run)
 
 
 def upload_car_zip(
@@ -111,7 +107,7 @@ def upload_car_zip(
 
     Example: racecraft dr upload-car-zip -L -f
     """
-    from racecraft.cli.runs.export import export_run
+    from racecraft.actions.export import export_run
 
     drfc = installation(context)
     say_notes(drfc)
@@ -119,47 +115,16 @@ def upload_car_zip(
     target = (model if local else drfc.upload) / CAR_ZIP
     if target.exists():
         ask_first(f"{target} stands there already. Write over it?", force)
-    export_run(model, None, "car", target)
-    send(target, place_of_model(drfc) if local else place_of_upload(drfc, local=False))
+    for line in export_run(str(model), to="car", output=target).exported.lines:
+        print(line)
+    send(target, place_of_model(drfc) if local else place_of_upload(drfc, local=False), SHOWN)
 
 
-def _copy(
-    source: Path,
-    target: Path,
-    which: str | None,
-    force: bool,
-    wipe: bool,
-    dry_run: bool,
-    place: Place | None = None,
-) -> None:
-    """Copy a model, and put the copy into its place in S3, where there is one."""
-    from racecraft.formats.checkpoint_ranking import find_checkpoint
-    from racecraft.formats.run_folder import RunFolder
-    from racecraft.worlds.deepracer.files.model_copy import copy_model, require_empty, wipe_model
-
-    run = RunFolder.open(source)
-    if target.resolve() == source.resolve():
-        raise UserInputError("{target}: is the model itself; expected another place to copy it to.", target=target)
-    chosen = None if which is None else find_checkpoint(run, which)
-    what = "all checkpoints" if chosen is None else f"checkpoint: {chosen.iteration} ({chosen.steps} steps)"
+def _copy(copy: ModelCopy, force: bool, wipe: bool, dry_run: bool) -> None:
+    """Copy a model when the user agrees."""
+    description = copy.description()
     if dry_run:
-        print(f"would copy {source} to {target}, {what}; nothing was done")
+        print(f"would copy {description}; nothing was done")
         return
-    ask_first(f"Copy {source} to {target}, {what}?", force)
-    if wipe:
-        wipe_model(target)
-        wipe_place(place)
-    require_empty(target)
-    require_free(place)
-    copy_model(run, target, which)
-    print(f"copied {source} to {target}, {what}")
-    send(target, place)
-
-
-def _raise_upload_prefix(drfc: DrfcFolder, dry_run: bool) -> None:
-    from racecraft.worlds.deepracer.files.run_env import edit_run_env, next_prefix
-
-    raised = next_prefix(drfc.text("DR_UPLOAD_S3_PREFIX"))
-    if not dry_run:
-        edit_run_env(drfc.config, {"DR_UPLOAD_S3_PREFIX": raised})
-    print(f"DR_UPLOAD_S3_PREFIX {'would be' if dry_run else 'is'} {raised}")
+    ask_first(f"Copy {description}?", force)
+    copy.copy(wipe, SHOWN)

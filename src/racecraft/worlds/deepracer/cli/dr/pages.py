@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr.context import begin_job, installation, latest_job, stop_job, trained_model
+from racecraft.worlds.deepracer.actions.drfc.jobs import begin_job, latest_job, stop_job, trained_model
+from racecraft.worlds.deepracer.cli.dr.context import installation
 from racecraft.worlds.deepracer.files.drfc_jobs import VIEWER
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def open_viewer(context: typer.Context, drfc: DrfcFolder) -> None:
     if job is not None and not job.ended:
         print(f"the viewer is open already: {address}")
         return
-    begin_job(context, drfc, VIEWER, drfc.model, ("run-viewer",))
+    begin_job(context.obj, drfc, VIEWER, drfc.model, ("run-viewer",))
     print(f"{address} shows {drfc.model} in a moment; dr-stop-viewer closes it")
 
 
@@ -81,11 +82,12 @@ def start_loganalysis(context: typer.Context) -> None:
 
     Example: racecraft dr start-loganalysis
     """
-    from racecraft.worlds.deepracer.cli.logs import logs
+    from racecraft.worlds.deepracer.actions.logs import logs
+    from racecraft.worlds.deepracer.cli.logs import show
 
     model = trained_model(installation(context)).path
     _require_rows(model)
-    logs([model], page=model / "logs.html")
+    show(logs(paths=[model], page=model / "logs.html"))
 
 
 def _require_rows(model: Path) -> None:
@@ -112,6 +114,6 @@ def start_metrics(context: typer.Context) -> None:
 
     Example: racecraft dr start-metrics
     """
-    from racecraft.cli.runs.report import report
+    from racecraft.actions.report import report
 
-    report(trained_model(installation(context)).path)
+    print(f"report: {report(trained_model(installation(context)).path).report}")

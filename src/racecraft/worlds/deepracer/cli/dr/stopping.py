@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr.context import installation, latest_job, stop_job
+from racecraft.worlds.deepracer.actions.drfc.jobs import latest_job, stop_job
+from racecraft.worlds.deepracer.cli.dr.context import installation
 
 
 def stop_all(context: typer.Context) -> None:

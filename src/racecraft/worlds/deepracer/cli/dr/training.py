@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.buckets.training import mirrored
+from racecraft.actions.mirroring import mirrored
 from racecraft.contract.errors import UserInputError
-from racecraft.contract.message import Message
-from racecraft.worlds.deepracer.cli.dr.bucket_sync import fetch_for_training, place_of_model, require_free, wipe
-from racecraft.worlds.deepracer.cli.dr.context import (
-    ask_first,
+from racecraft.worlds.deepracer.actions.drfc.jobs import (
     await_run,
     begin_job,
-    follow_job,
-    installation,
     refuse_if_busy,
-    say_notes,
     stop_latest,
     trained_model,
 )
+from racecraft.worlds.deepracer.actions.drfc.sync import fetch_for_training, place_of_model, require_free
+from racecraft.worlds.deepracer.actions.drfc.training import (
+    require_free_model,
+    require_trainable,
+    training_request,
+    wipe_run,
+)
+from racecraft.worlds.deepracer.cli.dr.context import SHOWN, ask_first, follow_job, installation, say_notes
 
 if TYPE_CHECKING:
-    from racecraft.storage.mirror_note import Place
-    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
+    pass
 
 Wipe = Annotated[bool, typer.Option("-w", help="Wipe the prefix first, where a model lies there already.")]
 Quiet = Annotated[bool, typer.Option("-q", help="Show no log; dr-logs-sagemaker shows it later.")]
@@ -57,15 +57,16 @@ def start_training(
     model = drfc.model
     refuse_if_busy(drfc, TRAINING, model)
     place = place_of_model(drfc)
-    fetch_for_training(drfc)
+    fetch_for_training(drfc, SHOWN)
     if not wipe_first:
-        _require_free(drfc)
+        require_free_model(drfc)
         require_free(place)
     words = ("run-training", "-w") if wipe_first and (model.exists() or place is not None) else ("run-training",)
     again = ("train", f"--run={model.absolute()}", "--resume", "--no-pictures")
     before = job_of(drfc.path, drfc.run_id, TRAINING)
-    job = begin_job(context, drfc, TRAINING, model, words, again)
-    await_run(drfc, TRAINING, job, before)
+    job = begin_job(context.obj, drfc, TRAINING, model, words, again)
+    if not await_run(drfc, TRAINING, job, before, SHOWN):
+        return
     print(f"{job.name} trains run id {drfc.run_id} into {model}; dr-stop-training ends it")
     if viewer:
         open_viewer(context, drfc)
@@ -82,18 +83,15 @@ def run_training(context: typer.Context, wipe_first: Wipe = False) -> None:
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import carry_out, plan
 
-    def say(text: str) -> None:
-        print(text, flush=True)
-
     drfc = installation(context)
     place = place_of_model(drfc)
-    request = _request(drfc)
+    request = training_request(drfc)
     planned = plan(request)
     if wipe_first:
-        _require_trainable(drfc, planned)
-        _wipe(drfc.model, place)
-    with mirrored(watcher(sys.stdout), place, say) as watching:
-        carry_out(request.kind, planned, watching, say)
+        require_trainable(drfc, planned)
+        wipe_run(drfc.model, place, SHOWN)
+    with mirrored(watcher(sys.stdout), place, SHOWN) as watching:
+        carry_out(request.kind, planned, watching, SHOWN)
 
 
 def increment_training(
@@ -142,57 +140,6 @@ def stop_training(context: typer.Context) -> None:
     """
     from racecraft.worlds.deepracer.files.drfc_jobs import TRAINING
 
-    job = stop_latest(context, TRAINING, "dr-start-training")
+    job = stop_latest(context.obj, TRAINING, "dr-start-training", SHOWN)
     if job is not None:
         print(f"the model lies in {job.spec.run}")
-
-
-def _wipe(model: Path, place: Place | None) -> None:
-    from racecraft.worlds.deepracer.files.model_copy import wipe_model
-
-    wipe(place)
-    if model.exists():
-        wipe_model(model)
-        print(f"{model}: wiped")
-
-
-def _require_free(drfc: DrfcFolder) -> None:
-    model = drfc.model
-    if model.exists() and (not model.is_dir() or any(model.iterdir())):
-        raise drfc.error_at(
-            "DR_LOCAL_S3_MODEL_PREFIX",
-            "a prefix that is free",
-            "Give another one, or start with -w to wipe it.",
-            found=Message("{model} holds files already", model=model),
-        )
-
-
-def _request(drfc: DrfcFolder) -> Any:
-    from racecraft.worlds.deepracer.training.plan import RaceRequest
-    from racecraft.worlds.deepracer.training.presets import PRESETS
-
-    preset = drfc.env.run.choice("RACECRAFT_PRESET", "fast", tuple(PRESETS))
-    return RaceRequest(drfc.path, run=drfc.model, preset=preset, drfc=drfc)
-
-
-def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
-    """Refuse what only comes to light when a training begins: what cannot be trained wipes nothing."""
-    from racecraft.formats.checkpoint_ranking import load_weights, split_source
-    from racecraft.players.open_run import open_run
-    from racecraft.worlds.deepracer.training.cloning import require_same_shape
-    from racecraft.worlds.deepracer.training.trainer import KIND, load_reward
-
-    load_reward(planned.model.reward, planned.settings.race.reward_seconds).close()
-    if planned.request.clone_from is None:
-        return
-    path, which = split_source(planned.request.clone_from)
-    if Path(path).resolve().is_relative_to(drfc.model.resolve()):
-        raise drfc.error_at(
-            "DR_LOCAL_S3_PRETRAINED_PREFIX",
-            "a model that is not the one to be wiped",
-            "Give another DR_LOCAL_S3_MODEL_PREFIX, or leave out -w.",
-            found=Message("{path}, which -w would wipe", path=path),
-        )
-    older = open_run(path)
-    older.read_job_of(KIND)
-    require_same_shape(planned, path, load_weights(older, which)[1])

@@ -1,12 +1,12 @@
-"""How `racecraft evaluate` films a drive: options that could do nothing are refused before it."""
+"""How a drive is filmed: options that could do nothing are refused before it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-import typer
+from racecraft.settings.request import Request, option
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
@@ -15,38 +15,25 @@ if TYPE_CHECKING:
 FILM = "Film and picture"
 """Where --help shows what leaves pictures."""
 DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
-"""Where nobody says."""
+"""Defaults."""
 
 
-@dataclass(frozen=True)
-class FilmOptions:
+@dataclass(frozen=True, kw_only=True)
+class FilmOptions(Request):
     """How the drive is filmed, as it was typed; None where nothing was."""
 
     PANEL: ClassVar[str] = FILM
-
-    video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None
-    view: Annotated[
-        str | None,
-        typer.Option(
-            help="Camera of the film: dashboard (the car's own view and a panel of figures; where nobody says), car, "
-            "chase, top, or pip (chase with top in its corner)."
-        ),
-    ] = None
-    size: Annotated[
-        str | None,
-        typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p."),
-    ] = None
-    fps: Annotated[
-        int | None,
-        typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says."),
-    ] = None
-    save_mp4: Annotated[
-        bool,
-        typer.Option(
-            "--save-mp4",
-            help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4).",
-        ),
-    ] = False
+    video: Path | None = option(None, "Film the drive into this MP4 file.")
+    view: str | None = option(
+        None,
+        "Camera of the film: dashboard (the car's own view and a panel of figures; where nobody says), car, "
+        "chase, top, or pip (chase with top in its corner).",
+    )
+    size: str | None = option(
+        None, "Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p."
+    )
+    fps: int | None = option(None, "Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says.")
+    save_mp4: bool = option(False, "Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4).")
 
     @property
     def from_outside(self) -> bool:
@@ -73,9 +60,9 @@ class FilmOptions:
             idle = "has no say in the view dashboard; expected --view car, chase, top or pip with it."
         else:
             return
-        for option, value in (("--size", self.size), ("--fps", self.fps)):
+        for flag, value in (("--size", self.size), ("--fps", self.fps)):
             if value is not None:
-                raise SettingError("{option} {value} {idle}", option=option, value=value, idle=idle)
+                raise SettingError("{option} {value} {idle}", option=flag, value=value, idle=idle)
 
     def style(self, car: TrainedCar) -> FilmStyle | None:
         """Return the style of a film from outside the dashboard; None where there is none."""

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from racecraft.cli.buckets.reach import installation_at, open_store, reach
-from racecraft.cli.output import word
+from racecraft.actions.stores import installation_at, open_store, reach
 
 if TYPE_CHECKING:
     from racecraft.storage.mirror import Mirrored
@@ -26,10 +24,6 @@ HISTORY = ("episodes", "evaluations", "training-simtrace", "mp4", "logs", "tenso
 """Folders of a run, or of one of its workers, that are not needed to drive and to go on from it."""
 NAMED = 3
 """So many files are named of those that a bucket lacks."""
-
-MirrorAt = Annotated[
-    str | None, typer.Option("--mirror", help="s3://BUCKET/PREFIX: keep the run there as well, while it trains.")
-]
 
 
 def fetch_run(named: str, tell: Tell, folder: Path | None = None) -> str:
@@ -140,7 +134,7 @@ def what_was_mirrored(done: Mirrored, run: Path, place: Place) -> str:
     why = f" {done.trouble}" if done.trouble else ""
     return (
         f"not mirrored: {place.address} lacks {named}.{why}\nThe run itself is whole. "
-        f"racecraft bucket push {word(run)} {place.command} brings the rest there."
+        f"racecraft bucket push {shlex.quote(str(run))} {place.command} brings the rest there."
     )
 
 

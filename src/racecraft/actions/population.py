@@ -1,34 +1,65 @@
-"""`racecraft tune --sampler pbt`: a population that trains in rounds."""
+"""Train a population in rounds. Begin with `train_members`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from racecraft.contract.progress import Progress
 
 if TYPE_CHECKING:
     from racecraft.formats.population import MemberRound, PopulationRecord
     from racecraft.jobs.tuning.space import Parameter
 
 PBT = "pbt"
-NOT_OF_POPULATIONS = ("trials", "pruner", "last", "from_")
+"""The sampler that is a population."""
+NOT_OF_POPULATIONS = ("--trials", "--pruner", "--last", "--from")
 PAGE = "population.html"
 
 
-def train_population(
-    record: PopulationRecord, parameters: Mapping[str, Parameter], folder: Path, parallel: int | None, json: bool
-) -> None:
+@dataclass(frozen=True)
+class TrainedPopulation:
+    """A population as far as it was trained."""
+
+    folder: Path
+    record: PopulationRecord
+
+    @property
+    def best_run(self) -> Path | None:
+        """The run of the best member; None: no member has a score."""
+        from racecraft.jobs.tuning.training_trials import TRIALS
+
+        best = self.record.best
+        return None if best is None else self.folder / TRIALS / best.run
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return folder, page, record and the best member."""
+        from racecraft.formats.population import FILE
+
+        best = self.record.best
+        figures = None if best is None else {**vars(best), "values": dict(best.values), "run": self.best_run}
+        files = {"page": self.folder / PAGE, "record": self.folder / FILE}
+        return {"tuning": self.folder, "members": len(self.record.members), "best": figures, **files}
+
+
+def train_members(
+    record: PopulationRecord,
+    parameters: Mapping[str, Parameter],
+    folder: Path,
+    parallel: int | None,
+    progress: Progress,
+) -> TrainedPopulation:
     """Train a population, or go on with the one in the folder; leave its page."""
-    from racecraft.analysis.tuning_page import plain
-    from racecraft.cli.output import print_json, say
     from racecraft.formats.atomic import make_folder
-    from racecraft.formats.population import FILE, read_population
+    from racecraft.formats.population import read_population
     from racecraft.jobs.capacity import Capacity
     from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.tuning.dry_run import require_understood
     from racecraft.jobs.tuning.population import check_population, train
     from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
-    from racecraft.jobs.tuning.training_trials import TRIALS, Objective
+    from racecraft.jobs.tuning.training_trials import Objective
 
     check_population(record.size, record.rounds)
     check_round(record.command, parameters)
@@ -38,27 +69,13 @@ def train_population(
     at_a_time = min(parallel or max(1, cores // 2), record.size)
     make_folder(folder)
     launch = PopulationTrials(folder, record.command, aim, max(1, cores // at_a_time), JobPaths.of_user())
-    say(f"{folder}: {record.size} members, {record.rounds} rounds, {at_a_time} at a time", quiet_stdout=json)
+    progress(f"{folder}: {record.size} members, {record.rounds} rounds, {at_a_time} at a time")
     try:
-        train(folder, record, parameters, launch, at_a_time, lambda one: say(_line(one), quiet_stdout=json))
+        train(folder, record, parameters, launch, at_a_time, lambda one: progress(_line(one)))
     finally:
         stands = read_population(folder) or record
         _leave(folder, stands)
-    best = stands.best
-    run = None if best is None else folder / TRIALS / best.run
-    if json:
-        told = None if best is None else {**vars(best), "values": dict(best.values), "run": str(run)}
-        places = {"page": str(folder / PAGE), "record": str(folder / FILE)}
-        print_json({"tuning": str(folder), "members": len(stands.members), "best": told, **places})
-        return
-    if best is None:
-        print("nobody came to a score")
-        return
-    print(f"best: member {best.member} at the end of round {best.round}, {plain(best.score)}")
-    print(f"  {run}, checkpoint {best.iteration}")
-    for name, value in best.values.items():
-        print(f"  {name} = {plain(value)}")
-    print(f"page: {folder / PAGE}")
+    return TrainedPopulation(folder, stands)
 
 
 def _line(one: MemberRound) -> str:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from racecraft.cli.buckets.reach import open_store
-from racecraft.cli.buckets.training import is_needed_to_drive
+from racecraft.actions.mirroring import is_needed_to_drive
+from racecraft.actions.stores import open_store
 from racecraft.storage.access import Access
 from racecraft.storage.address import Address, is_address
 from racecraft.storage.mirror_note import Place
@@ -20,7 +20,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True)
 class DrfcInstallation:
-    """The buckets of a DeepRacer-for-Cloud folder, as `cli.buckets.reach.Installation`."""
+    """The buckets of a DeepRacer-for-Cloud folder, as `actions.stores.Installation`."""
 
     drfc: DrfcFolder
 

@@ -1,15 +1,13 @@
-"""How a command reaches a bucket: what was typed, then a DeepRacer-for-Cloud folder, then the environment."""
+"""How a bucket is reached: as is given, else as a DeepRacer-for-Cloud folder says, else the environment."""
 
 from __future__ import annotations
 
-import functools
-import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_type_hints
+from typing import TYPE_CHECKING, Protocol
 
-import typer
+from racecraft.settings.request import Request, option
 
 if TYPE_CHECKING:
     from racecraft.storage.access import Access
@@ -18,19 +16,14 @@ if TYPE_CHECKING:
     from racecraft.storage.object_store import ObjectStore
 
 
-@dataclass(frozen=True)
-class Way:
-    """How a store is reached, as it was typed: each field is an option."""
+@dataclass(frozen=True, kw_only=True)
+class Way(Request):
+    """How a store is reached; what is not given is as a DeepRacer-for-Cloud folder or the environment says."""
 
-    endpoint: Annotated[
-        str, typer.Option("--endpoint-url", help="Address of a store that is not AWS's; else AWS_ENDPOINT_URL.")
-    ] = ""
-    profile: Annotated[str, typer.Option("--profile", help="Profile of ~/.aws; else AWS_PROFILE.")] = ""
-    region: Annotated[str, typer.Option("--region", help="Region of AWS; else AWS_REGION.")] = ""
-    folder: Annotated[
-        Path | None,
-        typer.Option("--folder", envvar="DR_DIR", help="Where it is reached as the system.env of this folder says."),
-    ] = None
+    endpoint: str = option("", "Address of a store that is not AWS's; else AWS_ENDPOINT_URL.", "--endpoint-url")
+    profile: str = option("", "Profile of ~/.aws; else AWS_PROFILE.")
+    region: str = option("", "Region of AWS; else AWS_REGION.")
+    folder: Path | None = option(None, "Where it is reached as the system.env of this folder says.", variable="DR_DIR")
 
     def open(self, address: Address | None) -> ObjectStore:
         """Open the store of an address; None: no certain one.
@@ -39,30 +32,6 @@ class Way:
             UserInputError: Something written cannot be used.
         """
         return open_store(reach(address, self.folder, self.endpoint, self.profile, self.region))
-
-
-def says_the_way(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of `Way`, in the place of its parameter `way`."""
-    hints = get_type_hints(Way, include_extras=True)
-    options = [
-        inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=one.default, annotation=hints[one.name])
-        for one in fields(Way)
-    ]
-    own = [
-        one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-        for one in inspect.signature(command, eval_str=True).parameters.values()
-    ]
-    at = [one.name for one in own].index("way")
-    typed = [*own[:at], *options, *own[at + 1 :]]
-
-    @functools.wraps(command)
-    def with_way(**words: Any) -> None:
-        way = Way(**{one.name: words.pop(one.name) for one in options})
-        command(**words, way=way)
-
-    with_way.__signature__ = inspect.Signature(typed)  # type: ignore[attr-defined]
-    with_way.__annotations__ = {one.name: one.annotation for one in typed}
-    return with_way
 
 
 def reach(

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.message import Message
+from racecraft.contract.progress import Progress
+from racecraft.worlds.deepracer.actions.race import Raced
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 if TYPE_CHECKING:
@@ -20,18 +22,18 @@ DONE_CONDITION = "any"
 """The original's race is over with the first car that finishes (facts: deepracer.md 6.3)."""
 
 
-def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any]) -> None:
+def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any], progress: Progress) -> Raced:
     """Race a model against the opponent of run.env, one race, and leave AWS's files with both.
 
     Args:
         drfc: The installation.
         model: The run folder of the car that is judged.
         asked: What run.env says of judging, as `race_rules.judging_in_drfc` returns it.
+        progress: Receives messages.
 
     Raises:
         UserInputError: There is no such opponent, or trials are asked for that each begin at rest.
     """
-    from racecraft.worlds.deepracer.cli.race import print_standings
     from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead, race_heads
     from racecraft.worlds.deepracer.players.driver import driver_of, load_car
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
@@ -53,12 +55,11 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any]) -> No
     circuit = load_track(named) if named else cars[0].trained_on
     config = replace(cars[0].settings.race, reverse=asked["reverse_direction"])
     result = race_heads(drivers, circuit, rules, config)
-    print(f"{rules.laps} laps on {circuit.title or circuit.name}:")
-    print_standings(result)
-    _leave_files((model, drfc.opponent), result, circuit.length)
+    _leave_files((model, drfc.opponent), result, circuit.length, progress)
     if drfc.flag("DR_EVAL_SAVE_MP4"):
         track = circuit.reversed() if config.reverse else circuit
-        _film(drfc, cars[0], drivers, result, track)
+        _film(drfc, cars[0], drivers, result, track, progress)
+    return Raced(circuit, rules.laps, result, (), {})
 
 
 def _require_race(drfc: DrfcFolder, asked: Mapping[str, Any]) -> None:
@@ -80,16 +81,18 @@ def _names(drfc: DrfcFolder) -> tuple[str, str]:
     return (own, opponent) if own != opponent else (f"{own} (1)", f"{opponent} (2)")
 
 
-def _leave_files(models: Sequence[Path], result: RaceResult, length_m: float) -> None:
+def _leave_files(models: Sequence[Path], result: RaceResult, length_m: float, progress: Progress) -> None:
     """Write trace and metrics of both cars, each into its own model's folder."""
     from racecraft.worlds.deepracer.training.aws.head_to_head_files import write_aws_heads
 
     for number, model in enumerate(models):
         stamp = write_aws_heads(model, result.ticks[0][:, number], length_m)
-        print(f"{result.drivers[number]}: evaluation-{stamp} in {model}")
+        progress(f"{result.drivers[number]}: evaluation-{stamp} in {model}")
 
 
-def _film(drfc: DrfcFolder, car: TrainedCar, drivers: list[Driver], result: RaceResult, track: Track) -> None:
+def _film(
+    drfc: DrfcFolder, car: TrainedCar, drivers: list[Driver], result: RaceResult, track: Track, progress: Progress
+) -> None:
     from racecraft.formats.atomic import make_folder
     from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
     from racecraft.worlds.deepracer.analysis.films.views import AWS_FOLDERS
@@ -100,4 +103,4 @@ def _film(drfc: DrfcFolder, car: TrainedCar, drivers: list[Driver], result: Race
         place = car.run.path / "mp4" / folder / f"{car.checkpoint.iteration}-video.mp4"
         make_folder(place.parent)
         style = FilmStyle(view, shell=drfc.text("DR_CAR_BODY_SHELL_TYPE"))
-        print(film_race(result, drivers, track, place, style, shells)["video"])
+        progress(str(film_race(result, drivers, track, place, style, shells)["video"]))

@@ -1,12 +1,13 @@
-"""What dr- commands do beside where a bucket is S3: its folder here is what this machine has of it."""
+"""A DeepRacer-for-Cloud folder and its buckets where they are S3: folders here are what this machine has of them."""
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.cli.buckets.reach import open_store
-from racecraft.cli.output import word
+from racecraft.actions.stores import open_store
+from racecraft.contract.progress import Progress
 
 if TYPE_CHECKING:
     from racecraft.storage.mirror_note import Place
@@ -15,27 +16,27 @@ if TYPE_CHECKING:
 CUSTOM, MODEL, UPLOAD = "DR_LOCAL_S3_CUSTOM_FILES_PREFIX", "DR_LOCAL_S3_MODEL_PREFIX", "DR_UPLOAD_S3_PREFIX"
 
 
-def send_custom_files(drfc: DrfcFolder) -> None:
+def send_custom_files(drfc: DrfcFolder, progress: Progress) -> None:
     """Put the racer's files into the bucket, where it is S3.
 
     Raises:
         UserInputError: The store refuses it, or the network fails.
     """
     if (place := _local(drfc, CUSTOM)) is not None:
-        _send(drfc.custom_prefix, place)
+        _send(drfc.custom_prefix, place, progress)
 
 
-def fetch_custom_files(drfc: DrfcFolder) -> None:
+def fetch_custom_files(drfc: DrfcFolder, progress: Progress) -> None:
     """Fetch the racer's files into the folder that stands for the bucket, where it is S3.
 
     Raises:
         UserInputError: There are none, or the network fails.
     """
     if (place := _local(drfc, CUSTOM)) is not None:
-        _fetch(place, drfc.custom_prefix)
+        _fetch(place, drfc.custom_prefix, progress)
 
 
-def fetch_for_training(drfc: DrfcFolder) -> None:
+def fetch_for_training(drfc: DrfcFolder, progress: Progress) -> None:
     """Fetch what a training reads, where the bucket is S3.
 
     Raises:
@@ -43,11 +44,11 @@ def fetch_for_training(drfc: DrfcFolder) -> None:
     """
     if not drfc.local_is_s3:
         return
-    from racecraft.worlds.deepracer.cli.installation import bring_in
+    from racecraft.worlds.deepracer.actions.installation import bring_in
     from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket
 
     if (bucket := local_bucket(drfc)) is not None:
-        bring_in(drfc, bucket, drfc.bucket, print)
+        bring_in(drfc, bucket, drfc.bucket, progress)
 
 
 def place_of_model(drfc: DrfcFolder) -> Place | None:
@@ -80,7 +81,7 @@ def require_free(place: Place | None) -> None:
         )
 
 
-def wipe(place: Place | None) -> None:
+def wipe(place: Place | None, progress: Progress) -> None:
     """Take all objects of a prefix of S3 away.
 
     Raises:
@@ -92,7 +93,7 @@ def wipe(place: Place | None) -> None:
     found = store.listed(place.address)
     if found:
         store.remove(place.address.bucket, [place.address.key(name) for name in found])
-        print(f"{place.address}: wiped, {len(found)} objects")
+        progress(f"{place.address}: wiped, {len(found)} objects")
 
 
 def place_of_upload(drfc: DrfcFolder, local: bool) -> Place | None:
@@ -110,17 +111,17 @@ def place_of_upload(drfc: DrfcFolder, local: bool) -> Place | None:
     return None if bucket is None else place_of(drfc, bucket, UPLOAD)
 
 
-def send(folder: Path, place: Place | None) -> None:
+def send(folder: Path, place: Place | None, progress: Progress) -> None:
     """Put a folder into its place in S3, where there is one; what the network did not take, a letter tells.
 
     Raises:
         UserInputError: The store refuses it, or the network fails.
     """
     if place is not None:
-        _send(folder, place)
+        _send(folder, place, progress)
 
 
-def fetched_model(drfc: DrfcFolder, source: str) -> Path:
+def fetched_model(drfc: DrfcFolder, source: str, progress: Progress) -> Path:
     """Return the folder of a model that is named by its address, fetched first where its bucket is S3.
 
     Raises:
@@ -136,7 +137,7 @@ def fetched_model(drfc: DrfcFolder, source: str) -> Path:
     for bucket in (local_bucket(drfc), upload_bucket(drfc)):
         if bucket is not None and bucket.address.bucket == address.bucket:
             folder = drfc.in_bucket(source)
-            _fetch(Place(address, bucket.access), folder)
+            _fetch(Place(address, bucket.access), folder, progress)
             return folder
     return drfc.in_bucket(source)
 
@@ -150,22 +151,22 @@ def _local(drfc: DrfcFolder, name: str) -> Place | None:
     return None if bucket is None else place_of(drfc, bucket, name)
 
 
-def _send(folder: Path, place: Place) -> None:
+def _send(folder: Path, place: Place, progress: Progress) -> None:
     from racecraft.storage.object_store import NetworkError
     from racecraft.storage.transfer import push
 
     try:
         done = push(open_store(place.access), folder, place.address)
     except NetworkError as error:
-        hint = f"racecraft bucket push {word(folder)} {place.command}"
+        hint = f"racecraft bucket push {shlex.quote(str(folder))} {place.command}"
         raise NetworkError(
             "{error} {folder} is whole; `{hint}` brings the rest there.", error=error, folder=folder, hint=hint
         ) from error
-    print(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
+    progress(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
 
 
-def _fetch(place: Place, folder: Path) -> None:
+def _fetch(place: Place, folder: Path, progress: Progress) -> None:
     from racecraft.storage.transfer import pull
 
     done = pull(open_store(place.access), place.address, folder)
-    print(f"{place.address}: {len(done.moved)} files fetched into {folder}, {done.skipped} stood there already")
+    progress(f"{place.address}: {len(done.moved)} files fetched into {folder}, {done.skipped} stood there already")

@@ -1,0 +1,172 @@
+"""What a log tells: as figures, on a page, as a table."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from racecraft.actions.action import action
+from racecraft.actions.figures import Figures
+from racecraft.contract.errors import SettingError
+from racecraft.contract.progress import Progress, quiet
+from racecraft.settings.request import Request, argument, option
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from racecraft.analysis.advice import Advice
+    from racecraft.worlds.deepracer.logs import Logs
+    from racecraft.worlds.deepracer.tracks.track import Track
+
+
+MAX_SHOWN_DAMAGE = 10
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogsRequest(Request):
+    """Which logs are read, and what is written."""
+
+    paths: tuple[Path, ...] = argument(
+        "Run folder, DeepRacer model or log folder, .tar.gz, log, trace or metrics; several: rounds."
+    )
+    page: Path | None = option(None, "Write one interactive page (.html) that works offline.")
+    csv: Path | None = option(None, "Write every step into this CSV file.")
+    parquet: Path | None = option(None, "Write every step into this Parquet file.")
+    track: str | None = option(None, "The track it was driven on, or its waypoint file; by default it is found.")
+    phase: str | None = option(None, "training, evaluation or leaderboard, where a loose file does not tell.")
+    reward: Path | None = option(None, "On the page: what this reward_function.py would have paid for the same laps.")
+    plots: tuple[Path, ...] = option((), "On the page: your own plots, a Python file or a folder of them.")
+
+
+@action
+def logs(request: LogsRequest, progress: Progress = quiet) -> Figures:
+    """Tell what a log holds, whoever wrote it, and what to change before the next training.
+
+    Damaged rows are named with file and line and passed over.
+
+    Examples:
+
+        racecraft logs my-model --page my-model.html
+
+        racecraft logs deepracer-downloads/model.tar.gz --json
+
+        racecraft logs round-1 round-2 --parquet both.parquet
+
+        racecraft logs my-model --page my-model.html --reward new_reward.py --plots my_plots.py
+    """
+    from racecraft.worlds.deepracer.logs import read
+
+    found = read(request.paths, request.phase)
+    ticks = found.ticks.collect()
+    if not ticks.height and not found.metrics.collect().height:
+        found.require_ticks()
+    circuit = _circuit(found, ticks, request.track) if ticks.height else None
+    told = _advice(found, ticks, circuit)
+    facts = _facts(found, ticks, circuit) | {"advice": [{"found": one.found, "try": one.try_} for one in told]}
+    for damage in found.damaged[:MAX_SHOWN_DAMAGE]:
+        progress(str(damage))
+    if len(found.damaged) > MAX_SHOWN_DAMAGE:
+        progress(f"and {len(found.damaged) - MAX_SHOWN_DAMAGE} more; --json names them all")
+    if request.page is None and (request.reward is not None or request.plots):
+        raise SettingError("--reward and --plots are of the page; expected --page with them, such as --page logs.html.")
+    files = {} if request.page is None else {"page": _page(request, found, circuit, told)}
+    return Figures(facts, files | _written(found, request.csv, request.parquet))
+
+
+def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track | None:
+    from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
+
+    return find_track(ticks, track) if track is not None else track_or_none(ticks, found.about.get("world"))
+
+
+def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str, Any]:
+    """Return everything that is told, by name; shares from 0 to 1, times in seconds."""
+    facts: dict[str, Any] = {
+        "files": len(found.files),
+        "ticks": ticks.height,
+        "track": circuit.name if circuit is not None else None,
+        "reversed": circuit.is_reversed if circuit is not None else None,
+        "damaged": [{"file": one.file, "line": one.line, "what": one.what} for one in found.damaged],
+        "phases": [],
+    }
+    if not ticks.height:
+        return facts | {"metrics": _metrics(found)}
+    facts["phases"] = _phases(ticks)
+    return facts
+
+
+def _advice(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> list[Advice]:
+    """Return what to change before the next training; nothing where no training is told of."""
+    import polars as pl
+
+    from racecraft.analysis.learner import learner_of_log
+    from racecraft.worlds.deepracer.analysis.logs.advice import advice
+    from racecraft.worlds.deepracer.analysis.logs.judged import judged_in_log
+
+    training = ticks.filter(pl.col("phase") == "training")
+    if not training.height:
+        return []
+    judged = judged_in_log(ticks, found.metrics.collect())
+    return advice(training, circuit, learner_of_log(found.about), judged)
+
+
+def _phases(ticks: pl.DataFrame) -> list[dict[str, Any]]:
+    import polars as pl
+
+    from racecraft.worlds.deepracer.analysis.logs import simulation_agg
+
+    full = pl.col("complete")
+    table = simulation_agg(ticks).group_by("round", "phase", "stream", maintain_order=True).agg(
+        pl.col("worker").n_unique().alias("workers"), pl.col("iteration").n_unique().alias("iterations"),
+        pl.len().alias("episodes"), pl.col("steps").sum(), full.sum().alias("full_laps"),
+        pl.col("seconds").filter(full).min().alias("best_lap_seconds"),
+        pl.col("progress_share").mean().alias("mean_progress_share"), pl.col("reward").mean().alias("mean_reward"),
+    )  # fmt: skip
+    return table.with_columns(pl.col("phase").cast(pl.String)).to_dicts()
+
+
+def _metrics(found: Logs) -> list[dict[str, Any]]:
+    import polars as pl
+
+    done = pl.col("status") == "lap_complete"
+    table = found.metrics.group_by("round", "phase", "stream", maintain_order=True).agg(
+        pl.len().alias("episodes"), pl.col("iteration").n_unique().alias("iterations"),
+        (pl.col("progress_share") >= 1).sum().alias("full_laps"),
+        pl.col("seconds").filter(done | (pl.col("progress_share") >= 1)).min().alias("best_lap_seconds"),
+        pl.col("progress_share").mean().alias("mean_progress_share"),
+    )  # fmt: skip
+    return table.with_columns(pl.col("phase").cast(pl.String)).collect().to_dicts()
+
+
+def _page(request: LogsRequest, found: Logs, circuit: Track | None, told: Sequence[Advice]) -> Path:
+    """Write the page; return its path."""
+    from racecraft.worlds.deepracer.analysis.logs import own_plots
+    from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
+    from racecraft.worlds.deepracer.env.reward_process import open_reward
+
+    assert request.page is not None
+    metrics = found.metrics.collect()
+    title = ", ".join(path.resolve().name for path in request.paths)
+    extras = Extras(
+        damaged=tuple(str(damage) for damage in found.damaged),
+        metrics=metrics if metrics.height else None,
+        reward=None if request.reward is None else open_reward(request.reward, sys.stderr).call,
+        own=own_plots(request.plots),
+        advice=told,
+    )
+    return Path(write_logs_page(request.page, found.require_ticks(), circuit, title, extras))
+
+
+def _written(found: Logs, csv: Path | None, parquet: Path | None) -> dict[str, Any]:
+    """Write the tables that were asked for; return where they lie."""
+    from racecraft.worlds.deepracer.logs.tick_export import write_csv, write_parquet
+
+    written: dict[str, Any] = {}
+    if csv is not None:
+        written["csv"] = str(write_csv(csv, found.require_ticks()))
+    if parquet is not None:
+        written["parquet"] = str(write_parquet(parquet, found.require_ticks()))
+    return written

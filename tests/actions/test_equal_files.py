@@ -1,0 +1,120 @@
+"""A command and the same action from Python leave equal files and tell equal figures."""
+
+import importlib
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+import racecraft as rc
+from racecraft.cli.app import main
+from racecraft.cli.output import print_json
+
+CAR = "racecraft.worlds.deepracer.actions"
+SNAKE = "racecraft.worlds.battlesnake.actions"
+TINY_CAR = {
+    "camera.width": 16, "camera.height": 12, "rollout.num_worlds": 4, "rollout.horizon": 16, "evaluation.episodes": 2,
+    "race.max_episode_seconds": 2.0, "network.conv_filters": (4,), "network.conv_kernels": (4,),
+    "network.conv_strides": (2,), "network.hidden_units": (8,), "runtime.threads": 1,
+}  # fmt: skip
+TINY_GYM = {"rollout.num_worlds": 2, "rollout.horizon": 16, "network.hidden_units": (8,), "ppo.epochs": 1}
+
+CASES = {
+    "record": ("record {gym} --episodes 2 -o demos.safetensors", "racecraft.actions.record:record", ["{gym}"],
+               {"episodes": 2, "output": "demos.safetensors"}),
+    "checkpoints": ("checkpoints {gym} --by reward", "racecraft.actions.checkpoints:checkpoints", ["{gym}"],
+                    {"by": "reward"}),
+    "report": ("report {gym} --output page.html", "racecraft.actions.report:report", ["{gym}"],
+               {"output": "page.html"}),
+    "export": ("export {car} --to onnx --output policy.onnx", "racecraft.actions.export:export_run", ["{car}"],
+               {"to": "onnx", "output": "policy.onnx"}),
+    "algorithms": ("algorithms", "racecraft.actions.algorithms:algorithms", [], {}),
+    "settings": ("settings --world gymnasium", "racecraft.actions.settings:settings", [], {"world": "gymnasium"}),
+    "evaluate a run": ("evaluate {gym} --episodes 2", "racecraft.actions.judging:evaluate_episodes", ["{gym}"],
+                       {"episodes": 2}),
+    "evaluate a car": ("evaluate {car} --laps 1 --picture path.png", f"{CAR}.evaluate:evaluate", ["{car}"],
+                       {"laps": 1, "picture": "path.png"}),
+    "line": ("line Oval_track --out line.csv --picture line.png", f"{CAR}.line:line", ["Oval_track"],
+             {"out": "line.csv", "picture": "line.png"}),
+    "actions": ("actions Oval_track --table 7x1.5,2.5 --out table.json", f"{CAR}.action_table:action_table",
+                ["Oval_track"], {"table": "7x1.5,2.5", "out": "table.json"}),
+    "sensors": ("sensors --at 0.3 -o seen.png", f"{CAR}.sensors:sensors", [], {"at": 0.3, "output": "seen.png"}),
+    "tracks list": ("tracks list", f"{CAR}.tracks:list_tracks", [], {}),
+    "tracks show": ("tracks show Oval_track --picture track.png", f"{CAR}.tracks:show_track", ["Oval_track"],
+                    {"picture": "track.png"}),
+    "new": ("new my-car", f"{CAR}.new:new", ["my-car"], {}),
+    "check": ("check {folder}", f"{CAR}.check:check", ["{folder}"], {}),
+    "init": ("init drfc", f"{CAR}.init:init", ["drfc"], {}),
+    "explain": ("explain learning rate", f"{CAR}.explain:explain", [["learning", "rate"]], {}),
+    "notebooks": ("notebooks books", f"{CAR}.notebooks:notebooks", ["books"], {}),
+    "logs": ("logs {car} --csv steps.csv", f"{CAR}.logs:logs", [["{car}"]], {"csv": "steps.csv"}),
+    "snakes play": ("snakes play flood_fill hungry -W 7 -H 7 --seed 3 -o game.jsonl", f"{SNAKE}.play:play",
+                    [["flood_fill", "hungry"]], {"width": 7, "height": 7, "seed": 3, "output": "game.jsonl"}),
+    "snakes import": ("snakes import {game} -o again.jsonl", f"{SNAKE}.import_game:import_game", [["{game}"]],
+                      {"out": "again.jsonl"}),
+    "snakes verify": ("snakes verify {game}", f"{SNAKE}.verify:verify", ["{game}"], {}),
+    "snakes tournament": ("snakes tournament hungry random_safe --rounds 1 -W 7 -H 7 --file games.jsonl",
+                          f"{SNAKE}.tournament:tournament", [["hungry", "random_safe"]],
+                          {"rounds": 1, "width": 7, "height": 7, "file": "games.jsonl"}),
+}  # fmt: skip
+"""What is typed, the action, its arguments, and its options by name."""
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory):
+    """Paths that the commands read: a run of an environment, one of a car, a racer's folder, a game."""
+    base = tmp_path_factory.mktemp("read")
+    gym, car = base / "gym", base / "car"
+    rc.train("gymnasium", environment="CartPole-v1", settings=TINY_GYM, stops="iterations=1", run=gym, quiet=True)
+    rc.train("deepracer", settings=TINY_CAR, preset="fast", stops="iterations=1", run=car, quiet=True)
+    _action(f"{CAR}.new:new")(base / "folder")
+    _action(f"{SNAKE}.play:play")(["flood_fill", "hungry"], width=7, height=7, seed=3, output=base / "game.jsonl")
+    return {"gym": str(gym), "car": str(car), "folder": str(base / "folder"), "game": str(base / "game.jsonl")}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_command_and_its_action_leave_equal_files(name, places, tmp_path, monkeypatch, capsys):
+    typed, target, arguments, options = CASES[name]
+    left = {}
+    for way in ("typed", "called"):
+        folder = tmp_path / way
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        if way == "typed":
+            monkeypatch.setattr(
+                sys, "argv", ["racecraft", *(word.format(**places) for word in typed.split()), "--json"]
+            )
+            main()
+        else:
+            print_json(_action(target)(*(_filled(one, places) for one in arguments), **options))
+        figures = json.loads(capsys.readouterr().out.splitlines()[-1])
+        left[way] = (_without_times(figures), _files(folder))
+    assert left["typed"] == left["called"]
+
+
+def test_a_value_that_differs_is_noticed(places, tmp_path, monkeypatch):
+    """The comparison can fail."""
+    monkeypatch.chdir(tmp_path)
+    record = _action("racecraft.actions.record:record")
+    record(places["gym"], episodes=1, output="a")
+    record(places["gym"], episodes=2, output="b")
+    assert Path("a").read_bytes() != Path("b").read_bytes()
+
+
+def _action(target):
+    module, _, name = target.partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def _filled(argument, places):
+    return [one.format(**places) for one in argument] if isinstance(argument, list) else argument.format(**places)
+
+
+def _files(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def _without_times(figures):
+    """AWS's files of an evaluation are named by the moment."""
+    return {name: value for name, value in figures.items() if name != "aws_files"}
