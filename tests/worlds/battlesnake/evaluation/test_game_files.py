@@ -134,6 +134,20 @@ def test_games_of_every_ruleset_read_back(tmp_path, ruleset):
     assert report.steps == game.turns
 
 
+@pytest.mark.parametrize("name", ["snail_mode", "hz_spiral", "sinkholes", "hz_expand_box"])
+def test_royale_on_a_map_with_hazards_of_its_own_reads_back(tmp_path, name):
+    report = verified(tmp_path / "game.jsonl", official(game_of(4, ruleset="royale", map=name, shrink_every=5)))
+    assert report.agrees, "\n".join(report.examples)
+    assert report.steps > 5
+
+
+def test_a_royale_may_outlast_the_last_square_that_closes_in(tmp_path):
+    game = game_of(1, width=7, height=7, ruleset="royale", hazard_damage=0, shrink_every=1, solo=True)
+    assert game.turns > 7 + 7
+    report = verified(tmp_path / "game.jsonl", official(game))
+    assert report.agrees, "\n".join(report.examples)
+
+
 OFFICIAL = Path(__file__).with_name("official_output.jsonl.gz")
 """What `battlesnake play --output` of the official program (commit 87e094e) wrote while snakes of ours answered it:
 royale on its map, wrapped constrictor, and arcade_maze, one file after another."""

@@ -52,6 +52,17 @@ def test_over_the_border_of_a_wrapped_board_a_step_is_a_step():
     assert step.moves == {"a": "right", "b": "down"}
 
 
+@pytest.mark.parametrize(("food", "moves"), [((), {"a": "right", "b": "left"}), (((4, 3),), None)])
+def test_who_left_together_over_food_met_there_where_the_food_is_gone(food, moves):
+    before = frame(3, [(3, 3), (3, 2), (3, 1)], [(5, 3), (5, 4), (5, 5)], food=[(4, 3)])
+    (step,) = recorded_game(SETTINGS, [before, frame(4, food=food)], over=True).steps
+    assert (step.moves == {"a": "right", "b": "left"}) == (moves is not None)
+    assert step.after_rules.food == list(food)
+    assert {snake.cause for snake in step.after_rules.snakes} == (
+        {"head-collision"} if moves else {"snake-self-collision"}
+    )
+
+
 def test_who_left_without_a_word_made_the_move_by_which_the_rules_end_it():
     frames = [frame(3, A[3], [(6, 5)]), frame(4, A[4])]
     (step,) = recorded_game(SETTINGS, frames, over=False).steps
@@ -93,7 +104,11 @@ def test_food_and_hazards_after_the_rules_are_those_that_stood_there_before():
     assert (step.after_rules.food, step.after_rules.hazards) == ([(0, 0)], Counter(marks))
     assert (step.after_map.food, step.after_map.hazards) == ([(0, 0), (2, 2)], Counter([(6, 6)]))
     (step,) = recorded_game(replace(SETTINGS, ruleset="royale"), frames, over=False).steps
-    assert step.after_rules.hazards == Counter([(6, 6)]), "royale's rules move hazards themselves"
+    assert step.after_rules.hazards == Counter(), "royale's rule lays what has closed in, no square yet"
+    whole_side = Counter((6, y) for y in range(7))
+    frames[1].board.hazards = whole_side + Counter([(2, 2)])
+    (step,) = recorded_game(replace(SETTINGS, ruleset="royale", shrink_every=4), frames, over=False).steps
+    assert step.after_rules.hazards == whole_side
 
 
 def test_the_last_position_told_once_more_is_no_turn_where_the_game_is_decided():

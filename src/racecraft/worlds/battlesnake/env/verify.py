@@ -18,6 +18,7 @@ from racecraft.contract.world import Array
 from racecraft.worlds.battlesnake.env import maps
 from racecraft.worlds.battlesnake.env.board import MOVES, Board, Point, draw
 from racecraft.worlds.battlesnake.env.dice import LoadedDice
+from racecraft.worlds.battlesnake.env.kernels import columns as col
 from racecraft.worlds.battlesnake.env.kernels.rules import apply_rules as kernel_apply_rules
 from racecraft.worlds.battlesnake.env.layouts import layout
 from racecraft.worlds.battlesnake.env.records import RecordedGame, RecordedStep, read_games
@@ -133,6 +134,7 @@ def _kernel_turn(games: Games, params: Array, step: RecordedStep, ids: list[str]
         if word not in MOVES:
             word = default_move(snake.body, game.settings.width, game.settings.height)
         moves[0, number] = MOVES.index(word)
+    games.games[0, col.NEXT_EVENT] = 1  # the map may have laid hazards, which royale's rule then lays anew
     kernel_apply_rules(0, moves, games.bodies, games.snakes, games.games, games.cells, games.sides, params)
     return get_board(games, 0, game.settings, ids)
 
@@ -180,6 +182,8 @@ def _sides_seen(game: RecordedGame) -> list[int]:
         if settings.shrink_every < 1 or (step.before.turn + 1) % settings.shrink_every:
             continue
         seen = (step.after_rules if royale_rules else step.after_map).hazards
+        if len(sides) == settings.width + settings.height:
+            break  # a game draws no more: nothing is left to close in on
         fits = [side for side in range(4) if outside_safe_zone(step.before, [*sides, side]) == seen]
         sides.append(fits[0] if fits else 0)
     return sides

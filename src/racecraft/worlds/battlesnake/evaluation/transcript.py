@@ -9,16 +9,17 @@ food, are not kept, nor verified.
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from racecraft.worlds.battlesnake.env.board import MOVES, STEPS, Board, Snake
+from racecraft.worlds.battlesnake.env.board import MOVES, STEPS, Board, Point, Snake
 from racecraft.worlds.battlesnake.env.maps import find_map
 from racecraft.worlds.battlesnake.env.records import RecordedGame, RecordedStep
 from racecraft.worlds.battlesnake.env.reference import apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset, is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Table
+from racecraft.worlds.battlesnake.env.stages import Table, outside_safe_zone
 
 MOST_GUESSES = 4096
 """Combinations of moves tried for those who left in one turn: six snakes."""
@@ -47,6 +48,7 @@ def recorded_game(settings: GameSettings, frames: Sequence[Frame], over: bool, l
     """
     game = RecordedGame(line, settings, frames[0].board.copy())
     whole = True
+    zones = _royale_zones(settings, frames)
     for frame in frames[1:]:
         last = game.steps[-1].after_map if game.steps else game.start
         if frame.board.turn == last.turn:
@@ -56,33 +58,67 @@ def recorded_game(settings: GameSettings, frames: Sequence[Frame], over: bool, l
             break
         if is_over(last, settings) and _bodies(frame.board) == _bodies(last):
             break  # the official program counts one turn more when the game is decided
-        game.steps.append(_step(settings, last, frame))
+        game.steps.append(_step(settings, last, frame, zones.get(frame.board.turn)))
     last = game.steps[-1].after_map if game.steps else game.start
     game.over_turn = last.turn if over and whole else None
     return game
 
 
-def _step(settings: GameSettings, before: Board, frame: Frame) -> RecordedStep:
-    """Return the turn that leads from one position to the next."""
+def _royale_zones(settings: GameSettings, frames: Sequence[Frame]) -> dict[int, Counter[Point]]:
+    """Return what the ruleset royale lays on each turn, by the turn of its frame; empty for other rulesets.
+
+    A map may lay hazards of its own on top, so a side has closed in where all its squares are hazards.
+    """
+    if settings.ruleset != "royale" or settings.shrink_every < 1:
+        return {}
+    sides: list[int] = []
+    zones = {}
+    for board in (frame.board for frame in frames):
+        while len(sides) < min(board.turn // settings.shrink_every, board.width + board.height):
+            zones_by_side = {side: outside_safe_zone(board, [*sides, side]) for side in range(4)}
+            fits = [side for side, zone in zones_by_side.items() if zone <= board.hazards]
+            sides.append(max(fits, key=lambda side: zones_by_side[side].total(), default=0))
+        zones[board.turn] = outside_safe_zone(board, sides)
+    return zones
+
+
+def _step(settings: GameSettings, before: Board, frame: Frame, zone: Counter[Point] | None) -> RecordedStep:
+    """Return the turn that leads from one position to the next; `zone` is what royale's rule lays on it."""
     rebuilds = find_map(settings.map).hazards == "maze"
     known = {snake.id: "" if rebuilds else _move_to(snake, frame, settings) for snake in before.alive()}
     guessed = [name for name, word in known.items() if not word]
     best: RecordedStep | None = None
+    least = (True, 0, 0)
     for guess in itertools.islice(itertools.product(MOVES, repeat=len(guessed)), MOST_GUESSES):
         moves = known | dict(zip(guessed, guess, strict=True))
         ours = before.copy()
         apply_rules(find_ruleset(settings.ruleset), ours, moves, Table(settings, _ANY_SIDES))
         if rebuilds and len(ours.food) < len(before.food):
             return RecordedStep(moves, before.copy(), ours, _after_map(before, frame.board.snakes, frame))
-        step = _told(settings, before, ours, moves, frame)
-        if step.after_rules.snakes == ours.snakes:
-            return step
-        best = best or step
+        step = _told(settings, before, ours, moves, frame, zone)
+        differs = _difference(step, ours, frame)
+        if best is None or differs < least:
+            best, least = step, differs
+        if least == (False, 0, 0):
+            break
     assert best is not None
     return best
 
 
-def _told(settings: GameSettings, before: Board, ours: Board, moves: dict[str, str], frame: Frame) -> RecordedStep:
+def _difference(step: RecordedStep, ours: Board, frame: Frame) -> tuple[bool, int, int]:
+    """Return how badly a guess explains a turn: other snakes, food that is gone though nobody ate it, new food."""
+    left, shown = set(ours.food), set(frame.board.food)
+    return step.after_rules.snakes != ours.snakes, len(left - shown), len(shown - left)
+
+
+def _told(
+    settings: GameSettings,
+    before: Board,
+    ours: Board,
+    moves: dict[str, str],
+    frame: Frame,
+    zone: Counter[Point] | None,
+) -> RecordedStep:
     """Return a turn as the file tells it, with what it does not tell as the rules have it."""
     alive = {snake.id: snake for snake in frame.board.snakes}
     snakes = []
@@ -98,7 +134,7 @@ def _told(settings: GameSettings, before: Board, ours: Board, moves: dict[str, s
             snakes.append(snake)
     runs_away = find_map(settings.map).hazards == "maze"
     left = [point for point in ours.food if runs_away or point in frame.board.food]
-    hazards = frame.board.hazards if settings.ruleset == "royale" else ours.hazards
+    hazards = ours.hazards if zone is None else zone
     after_rules = Board(before.width, before.height, before.turn, snakes, left, hazards.copy())
     return RecordedStep(moves, before.copy(), after_rules, _after_map(before, snakes, frame))
 
