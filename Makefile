@@ -16,7 +16,7 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it r
 test: env  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
-quick: env  ## the everyday loop: what a room does by itself; commands, trainings, jobs and slow tests are left to `make test`
+quick: env  ## the everyday loop: each package by itself; commands, trainings, jobs and slow tests are left to `make test`
 	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach part,cli compat docs jobs training worlds/deepracer/training worlds/battlesnake/training worlds/unity/training,--ignore=tests/$(part))
 
 check: env  ## form: format, lint, types, import rules, generated docs current

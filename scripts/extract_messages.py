@@ -2,7 +2,7 @@
 
 Errors and `Message`s of Python (their templates; of a file's errors what was found, what is expected, the hint),
 `_("…")` and `{% trans %}` of the templates of pages, `t("…")` of their modules in JavaScript. A translator writes
-LANGUAGE/LC_MESSAGES/racecraft.po from it, and `pybabel compile` makes the .mo that racecraft reads (src/racecraft/i18n).
+LANGUAGE/LC_MESSAGES/racecraft.po from it, and `pybabel compile` makes the .mo that is read (src/racecraft/i18n).
 """
 
 from __future__ import annotations

@@ -142,7 +142,7 @@ CLONE = ["train", "--from", "r:last", "--stop", "iterations=1", "--no-pictures",
 IMPORT = ["tracks", "import", "new.npy"]
 POLICY, STATE = "r/checkpoints/2.policy.safetensors", "r/checkpoints/2.state.safetensors"
 
-CASES = {  # name: what is changed, what is asked, what the letter holds
+CASES = {  # name: what is changed, what is asked, what the message holds
     # traces
     "a trace without X": (edit("t.csv", lambda t: t.replace(",X,", ",east,", 1)), REPLAY, ["t.csv:1: no column X"]),
     "a trace without two columns": (

@@ -130,7 +130,7 @@ def job_text(text):
     return write
 
 
-REFUSED = [  # how the place is made, how it is used, what the letter holds
+REFUSED = [  # how the place is made, how it is used, what the message holds
     (lambda path: None, RunFolder.open, "no such folder"),
     (foreign, RunFolder.open, "holds no job.json"),
     (a_file, RunFolder.open, "a file stands in its place"),

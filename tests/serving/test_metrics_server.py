@@ -33,7 +33,7 @@ def test_another_name_is_answered_only_where_other_machines_may_ask():
     registry = LiveMetrics("car").registry
     with (
         closing(MetricsServer(registry, "127.0.0.1", 0)) as here,
-        closing(MetricsServer(registry, "0.0.0.0", 0)) as all_,
+        closing(MetricsServer(registry, "0.0.0.0", 0)) as wide,
     ):
         with pytest.raises(urllib.error.HTTPError) as refused:
             ask(here.address, "laptop.example")

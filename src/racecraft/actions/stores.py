@@ -64,7 +64,7 @@ def open_store(access: Access) -> ObjectStore:
     """Open a store.
 
     Raises:
-        MissingExtraError: boto3 is not installed; the letter says how.
+        MissingExtraError: boto3 is not installed; the message says how.
         BucketError: The profile is not known.
     """
     from racecraft.storage.object_store import ObjectStore

@@ -48,7 +48,7 @@ def train(
         Where the run lies and what it came to.
 
     Raises:
-        UserInputError: Whatever was asked for and cannot be used, as a letter.
+        UserInputError: Something that was asked for cannot be used.
     """
     request_class = worlds.training_in(kind).Request
     known = {field.name for field in dataclasses.fields(request_class)}

@@ -204,7 +204,11 @@ def tune(
         quiet: Report nothing.
 
     Raises:
+<<<<<<< HEAD
         UserInputError: Something given cannot be used.
+=======
+        UserInputError: Something cannot be used.
+>>>>>>> f21ada88 (Speak of packages, importers and messages in docstrings)
         MissingExtraError: Optuna is not installed.
     """
     found = search_settings(
@@ -245,7 +249,11 @@ def train_population(
         quiet: Report nothing.
 
     Raises:
+<<<<<<< HEAD
         UserInputError: Something given cannot be used.
+=======
+        UserInputError: Something cannot be used.
+>>>>>>> f21ada88 (Speak of packages, importers and messages in docstrings)
     """
     found = search_settings(
         words=_words(command), run=folder, sampler=PBT, population=population, rounds=rounds,

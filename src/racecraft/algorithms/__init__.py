@@ -19,5 +19,5 @@
     q_network.py      from named observations to what each choice is worth, and the policy that takes the best
     weights.py        between torch and the files
 
-This room knows no particular world and no file. It is where torch comes in.
+This package knows no particular world and no file. It is where torch comes in.
 """

@@ -64,7 +64,7 @@ def layers_of(spec: PolicySpec, weights: Mapping[str, Any], sensors: Sequence[st
         sensors: AWS's names of what is seen, in the order of our sorted ones; empty: ours.
 
     Raises:
-        NoPlainLayersError: The letter says what of it no car's file can hold.
+        NoPlainLayersError: The message says what of it no car's file can hold.
     """
     kind = _kind_of(spec)
     architecture = architecture_from(spec.network)

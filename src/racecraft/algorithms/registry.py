@@ -314,7 +314,7 @@ def require_fit(algorithm: Algorithm, actions: ActionSpec, what: str, is_searche
         is_searched: Whether the world brings a search along, or can.
 
     Raises:
-        SettingError: The letter says what it needs, and who could.
+        SettingError: The message says what it needs, and who could.
     """
     if isinstance(actions, GroupedActions):
         if not algorithm.several_groups:

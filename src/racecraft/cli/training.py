@@ -76,7 +76,7 @@ class Road:
             json: Whether standard output belongs to one JSON object.
 
         Raises:
-            UserInputError: Whatever was asked for and cannot be used, as a letter.
+            UserInputError: Something that was asked for cannot be used.
         """
         from racecraft.actions.mirroring import mirrored, place_of_mirror
         from racecraft.actions.training import leave_pictures

@@ -1,4 +1,4 @@
-"""How workers are reached, as the rest of the room sees it. Begin with `Transport`."""
+"""How workers are reached, as the rest of the package sees it. Begin with `Transport`."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def name_error_message(lent: Sequence[str]) -> Iterator[None]:
 
 
 def letter_about(error: BaseException, lent: Sequence[str]) -> str:
-    """Return the letter about what the user's own code asked for, with its line; "" where Python tells it better.
+    """Return the error about what the user's own code asked for, with its line; "" where Python tells it better.
 
     Args:
         error: As Python raised it.

@@ -34,7 +34,7 @@ def load_class(name: str, asked_by: str) -> Any:
     """Import "module:Class"; modules in the present folder are found, too.
 
     Raises:
-        SettingError: There is no such module or class, or the module fails; the letter says which.
+        SettingError: There is no such module or class, or the module fails; the message says which.
     """
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:

@@ -1,4 +1,4 @@
-"""A car's policy as an ONNX file, and the file as what answers: the one door to ONNX for cars. Begin with `onnx_files`.
+"""A car's policy as an ONNX file, and that file as a policy. Begin with `onnx_files`.
 
     in    FRONT_FACING_CAMERA, LIDAR …    float [batch, 120, 160, channels] from 0 to 255, or [batch, numbers]
     out   policy                          float [batch, actions]: likelihoods, or commands in [-1, 1] units

@@ -119,7 +119,7 @@ def _remove(part: Path) -> None:
 
 
 def output_letter(path: Path, error: OSError) -> str:
-    """Return the letter about a file that could not be written."""
+    """Return the error about a file that could not be written."""
     full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
     if full:
         return f"{path}: the disk is full; nothing was changed there. Free some space and run the same command again."

@@ -43,7 +43,7 @@ _STATE = "racecraft trainer state"
 
 @dataclass(frozen=True)
 class CheckpointEntry:
-    """One checkpoint on the shelf."""
+    """One checkpoint."""
 
     iteration: int
     """Iteration after which it was taken, counted from 0."""
@@ -104,7 +104,7 @@ def load_state(path: str | Path) -> dict[str, Any]:
 
 
 class Checkpoints:
-    """The shelf of checkpoints in a run folder. The index is written whole, after the files it names.
+    """The checkpoints of a run folder. The index is written whole, after the files it names.
 
     Args:
         folder: Where it stands.
@@ -134,13 +134,13 @@ class Checkpoints:
         score: float | None = None,
         best: bool = False,
     ) -> CheckpointEntry:
-        """Put a checkpoint on the shelf; it is the last from now on, and the best if `best` says so.
+        """Save a checkpoint; it is the last from now on, and the best if `best` says so.
 
         Older states than those of the last two are taken away. So are weights between those that are kept, and the
         oldest once all of them together are too large, but never the untrained, the best and the last two.
 
         Raises:
-            OutputFileError: A file cannot be written; the shelf is then as it was.
+            OutputFileError: A file cannot be written; the folder is then as it was.
         """
         index = self._index()
         policy = f"{iteration}{POLICY_SUFFIX}"

@@ -71,7 +71,7 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
     Args:
         path: The file.
         error: What to raise when it cannot be read.
-        kind: What the file should be, for the letter: "a JSON object with hyperparameters".
+        kind: What the file should be, for the message: "a JSON object with hyperparameters".
 
     Raises:
         InputFileError: Of the kind `error`: the file is missing, no text, empty, or no JSON; with line where known.

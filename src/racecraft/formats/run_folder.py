@@ -387,7 +387,7 @@ class RunFolder:
         """Take the folder for this process until `release`, the end of a `with`, or the end of the process.
 
         Raises:
-            RunFolderError: Another training holds it; the letter says which process, and since when.
+            RunFolderError: Another training holds it; the message says which process, and since when.
         """
         return RunLock(self.path)
 

@@ -163,7 +163,7 @@ def holder_of(lock: Path) -> int | None:
 
 
 def unwritable(path: Path, error: OSError) -> RunFolderError:
-    """Return the letter about a place that cannot be written to."""
+    """Return the error about a place that cannot be written to."""
     return RunFolderError(
         "{path}: cannot be written ({strerror}); expected a place that you may write to. "
         "Give another place, or mend its permissions.",

@@ -15,6 +15,6 @@
     follow.py       a job's log as it grows
     metrics.py      figures read out of a log, as series
 
-A job is a command of racecraft's. It knows of other rooms only by the words of that command, and of what was trained
+A job is a command of racecraft's. It knows other packages only by the words of that command, and of what was trained
 only by its run folder.
 """

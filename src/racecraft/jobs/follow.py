@@ -34,7 +34,7 @@ def last_words(log: Path) -> str:
 
 
 def last_letter(log: Path) -> str:
-    """Return the letter that a job ended with, as it was said; "" where it ended otherwise."""
+    """Return the error message that a job ended with; "" where it ended otherwise."""
     try:
         lines = log.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
     except OSError:

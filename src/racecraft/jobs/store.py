@@ -141,7 +141,7 @@ def change(store: JobStore, name: str, how: Callable[[Job], Job]) -> Job:
 
 
 def name_taken(name: str) -> NameTakenError:
-    """Return the letter about a name that is taken."""
+    """Return the error about a name that is taken."""
     return NameTakenError(
         "There is a job '{name}' already; expected a new name. Give another, or `racecraft jobs delete {name}`.",
         name=name,

@@ -38,7 +38,7 @@ def ensure_supervisor(home: JobPaths) -> None:
     """Start a supervisor that outlives this process, where nobody works at the jobs of this home.
 
     Raises:
-        JobError: The one that was started before could not work; its letter is told once.
+        JobError: The one that was started before could not work; its message is shown once.
     """
     make_folder(home.path)
     if _wakes(home) or is_supervised(home):

@@ -3,7 +3,7 @@
     compile.py   @kernel, @lean_kernel, @inner_kernel and @parallel_kernel, the cache and its key, threads
     rng.py    the compiled twins of contract.random_streams
 
-A kernel module imports its decorators from here and nothing of Numba's own, so that CUDA can come in by the same door.
+A kernel module imports its decorators from here and nothing of Numba's own, so that CUDA can come in at the same place.
 """
 
 from racecraft.kernels.compile import inner_kernel, kernel, lean_kernel, parallel_kernel, prange, set_threads, threads

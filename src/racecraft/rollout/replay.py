@@ -215,7 +215,7 @@ def _require_room(needed: int, capacity: int, config: ReplayConfig) -> None:
     """Refuse a memory that is larger than is allowed, or than the machine's.
 
     Raises:
-        SettingError: The letter says what would fit.
+        SettingError: The message says what would fit.
     """
     here = machine_bytes()
     allowed, whose = config.memory_gib * GIB, f"replay.memory_gib allows {config.memory_gib:g} GiB"

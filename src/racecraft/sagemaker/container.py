@@ -1,4 +1,4 @@
-"""The rooms a SageMaker script expects, under a folder of the job's own, and how it is run in them.
+"""The folders a SageMaker script expects, inside a folder of the job, and how it is run there.
 
 Facts: battlesnake-and-sagemaker-rl.md C.4. Begin with `lay_out` (before the job) and `entered` (in its process)::
 
@@ -93,7 +93,7 @@ def lay_out(
     hyperparameters: Mapping[str, Any],
     channels: Mapping[str, Path],
 ) -> Container:
-    """Make a job's rooms and lay copies of its code into them.
+    """Make a job's folders and copy its code into them.
 
     Args:
         folder: The job's own.
@@ -193,7 +193,7 @@ def check_code(entry_point: str, source_dir: str | None, dependencies: Sequence[
 
 @contextlib.contextmanager
 def entered(folder: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yield a job's script and its arguments, in its rooms; afterwards what it left is packed.
+    """Yield a job's script and its arguments, in its folders; afterwards what it left is packed.
 
     A failure is written down as SageMaker has it, and raised again; what was left until then is packed, too.
     """

@@ -121,7 +121,7 @@ class Predictor:
 
         Raises:
             SettingError: An argument that no version of the SDK has.
-            EndpointAnswer: What was asked is not what it sees; the letter says what is.
+            EndpointAnswer: What was asked is not what it sees; the message says what is.
             EndpointError: There is no such endpoint, or it does not answer.
         """
         require_arguments("predict", recorded, ("data", "initial_args", *PREDICT_ARGUMENTS))

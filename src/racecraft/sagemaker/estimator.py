@@ -1,6 +1,6 @@
 """`RLEstimator`: SageMaker's way to train, on this machine's own jobs. Begin with `RLEstimator.fit`.
 
-What is asked becomes a job in the store: a script in rooms of its own (`container.py`), run as `racecraft run` runs it.
+What is asked becomes a job in the store: a script in folders of its own (`container.py`), as `racecraft run` runs it.
 The names and shapes are those of the SDK (facts: battlesnake-and-sagemaker-rl.md C.1); `estimator_config.py` has them.
 """
 

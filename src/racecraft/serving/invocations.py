@@ -81,7 +81,7 @@ def read_question(request: ApiRequest, spec: PolicySpec) -> Question:
     """Return what is asked.
 
     Raises:
-        WebError: It is not what the policy sees; the letter says what was found and what is expected.
+        WebError: It is not what the policy sees; the message says what was found and what is expected.
     """
     kind = (request.header("content-type") or JSON).split(";")[0].strip().lower()
     if kind == JSON:

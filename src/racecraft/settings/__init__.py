@@ -5,5 +5,5 @@ composition.py  the groups of one training, put together
 overrides.py    "group.name=value" from the command line or a file, refused with the nearest known name
 describe.py     the table as text for `racecraft settings` and docs/reference/settings.md
 
-The groups themselves live with what they set: a world's in its room, an algorithm's on its page.
+The groups themselves live with what they set: a world's in its package, an algorithm's in its module.
 """

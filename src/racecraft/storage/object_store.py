@@ -272,7 +272,7 @@ def _told(answer: Mapping[str, Any], size: int) -> StoredObject:
 
 
 def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
-    """Return the letter about what went wrong."""
+    """Return the error about what went wrong."""
     where = access.endpoint or "AWS"
     place = f"s3://{bucket}" if bucket else where
     source = next((one for one in (error, error.__cause__, error.__context__) if hasattr(one, "response")), None)

@@ -11,8 +11,8 @@ import torch
 from racecraft.contract.errors import SettingError
 
 KERNELS = "racecraft.kernels.compile"
-"""The door to compiled code. A world is open before the cores are shared: one without kernels has not passed it, and is
-spared what it costs, 0.2 s."""
+"""The importer of Numba. Worlds are open before the cores are shared: where none has kernels it is not imported, which
+saves 0.2 s."""
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Names of `mallopt`, as <malloc.h> has them."""
 KEPT_BYTES = 1 << 30

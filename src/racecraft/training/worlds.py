@@ -68,7 +68,7 @@ def plan(request: TrainRequest) -> Any:
     """Return a request made definite.
 
     Raises:
-        UserInputError: Whatever cannot be used, as a letter.
+        UserInputError: Something cannot be used.
     """
     return training_in(request.kind).plan(request)
 
@@ -83,7 +83,7 @@ def train(request: TrainRequest, callback: TrainingCallback, say: Say = print, s
         spread: Carries the worlds elsewhere; None: they are carried here.
 
     Raises:
-        UserInputError: Whatever was asked for and cannot be used, as a letter.
+        UserInputError: Something that was asked for cannot be used.
     """
     return carry_out(request.kind, plan(request), callback, say, spread)
 

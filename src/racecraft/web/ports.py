@@ -18,7 +18,7 @@ class PortError(UserInputError):
 
 
 def port_error(host: str, port: int, error: OSError | OverflowError) -> PortError:
-    """Return the letter about an address that cannot be listened on.
+    """Return the error about an address that cannot be listened on.
 
     >>> import errno
     >>> print(port_error("127.0.0.1", 8000, OSError(errno.EADDRINUSE, "error while attempting to bind ...")))
@@ -55,7 +55,7 @@ def choose_port(asked: int | None, usual: int) -> tuple[int, str]:
         usual: The port where nobody says.
 
     Raises:
-        PortError: The one insisted on is taken, or none is free; the letter names the next free one.
+        PortError: The one insisted on is taken, or none is free; the message names the next free one.
     """
     port = usual if asked is None else asked
     if port == 0 or is_free(port):

@@ -1,4 +1,4 @@
-"""The one door to Optuna: what is tried next, what is given up, what mattered. Begin with `Study`.
+"""The only importer of Optuna: what is tried next, what is given up, what mattered. Begin with `Study`.
 
 A study lies in a file of its own (`study.sqlite`, Optuna's tables), so that a search goes on where it was broken off,
 and Optuna's own dashboard reads it.
@@ -55,7 +55,7 @@ def database_letters(folder: Path) -> Iterator[None]:
     """
     try:
         yield
-    except RacecraftError:  # a letter already
+    except RacecraftError:  # already an error of ours
         raise
     except Exception as error:
         first: BaseException | None = error
@@ -139,7 +139,7 @@ class Study:
         check_choices(sampler, pruner)
         self._spaces = {name: _distribution(optuna, one) for name, one in self.parameters.items()}
         if sampler == "grid":
-            _grid(self.parameters)  # a letter comes before a file
+            _grid(self.parameters)  # an error comes before a file
         direction = "maximize" if maximise else "minimize"
         self._study = optuna.create_study(
             storage=_storage(optuna, folder),

@@ -53,7 +53,7 @@ class Source:
         return None
 
     def refuse(self, at: At, found: str | Message, expected: str | Message, hint: str | Message = "") -> NoReturn:
-        """Raise the letter about a place.
+        """Raise the error about a place.
 
         Raises:
             TemplateError: Always.

@@ -61,7 +61,7 @@ def test_marks_come_back_and_old_ones_are_read(tmp_path):
     assert read_checkpoint_marks(path)[0] == CheckpointMark(3, 40, 12.0, 5.0)
 
 
-WRONG = [  # text, what the letter holds
+WRONG = [  # text, what the message holds
     ("", ": the file is empty"),
     ("[]", ":1: the file holds no JSON object"),
     ("{}", ": best_checkpoint: there is no such key; expected a JSON object"),

@@ -92,7 +92,7 @@ def test_flags_numbers_and_choices_are_read(tmp_path):
     assert env.choice("DR_RACE_TYPE", "", ("TIME_TRIAL", "HEAD_TO_BOT")) == "TIME_TRIAL"
 
 
-WRONG = [  # line, how it is asked, what the letter holds
+WRONG = [  # line, how it is asked, what the message holds
     ("DR_WORLD_NAME Monaco", None, ":2: 'DR_WORLD_NAME Monaco'; expected lines of KEY=VALUE"),
     (
         "DR_EVAL_SAVE_MP4=maybe",

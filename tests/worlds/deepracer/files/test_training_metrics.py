@@ -49,7 +49,7 @@ def test_nobody_chooses_the_best_by_a_metric_that_is_not(tmp_path):
         write_training_metrics(tmp_path / "m.json", [], "progres")
 
 
-WRONG = [  # text, what the letter holds
+WRONG = [  # text, what the message holds
     ("[]", ":1: there are no metrics"),
     ('{"metrics": 3}', ":1: there are no metrics"),
     ('{"metrics": [\n3]}', ":2: metrics[0]: 3; expected an object"),

@@ -85,7 +85,7 @@ def test_workers_of_both_directions_make_four_courses(tmp_path):
     assert laid == [("reinvent_base", False), ("reinvent_base", True), ("Oval_track", False), ("Oval_track", True)]
 
 
-WRONG = [  # lines of run.env, worker-2.env, file, what the letter holds
+WRONG = [  # lines of run.env, worker-2.env, file, what the message holds
     (MULTI, None, "run.env:1", "DR_WORKERS asks for 2 courses and there is no worker-2.env"),
     ((*MULTI[:1], "DR_WORKERS=1.5"), None, "run.env:2", "DR_WORKERS: '1.5'; expected a whole number"),
     ((*MULTI[:1], "DR_WORKERS=0"), None, "run.env:2", "DR_WORKERS: '0'; expected a number from 1 to 64"),

@@ -187,7 +187,7 @@ def test_a_held_out_track_that_has_changed_is_named(trained):
         trained.run.write_job(job)
 
 
-WRONG = [  # words of a request, what the letter holds
+WRONG = [  # words of a request, what the message holds
     ({"groups": ("race=DRAG",)}, "there is no race 'DRAG'"),
     ({"groups": ("race=OBJECT_AVOIDENCE",)}, "Did you mean 'OBJECT_AVOIDANCE'?"),
     ({"groups": ("race=HEAD_TO_BOT boxes.number=2",)},

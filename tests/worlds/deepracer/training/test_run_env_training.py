@@ -169,7 +169,7 @@ def test_an_older_model_is_found_by_prefix_uri_or_path(tmp_path, monkeypatch, wr
     assert race_environment(again).clone_from == "runs/below:last"
 
 
-WRONG = [  # line, what the letter holds
+WRONG = [  # line, what the message holds
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=-2", ":3: DR_OA_NUMBER_OF_OBSTACLES: '-2'; expected"),
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBJECT_POSITIONS=1.4,1", "'1.4,1' lies off the track"),
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBSTACLE_TYPE=crate", "DR_OA_OBSTACLE_TYPE: 'crate'; expected box_obstacle"),

@@ -2,7 +2,7 @@
 
     board.py          what a position is: snakes, food, hazards; drawn as text
     settings.py       what one game is played with
-    dice.py           chance that comes in through the door, loaded dice for tests
+    dice.py           random draws passed in, and fixed ones for tests
     stages.py         the rules, one named stage each
     rulesets.py       standard, solo, royale, constrictor, wrapped: lists of stages
     maps.py           the 25 maps: where snakes start, where food falls, how hazards come

@@ -1,4 +1,4 @@
-"""Chance that comes in through the door.
+"""Random draws that are passed in.
 
 StreamDice   a counter-based stream: the kernel rolls the same numbers from the same key and counter
 LoadedDice   a fixed row of rolls, for tests

@@ -253,7 +253,7 @@ class ArenaStore:
 
 @contextlib.contextmanager
 def _connected(path: Path) -> Iterator[sqlite3.Connection]:
-    """Open the file for a few statements, and turn what SQLite raises into letters."""
+    """Open the file for a few statements, and turn what SQLite raises into errors."""
     try:
         with contextlib.closing(sqlite3.connect(path, timeout=PATIENCE_SECONDS)) as database:
             yield database

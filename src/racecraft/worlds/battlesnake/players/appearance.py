@@ -19,7 +19,7 @@ def colour(text: str, where: str = "--color") -> str:
 
     Args:
         text: `#rrggbb`, `#rgb` or a name of `COLOURS`.
-        where: What to call its source in the letter.
+        where: What to call its source in the message.
 
     Raises:
         PlayerError: It is no colour.

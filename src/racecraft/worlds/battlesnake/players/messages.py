@@ -1,6 +1,6 @@
 """The official JSON of the webhook API, both ways (facts: A.10): what an engine sends, and what a snake reads in it.
 
-`message` tells one snake a position; `read_message` takes such a letter apart and refuses what cannot be a position.
+`message` tells one snake a position; `read_message` reads such a message and refuses what cannot be a position.
 It is not narrow about the game around it: an engine may know rulesets, maps and figures that we do not, and a snake has
 to move all the same. What it does not know it reads as the official engine does: as standard. In snail mode an engine
 that tells hazards on the board alone leaves out which squares the next turn's trails are on; they are added.
@@ -26,12 +26,12 @@ MOST_STACKED = 1000
 
 
 class MessageError(BoardError):
-    """A letter tells no position that could be played."""
+    """A message holds no position that could be played."""
 
 
 @dataclass
 class GameCard:
-    """What a letter says of a game besides the board and its settings."""
+    """What a message says of a game besides the board and its settings."""
 
     id: str
     timeout_ms: int = 500

@@ -12,6 +12,6 @@ Begin in `race.py`; it tells one tick of a race in order.
     world.py          N cars as a World; its card
     kernels/          the bodies of the above, compiled
 
-Metres, seconds, radians; x east, y north; a positive angle turns left. This room knows nothing of learning, jobs or
+Metres, seconds, radians; x east, y north; a positive angle turns left. This package knows nothing of learning, jobs or
 screens.
 """

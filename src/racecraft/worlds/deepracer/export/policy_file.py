@@ -66,7 +66,7 @@ def export_policy(
         RunFolderError: No run folder, or the run of another kind of world.
         CheckpointError: No such checkpoint.
         NoPlainLayersError: The policy is made of more than convolutions and dense layers.
-        MissingExtraError: A package is missing; the letter says how to install it.
+        MissingExtraError: A package is missing; the message says how to install it.
         ExportError: The file does not act as the checkpoint does; nothing is written.
     """
     form = FORMATS[to]

@@ -24,7 +24,7 @@ def local_bucket(drfc: DrfcFolder) -> Place | None:
     """Return where the local bucket is; None: it is a folder.
 
     Raises:
-        RunEnvError: A value cannot be used; the letter names file, line and variable.
+        RunEnvError: A value cannot be used; the message names file, line and variable.
     """
     if not drfc.local_is_s3:
         return None

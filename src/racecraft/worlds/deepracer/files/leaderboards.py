@@ -84,7 +84,7 @@ class Leaderboard:
         """Return the racers who finished, by rank.
 
         Raises:
-            LeaderboardError: The table is damaged; the letter names its line.
+            LeaderboardError: The table is damaged; the message names its line.
         """
         if self.table is None:
             return []

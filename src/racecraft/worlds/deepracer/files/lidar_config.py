@@ -28,7 +28,7 @@ def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
     """Return num_sectors, num_values_per_sector and clipping_dist (m) as far as they are given; None without the key.
 
     Raises:
-        MetadataError: A value is no number or out of range; the letter names file, line and key.
+        MetadataError: A value is no number or out of range; the message names file, line and key.
     """
     written = document.value.get("lidar_config")
     if written is None:

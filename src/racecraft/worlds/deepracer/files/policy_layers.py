@@ -59,7 +59,7 @@ def require_aws_network(policy: PolicyLayers) -> None:
     """Refuse what AWS's trainer could not go on with.
 
     Raises:
-        PolicyLayersError: The letter says what of it.
+        PolicyLayersError: The message says what of it.
     """
     if policy.kind == SAC:
         raise PolicyLayersError(

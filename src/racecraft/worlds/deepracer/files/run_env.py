@@ -65,7 +65,7 @@ class RunEnv:
         """Return a value as true or false, in any spelling.
 
         Raises:
-            RunEnvError: It is neither; the letter names file and line.
+            RunEnvError: It is neither; the message names file and line.
         """
         if name not in self.values:
             return default
@@ -78,7 +78,7 @@ class RunEnv:
         """Return a value as a number from low to high.
 
         Raises:
-            RunEnvError: It is none; the letter names file and line.
+            RunEnvError: It is none; the message names file and line.
         """
         if name not in self.values:
             return default
@@ -94,7 +94,7 @@ class RunEnv:
         """Return a value that is one of the known words, in any case.
 
         Raises:
-            RunEnvError: It is none of them; the letter names file and line, and the nearest.
+            RunEnvError: It is none of them; the message names file and line, and the nearest.
         """
         if name not in self.values:
             return default
@@ -131,7 +131,7 @@ def read_run_env(*paths: str | Path, expand: bool = True) -> RunEnv:
         expand: Whether `$OTHER` is filled in; DeepRacer for Cloud does not in worker files.
 
     Raises:
-        RunEnvError: A file is missing or no text, or a line is no setting; the letter names file and line.
+        RunEnvError: A file is missing or no text, or a line is no setting; the message names file and line.
     """
     values: dict[str, str] = {}
     places: dict[str, tuple[Path, int | None]] = {}

@@ -19,7 +19,7 @@
     metric_rows.py AWS's metrics files
     columns.py     the columns, in one table
 
-This room stands beside `analysis`: it knows files and nothing of pictures.
+This package stands beside `analysis`: it knows files and nothing of pictures.
 """
 
 from racecraft.worlds.deepracer.logs.columns import METRIC_COLUMNS, TICK_COLUMNS

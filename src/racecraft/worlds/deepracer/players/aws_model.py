@@ -72,7 +72,7 @@ def import_model(
         track: What it drives unless told otherwise; None: what its training_params.yaml names, or reinvent_base.
 
     Raises:
-        UserInputError: Whatever cannot be used, as a letter.
+        UserInputError: Something cannot be used.
     """
     source = Path(source)
     if not is_archive(source):

@@ -111,7 +111,7 @@ def _require_named_sensors(path: Path, layers: PolicyLayers, car: ModelMetadata)
     which of both comes first.
 
     Raises:
-        ForeignModelError: The letter names both.
+        ForeignModelError: The message names both.
     """
     there = [sensor.name for sensor in layers.network.sensors]
     one_eyed = len(there) == 1 == len(car.sensors) and STEREO not in (*there, *car.sensors)

@@ -68,7 +68,7 @@ def load_driver(source: str) -> Driver:
     """Return the driver of a run, RUN[:best|last|N], or of a model of AWS's: an archive, a folder, a graph.
 
     Raises:
-        UserInputError: Whatever cannot be used, as a letter.
+        UserInputError: Something cannot be used.
     """
     return driver_of(load_car(source), name_of(source))
 
@@ -77,7 +77,7 @@ def load_car(source: str) -> TrainedCar:
     """Return the trained car of a run, or of a model of AWS's, which is imported for as long as this process lives.
 
     Raises:
-        UserInputError: Whatever cannot be used, as a letter.
+        UserInputError: Something cannot be used.
     """
     path, which = split_source(source)
     return load_trained_car(open_run(path).path, which)

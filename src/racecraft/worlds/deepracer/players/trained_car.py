@@ -149,7 +149,7 @@ def _require_own_car(
     """Refuse a network whose outputs are not its car's actions, or whose inputs are not what its car sees.
 
     Raises:
-        RunFolderError: The letter names both.
+        RunFolderError: The message names both.
     """
     decided, driven = _decisions(policy.spec.actions), _decisions(actions.spec)
     if decided != driven:

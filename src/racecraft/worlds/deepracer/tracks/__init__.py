@@ -1,6 +1,6 @@
 """A circuit: a K-row polyline of centre line and borders, its arc length, and where a point lies along it.
 
-Begin in ``track.py``; `Track` is what every other room asks.
+Begin in ``track.py``; `Track` is what every other package asks.
 
     track.py       a circuit: rows, arc, direction, where points lie, reversed
     kernels/       the same questions as scalar bodies, for other kernels
@@ -10,5 +10,5 @@ Begin in ``track.py``; `Track` is what every other room asks.
     picture.py     a circuit drawn, with paths on it
 
 Metres and radians; x east, y north; a positive angle turns left. A row is a waypoint, counted from 0.
-This room knows nothing of cars, learning or screens.
+This package knows nothing of cars, learning or screens.
 """

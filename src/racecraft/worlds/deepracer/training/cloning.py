@@ -44,7 +44,7 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
         metadata: What its checkpoint says of itself.
 
     Raises:
-        RunFolderError: A car of another shape; the letter says what may not change.
+        RunFolderError: A car of another shape; the message says what may not change.
     """
     _require_same_sensors(plan, path, metadata["model_metadata"])
     _require_same_settings(plan, path, metadata["settings"], (*FREE, *OF_CRITIC) if IMPORTED in metadata else FREE)

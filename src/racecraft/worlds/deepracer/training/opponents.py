@@ -83,7 +83,7 @@ def require_racing(planned: CarPlan) -> None:
     """Refuse what cannot be trained in a race against others.
 
     Raises:
-        SettingError: The letter says what.
+        SettingError: The message says what.
     """
     if planned.settings.race.type != HEAD_TO_MODEL:
         return

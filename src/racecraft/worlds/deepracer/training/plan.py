@@ -157,7 +157,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     """Read and check everything a request names; nothing is written.
 
     Raises:
-        UserInputError: Whatever cannot be used, as a letter.
+        UserInputError: Something cannot be used.
     """
     asked, model = _files_of(request)
     algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])

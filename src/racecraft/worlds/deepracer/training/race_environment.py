@@ -79,7 +79,7 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
         drfc: The installation, where a dr- verb has read it; its bucket is then where files and models are looked for.
 
     Raises:
-        RunEnvError: A line or value cannot be used; the letter names file, line and variable.
+        RunEnvError: A line or value cannot be used; the message names file, line and variable.
     """
     if drfc is None and (folder is None or not (folder / FILE).is_file()):
         return RaceEnvironment()

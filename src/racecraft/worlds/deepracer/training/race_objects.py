@@ -46,7 +46,7 @@ def objects_overrides(env: RunEnv, race: str) -> tuple[str, ...]:
     """Return the settings that the variables of a race stand for.
 
     Raises:
-        RunEnvError: A value cannot be used; the letter names file and line.
+        RunEnvError: A value cannot be used; the message names file and line.
     """
     if race == TIME_TRIAL:
         return ()

@@ -30,7 +30,7 @@ def judging_asked(env: RunEnv) -> Judging:
     """Return what an evaluation does where it is not told otherwise.
 
     Raises:
-        RunEnvError: A value cannot be used; the letter names file, line and variable.
+        RunEnvError: A value cannot be used; the message names file, line and variable.
     """
     found: Judging = {}
     if TRIALS in env.values:
@@ -50,7 +50,7 @@ def judging_in_drfc(env: RunEnv) -> Judging:
     """Return what DeepRacer for Cloud does: always a race, and what run.env leaves out is as in a new one.
 
     Raises:
-        RunEnvError: A value cannot be used; the letter names file, line and variable.
+        RunEnvError: A value cannot be used; the message names file, line and variable.
     """
     new = {name: BY_NAME[name].default for name in VARIABLES}
     return judging_asked(replace(env, values={**new, **env.values}))

@@ -1,4 +1,4 @@
-"""Asks a user's environment; what goes wrong in it becomes a letter with its file and line. Begin with `asked`."""
+"""Asks a user's environment; what goes wrong in it becomes an error with its file and line. Begin with `asked`."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def reward_given(env: Any, reward: Any) -> float:
 
 
 def failure(env: Any, method: str, error: BaseException) -> EnvironmentFailedError:
-    """Return the letter about an environment whose method failed."""
+    """Return the error about an environment whose method failed."""
     place = _line(user_code_location(error)) or _place(env, method)
     return EnvironmentFailedError(
         "{place}{name}.{method} {said}; expected an environment that plays episode after episode. Mend it there.",
@@ -109,7 +109,7 @@ def failure(env: Any, method: str, error: BaseException) -> EnvironmentFailedErr
 
 
 def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object) -> EnvironmentFailedError:
-    """Return the letter about something that an environment gave and that does not fit what it promised."""
+    """Return the error about something that an environment gave and that does not fit what it promised."""
     shape = getattr(value, "shape", None)
     gave = f"{type(value).__name__} of shape {tuple(shape)}" if shape is not None else _short(value)
     return EnvironmentFailedError(
@@ -126,7 +126,7 @@ def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object)
 
 
 def lacking(env: Any, name: str) -> EnvironmentFailedError:
-    """Return the letter about something that an environment has not."""
+    """Return the error about something that an environment has not."""
     return EnvironmentFailedError(
         "{place}{name} has no {name_2}; expected one of gym's spaces, set as it is made.",
         place=_place(env, "__init__"),

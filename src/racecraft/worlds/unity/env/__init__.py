@@ -23,5 +23,5 @@ Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are t
     errors.py         what can go wrong, each with what to do
 
 Figures and field numbers come from the facts gathered on ML-Agents (packages 1.x to 4.x, wire versions 1.0 to 1.5).
-This room knows nothing of learning. It needs the extra `racecraft[unity]`.
+This package knows nothing of learning. It needs the extra `racecraft[unity]`.
 """

@@ -1,4 +1,4 @@
-"""What can go wrong with a player, each a short letter.
+"""What can go wrong with a player, each a short message.
 
 ::
 
@@ -27,7 +27,7 @@ class UnityError(RacecraftError):
 
 
 class PlayerDiedError(UnityError):
-    """The player's process ended or its connection broke; the letter holds the tail of its log."""
+    """The player's process ended or its connection broke; the message holds the tail of its log."""
 
 
 class PlayerTimeoutError(UnityError):
@@ -59,7 +59,7 @@ class BuildError(UserInputError):
 
 
 def missing_extra(package: str) -> MissingExtraError:
-    """Return the letter for an absent package of the `unity` extra."""
+    """Return the error about an absent package of the `unity` extra."""
     return MissingExtraError(
         "Unity worlds need the package '{package}', which is not installed. {install}", package=package, install=INSTALL
     )

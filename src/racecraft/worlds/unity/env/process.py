@@ -105,7 +105,7 @@ class PlayerProcess:
             )
 
     def log_tail(self, lines: int = LOG_TAIL_LINES) -> str:
-        """Return the last lines of what the player wrote, for a letter."""
+        """Return the last lines of what the player wrote, for an error message."""
         told = []
         for path in [*self.log_files, self.output_file]:
             text = _last_lines(path, lines)

@@ -60,7 +60,7 @@ class RestartQuota:
         """Use one new start.
 
         Returns:
-            An empty string, or why there is none left and what to do, for a letter.
+            An empty string, or why there is none left and what to do, for an error message.
         """
         limits, now = self._limits, self._clock()
         while self._recent and now - self._recent[0] >= limits.restarts_rate_limit_period_s:

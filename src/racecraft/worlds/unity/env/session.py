@@ -106,7 +106,7 @@ class Session:
 
     Raises:
         BuildError: There is no such build, or it cannot be started.
-        PlayerDiedError: It ended before it connected; the letter holds the tail of its log.
+        PlayerDiedError: It ended before it connected; the message holds the tail of its log.
         PlayerTimeoutError: It did not connect in time.
         WireVersionError: It speaks another version.
         PortTakenError: The wished port is in use.

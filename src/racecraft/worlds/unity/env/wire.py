@@ -256,7 +256,7 @@ def _require_free(port: int) -> None:
 
 
 def _grpc() -> Any:
-    """Return the gRPC module: this is its only door."""
+    """Return the gRPC module: nothing else imports it."""
     try:
         import grpc
     except ImportError as cause:

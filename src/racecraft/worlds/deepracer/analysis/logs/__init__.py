@@ -7,7 +7,7 @@
     track = find_track(logs.ticks, logs.about.get("world"))
     plot = reward_heat_map(logs.training, track)     # plot.data, plot.figure, plot.save("heat.png")
 
-Functions take the table of `racecraft.worlds.deepracer.logs` and nothing else of that room. Those that return
+Functions take the table of `racecraft.worlds.deepracer.logs` and nothing else of that package. Those that return
 a `Plot` have data and a figure; those that return a table are data alone. Named as in the notebooks of
 deepracer-analysis and in log-guru.
 """
