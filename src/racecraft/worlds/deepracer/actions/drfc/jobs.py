@@ -120,7 +120,7 @@ def refuse_if_busy(drfc: DrfcFolder, kind: str, model: Path) -> None:
 
 
 def _under_way(drfc: DrfcFolder, job: Job, kind: str) -> str:
-    """Return the letter about a job that has not ended."""
+    """Return the error about a job that has not ended."""
     what = "a training is" if kind == "training" else "an evaluation is"
     told = ", ".join(filter(None, (job.name, job.spec.run)))
     return (
