@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -12,12 +11,11 @@ from racecraft.worlds.deepracer.driving.lines import SPACING_M, least_bend
 from racecraft.worlds.deepracer.driving.profile import steady_curvature, with_speeds
 from racecraft.worlds.deepracer.driving.racing_line import RacingLine
 from racecraft.worlds.deepracer.driving.road_frame import RoadFrame, road_frame
+from racecraft.worlds.deepracer.driving.telemetry.corners import find_corners
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, action_label, clip_commands
 from racecraft.worlds.deepracer.env.vehicle import MAX_LOGGED_SPEED_MPS, MAX_SPEED_MPS, MAX_STEERING_RAD, CarProfile
 from racecraft.worlds.deepracer.tracks.track import Track
 
-TURN_CURVATURE = 0.6
-"""A stretch that bends more sharply than this is a turn, 1/m."""
 WINDOW_M = 0.4
 """Curvature counts as a mean over so much of the line: a car need not follow every kink of it."""
 GENTLE = 0.01
@@ -33,7 +31,7 @@ class Turn:
     """A stretch of a line that bends one way."""
 
     number: int
-    """Counted from 1, in driving order from the start line."""
+    """As `telemetry.corners` counts it."""
     curvature: float
     """At its sharpest, 1/m, left positive."""
     speed: float
@@ -49,8 +47,8 @@ class Turn:
 def find_turns(track: Track, car: CarProfile, top_speed: float = MAX_SPEED_MPS) -> list[Turn]:
     """Return a track's turns, in driving order.
 
-    A turn is a stretch in which the centre line bends one way; it must be driven at least as sharply as the track's
-    gentle line bends there.
+    They are the corners of `telemetry.corners`. Each must be driven at least as sharply as the track's gentle line
+    bends there.
 
     Args:
         track: In driving direction.
@@ -67,16 +65,14 @@ def _gentle_offset(track: Track) -> tuple[RoadFrame, np.ndarray]:
 
 
 def _turns(track: Track, frame: RoadFrame, line: RacingLine) -> list[Turn]:
-    road = _mean(frame.curvature, frame.spacing, frame.closed)
-    side = np.where(np.abs(road) > TURN_CURVATURE, np.sign(road), 0)
-    starts = np.flatnonzero(np.diff(side, prepend=0))
-    bend = _mean_curvature(line)
+    bend, count = _mean_curvature(line), len(frame.xy)
     turns: list[Turn] = []
-    for first, last in pairwise([*starts, len(side)]):
-        if side[first] != 0:
-            row = first + int(np.argmax(side[first] * bend[first:last]))
-            waypoint = int(track.locate(frame.xy[row : row + 1]).nearer_waypoint[0])
-            turns.append(Turn(len(turns) + 1, float(bend[row]), float(line.speed[row]), waypoint))
+    for corner in find_corners(track):
+        last = corner.end if corner.end > corner.begin else corner.end + 1.0
+        rows = np.arange(round(corner.begin * count), round(last * count) + 1) % count
+        row = int(rows[np.argmax(np.sign(corner.turn_rad) * bend[rows])])
+        waypoint = int(track.locate(frame.xy[row : row + 1]).nearer_waypoint[0])
+        turns.append(Turn(corner.number, float(bend[row]), float(line.speed[row]), waypoint))
     return turns
 
 
