@@ -38,6 +38,8 @@ def test_what_cannot_be_is_refused_by_name(racecraft):
         (("--phase", "trainin"), "Did you mean 'training'"),
         (("--lap", "99"), "expected 1 to 45"),
         (("--iterations", "9..2"), "such as 10..20"),
+        (("--turn", "three"), "such as 3=1.6"),
+        (("--turn", "9=2"), "has 5 corners"),
         (("--begins", "pit"), "expected one of line, rest, flying"),
         (("--against", "nowhere"), "nowhere: there is no such file or folder"),
         (("--phase", "evaluation", "--begins", "line", "--within", "0", "--clean", "--iterations", "90.."), "none of"),

@@ -70,7 +70,7 @@ def score_on_fresh_starts(run: RunFolder, which: str, episodes: int = EPISODES) 
     judging_world = kind.piece("judging_world")
     if judging_world is None:
         raise SettingError(
-            "{path}: runs of the kind {name!r} cannot be compared; expected cars or Gymnasium.",
+            "{path}: runs of the kind {name!r} cannot be compared; expected cars, snakes or Gymnasium.",
             path=run.path,
             name=kind.name,
         )

@@ -15,6 +15,7 @@ KIND = WorldKind(
         )
     },
     evaluate="racecraft.worlds.battlesnake.evaluation.judged_run:judge_snake",
+    fresh_scores="racecraft.worlds.battlesnake.evaluation.fresh_games:fresh_games",
     commands=(Command("snakes", "racecraft.worlds.battlesnake.cli.snakes:app"),),
     score=Score("rating (Elo)", "best checkpoint, rating", "rating"),
     evaluation_table="racecraft.worlds.battlesnake.analysis.evaluations:rating_table",

@@ -46,6 +46,12 @@ class LapOptions:
     fastest: Annotated[int | None, typer.Option(min=1, help="So many laps, the fastest.")] = None
     clean: Annotated[bool, typer.Option("--clean", help="Only laps in which the car never left the road.")] = False
 
+    turn: Annotated[str | None, typer.Option(help="Turn 3 with the straight behind it takes 1.6 s at most: 3=1.6.")] = (
+        None
+    )
+    top_speed: Annotated[float | None, typer.Option(help="The car drives so fast somewhere, m/s.")] = None
+    mean_reward: Annotated[float | None, typer.Option(help="A tick pays so much on average.")] = None
+
     def rows(self, laps: Laps) -> Any:
         """Return the rows of the laps that count.
 
@@ -53,7 +59,7 @@ class LapOptions:
             SettingError: A value that no lap can have.
         """
         from racecraft.contract.errors import SettingError, nearest
-        from racecraft.worlds.deepracer.driving.telemetry.filters import LapFilter, read_iterations
+        from racecraft.worlds.deepracer.driving.telemetry.filters import LapFilter, read_iterations, read_turn
         from racecraft.worlds.deepracer.logs.columns import PHASES
 
         if self.phase is not None and self.phase not in PHASES:
@@ -62,7 +68,18 @@ class LapOptions:
                 hint=nearest(self.phase, PHASES),
             )  # fmt: skip
         span = None if self.iterations is None else read_iterations(self.iterations)
-        chosen = LapFilter(self.phase, span, self.quarter, self.begins, self.within, self.fastest, self.clean)
+        chosen = LapFilter(
+            phase=self.phase,
+            iterations=span,
+            quarter=self.quarter,
+            begins=self.begins,
+            within_percent=self.within,
+            fastest=self.fastest,
+            clean=self.clean,
+            turn=None if self.turn is None else read_turn(self.turn),
+            top_speed_mps=self.top_speed,
+            mean_reward=self.mean_reward,
+        )
         return chosen.rows(laps)
 
 

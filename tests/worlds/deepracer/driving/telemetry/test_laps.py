@@ -81,3 +81,8 @@ def test_filters_choose_what_they_say():
     assert LapFilter(fastest=2, begins="line").rows(laps).tolist() == [4, 6]
     assert LapFilter(within_percent=10.0).rows(laps).tolist() == [5, 6, 7]
     assert LapFilter(phase="evaluation").rows(laps).tolist() == []
+    assert LapFilter(top_speed_mps=2.55).rows(laps).tolist() == [6, 7]
+    zone = time_laps(laps).zone_seconds[:, 1]
+    assert LapFilter(turn=(2, float(zone[5]))).rows(laps).tolist() == np.flatnonzero(zone <= zone[5]).tolist()
+    assert LapFilter(mean_reward=1.0).rows(laps).tolist() == list(range(8))
+    assert LapFilter(mean_reward=1.01).rows(laps).tolist() == []

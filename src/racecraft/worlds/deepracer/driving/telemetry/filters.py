@@ -9,6 +9,7 @@ import numpy as np
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
+from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
 
 LINE, REST, FLYING = "line", "rest", "flying"
 BEGINNINGS = (LINE, REST, FLYING)
@@ -34,6 +35,12 @@ class LapFilter:
     """So many of the laps that are left, the fastest."""
     clean: bool = False
     """The car never left the road in it and was never set back."""
+    turn: tuple[int, float] | None = None
+    """Number of a corner, and how many seconds its zone takes at most."""
+    top_speed_mps: float | None = None
+    """The car drives so fast somewhere, at least."""
+    mean_reward: float | None = None
+    """A tick pays so much on average, at least."""
 
     def __post_init__(self) -> None:
         """Refuse what no lap can be.
@@ -67,7 +74,31 @@ class LapFilter:
             counts &= about["from_rest"].to_numpy() == (self.begins == REST)
         if self.clean:
             counts &= about["resets"].to_numpy() == 0
-        return self._quick(np.flatnonzero(counts), laps.lap_seconds)
+        return self._quick(np.flatnonzero(counts & self._driven(laps)), laps.lap_seconds)
+
+    def _driven(self, laps: Laps) -> Array:
+        """Tell which laps (L,) were driven as asked.
+
+        Raises:
+            SettingError: The track has no such corner.
+        """
+        counts = np.ones(len(laps), np.bool_)
+        if self.top_speed_mps is not None and len(laps):
+            counts &= np.nanmax(laps.speed_mps, axis=1) >= self.top_speed_mps
+        if self.mean_reward is not None:
+            counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
+        if self.turn is not None:
+            number, most = self.turn
+            timing = time_laps(laps)
+            if not 1 <= number <= len(timing.corners):
+                raise SettingError(
+                    "--turn {number}: {track} has {count} corners; expected one of them.",
+                    number=number,
+                    track=laps.track.name,
+                    count=len(timing.corners),
+                )
+            counts &= timing.zone_seconds[:, number - 1] <= most
+        return counts
 
     def _quick(self, rows: Array, seconds: Array) -> Array:
         """Return those of the rows that are quick enough."""
@@ -95,3 +126,19 @@ def read_iterations(text: str) -> tuple[int, int]:
     if ends[1] < ends[0] or not text:
         raise SettingError("--iterations is {text!r}; expected a number, or two such as 10..20.", text=text)
     return ends
+
+
+def read_turn(text: str) -> tuple[int, float]:
+    """Return a corner's number and its longest time, s, of "3=1.6".
+
+    Raises:
+        SettingError: Another form.
+
+    >>> read_turn("3=1.6")
+    (3, 1.6)
+    """
+    number, _, seconds = text.partition("=")
+    try:
+        return int(number), float(seconds)
+    except ValueError:
+        raise SettingError("--turn is {text!r}; expected a corner and seconds, such as 3=1.6.", text=text) from None

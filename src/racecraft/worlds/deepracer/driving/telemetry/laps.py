@@ -43,7 +43,7 @@ class Laps:
     about: pl.DataFrame
     """A row a lap: round, phase, stream, worker, iteration, episode, unique_episode; `first_row` and `last_row` among
     the ticks; `seconds`; `begin_share`, where on the lap it began; `from_rest`; `resets`, how often the car left the
-    road and was set back; `steps`."""
+    road and was set back; `steps`; `mean_reward` of a tick, null where the log has none."""
     seconds: Array
     """(L, N) s spent on each piece."""
     metres: Array
@@ -110,6 +110,7 @@ def find_laps(ticks: pl.DataFrame, track: Track) -> Laps:
         **_series(first, last, columns, from_rest),
         begin_share=_polars().Series(begin_share),
         resets=_polars().Series(_resets(ticks, first, last)),
+        mean_reward=_mean_reward(ticks, first, last),
     )  # fmt: skip
     episodes = int(ticks["unique_episode"].n_unique())
     return Laps(track, about, episodes=episodes, **traces)
@@ -267,6 +268,15 @@ def _resets(ticks: pl.DataFrame, first: Array, last: Array) -> Array:
     begun = happened & ~np.concatenate([[False], happened[:-1]])
     count = np.concatenate([[0], np.cumsum(begun)])
     return np.asarray(count[last + 1] - count[first + 1])
+
+
+def _mean_reward(ticks: pl.DataFrame, first: Array, last: Array) -> pl.Series:
+    """Return what a tick of each lap paid on average."""
+    if "reward" not in ticks.columns:
+        return _polars().Series([None] * len(first), dtype=_polars().Float64)
+    paid = np.concatenate([[0.0], np.cumsum(ticks["reward"].fill_null(0.0).to_numpy())])
+    mean = (paid[last + 1] - paid[first + 1]) / np.maximum(last - first, 1)
+    return _polars().Series(mean)
 
 
 def _changes(values: Array) -> Array:
