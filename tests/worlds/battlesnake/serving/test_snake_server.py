@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from racecraft.serving.loop_lag import LoopLag
 from racecraft.serving.quick_answers import answer_before_thinking, settle
 from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.env.board import MOVES
@@ -24,10 +25,12 @@ from racecraft.worlds.battlesnake.players.from_file import load_file_player
 from racecraft.worlds.battlesnake.players.messages import GameCard, message
 from racecraft.worlds.battlesnake.players.protocol import InlinePlayer
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, safe_moves
+from racecraft.worlds.battlesnake.serving import snake_server
+from racecraft.worlds.battlesnake.serving.admission import Admission
 from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
 
-def letter(game_id="g", timeout_ms=300, you="s0"):
+def letter(game_id="g", timeout_ms=3000, you="s0"):
     referee = Referee(GameSettings(7, 7, 2), StreamDice(2))
     return message(referee.board, referee.settings, you, GameCard(game_id, timeout_ms)), referee
 
@@ -307,6 +310,45 @@ def test_where_requests_lastingly_wait_to_be_read_no_game_more_is_taken():
 
     assert serving(server, talk) == (200, [503, 503, 200, 200], 200)
     assert "so busy" in said[0]
+
+
+def test_of_a_burst_of_starts_so_many_are_taken_as_can_be_answered_in_time(monkeypatch):
+    """Reading a message takes 4 ms here, so that a hundred games at once could never be answered within 400."""
+    slow = snake_server.read_message
+    monkeypatch.setattr(snake_server, "read_message", lambda message: (time.sleep(0.004), slow(message))[1])
+    server, said, late = SnakeServer(find_player("hungry"), complain=lambda sentence: said.append(sentence)), [], []
+
+    async def client(port, number):
+        sent = letter(f"g{number}", timeout_ms=500)[0]
+        status, answer = await exchange(port, post("/start", sent))
+        if status == 503:
+            return answer["error"]
+        await exchange(port, post("/move", sent))  # while the other starts are read, which takes what it takes
+        for _ in range(3):
+            begin = time.monotonic()
+            await exchange(port, post("/move", sent))
+            late.append(time.monotonic() - begin > 0.5)
+        return "taken"
+
+    async def talk(port):
+        return await asyncio.gather(*(client(port, number) for number in range(100)))
+
+    answers = serving(server, talk)
+    assert set(answers) == {"taken", "too_busy"}
+    assert len(late) == 3 * answers.count("taken") > 0
+    assert sum(late) <= len(late) // 10
+    assert "so busy" in said[0]
+
+
+def test_while_moves_are_late_no_game_more_is_taken():
+    admission = Admission(LoopLag())
+    for _ in range(10):
+        admission.note_move(taken=0.5, allowed=0.4)
+    assert admission.is_too_busy(waited=0.0, allowed=0.4)
+    for _ in range(100):
+        admission.note_move(taken=0.3, allowed=0.4)
+    assert not admission.is_too_busy(waited=0.0, allowed=0.4)
+    assert admission.is_too_busy(waited=0.1, allowed=0.4)
 
 
 @pytest.mark.parametrize("name", ["random_safe", "hungry", "flood_fill"])

@@ -116,8 +116,8 @@ class BoardServer:
                     await socket.send_text(self._texts[told])
                     told += 1
                 if self._over and told == len(self._texts):
-                    self._seen_to_the_end.set()
                     await socket.close()
+                    self._seen_to_the_end.set()
                     return
                 await wake.wait()
         except WebSocketDisconnect:

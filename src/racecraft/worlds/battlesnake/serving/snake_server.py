@@ -4,9 +4,9 @@ Every `/move` is answered within the game's timeout less a margin: the player th
 when time runs out is not waited for, and a move that is at least safe, worked out in a blink, goes out instead. Many
 games run at once and share the threads; a player of many boards is asked for all that wait together
 (`batching_queue.py`), one that has its answer in a blink at once, without a thread. Where the machine is so busy that
-requests wait before they are read, that wait is taken off the time (`loop_lag.py`); where it lasts, a game more is
-refused (503), so that those under way are answered in time. What is kept of a game is dropped at its end, or after a
-silence.
+requests wait before they are read, that wait is taken off the time (`loop_lag.py`); where answers would be late, a game
+more is refused (503; `admission.py`), so that those under way are answered in time. What is kept of a game is dropped
+at its end, or after a silence.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ from racecraft.worlds.battlesnake.players.protocol import (
 )
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, square_after
 from racecraft.worlds.battlesnake.players.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
+from racecraft.worlds.battlesnake.serving.admission import MOST_LAG_SHARE, Admission
 
 SILENCE_SECONDS = 600.0
 ABANDONED_SECONDS = 30.0
@@ -50,8 +51,6 @@ CROWDED_SHARE = 0.75
 """Share of its fair time that a move gets where there are more games than threads: the way in and out takes its own."""
 OVERRUN_RATE = 0.1
 """How quickly it learns by how much players overrun their time, as they do where other programs want the cores."""
-MOST_LAG_SHARE = 0.5
-"""Share of a move's time that its request is thought to have waited before it was read; no game more where it lasts."""
 MOST_GAMES = 10_000
 LATENCIES_KEPT = 100_000
 
@@ -140,6 +139,7 @@ class SnakeServer:
         self._pool = WorkerPool(threads or os.cpu_count() or 1)
         self._queue = BatchingQueue(player.choose_many) if isinstance(player, BatchPlayer) else None
         self._lag = LoopLag()
+        self._admission = Admission(self._lag)
         self._thinking = 0
         self._overrun = 0.0
         self._heard: OrderedDict[tuple[str, str], OpenGame] = OrderedDict()
@@ -183,7 +183,7 @@ class SnakeServer:
             raise WebError(422, "bad_board", str(error)) from error
         if path == "/move":
             return {"move": await self._move(letter, message, request.arrived, game)}
-        self._note(letter, game, ended=path == "/end")
+        self._note(letter, game, request.arrived, ended=path == "/end")
         await self._tell(path[1:], letter, message)
         return {}
 
@@ -203,7 +203,7 @@ class SnakeServer:
             head = find_snake(letter.board, letter.you).head
         except PlayerError as error:
             raise WebError(422, "bad_board", f"you: {error}") from error
-        self._note(letter, game)
+        self._note(letter, game, arrived)
         self.count.missed += _seems_missed(letter, message, game.answer)
         seconds = self._seconds(letter)
         unread = min(self._lag.seconds, MOST_LAG_SHARE * seconds)
@@ -211,6 +211,7 @@ class SnakeServer:
         if word is None:
             word = best_safe_move(letter.board, letter.settings, letter.you)
         taken = time.monotonic() - arrived
+        self._admission.note_move(taken, seconds)
         self.count.moves += 1
         self.count.latencies_ms.append(taken * 1000)
         game.answer = Answer(letter.board.turn, square_after(head, word, letter.board, letter.settings), taken)
@@ -290,7 +291,7 @@ class SnakeServer:
     def _seconds(self, letter: Letter) -> float:
         return seconds_to_answer(letter.timeout_ms, self._margin_ms)
 
-    def _note(self, letter: Letter, game: OpenGame, ended: bool = False) -> None:
+    def _note(self, letter: Letter, game: OpenGame, arrived: float, ended: bool = False) -> None:
         """Remember when a game was heard of last; forget the ended and the silent, refuse a new one beyond the cap.
 
         A health probe of an arena is no game: it is answered always, and neither counted nor kept.
@@ -301,16 +302,17 @@ class SnakeServer:
         if ended or (not known and _is_probe(letter)):
             return
         if not known:
-            self._refuse_where_late(letter)
+            self._refuse_where_late(letter, arrived)
         if not known and len(self._heard) >= self._most_games:
             self._make_room()
         self.count.games += not known
         game.heard = self._clock()
         self._heard[key] = game
 
-    def _refuse_where_late(self, letter: Letter) -> None:
-        """Refuse a game more (503) where those under way already wait for half of their time before they are read."""
-        if self._heard and self._lag.lasting_seconds > MOST_LAG_SHARE * self._seconds(letter):
+    def _refuse_where_late(self, letter: Letter, arrived: float) -> None:
+        """Refuse a game more (503) where it or those under way would be answered late."""
+        waited = time.monotonic() - arrived
+        if self._heard and self._admission.is_too_busy(waited, self._seconds(letter)):
             self._complain("a game was refused: the machine is so busy that answers to one more would be late.")
             raise WebError(
                 503, "too_busy", "this machine is too busy to answer one game more in time; try again later."
