@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -112,7 +113,10 @@ def _filled(argument, places):
 
 
 def _files(folder):
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    """Return the files by name, without the folder's own name in them and the random ids of drawings."""
+    files = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    here = str(folder).encode()
+    return {name: re.sub(rb"[mp][0-9a-f]{10}", b"ID", told.replace(here, b"HERE")) for name, told in files.items()}
 
 
 def _without_times(figures):
