@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from racecraft.actions.training_options import TrainingOptions
-from racecraft.cli.option_groups import takes_groups
+from racecraft.cli.from_request import takes_requests
 from racecraft.cli.options import Json
 from racecraft.cli.training import Left, Road
 
@@ -20,7 +20,7 @@ def corridor() -> None:
 
 
 @app.command()
-@takes_groups
+@takes_requests
 def train(
     context: typer.Context,
     length: Annotated[int, typer.Option(min=2, help="Cells.")] = 9,

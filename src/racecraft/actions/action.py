@@ -61,8 +61,10 @@ class Action(Generic[Result]):
         return self._function(request, progress if isinstance(progress, Progress) else _Messages(progress))
 
 
-def _named(function: Callable[..., Any], annotation: str) -> list[type]:
+def _named(function: Callable[..., Any], annotation: Any) -> list[type]:
     """Return the classes that an annotation names; one that is imported for type checks only is left out."""
+    if isinstance(annotation, type):
+        return [annotation]
     known = inspect.unwrap(function).__globals__
     return [known[name] for name in annotation.split(" | ") if name in known]
 

@@ -8,6 +8,7 @@ one JSON object.
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 import typing
@@ -21,7 +22,7 @@ from racecraft.actions.action import Action
 from racecraft.cli.options import Json
 from racecraft.cli.output import counting, print_json, say
 from racecraft.contract.progress import Count, Progress
-from racecraft.settings.request import Option, make_request, options_of
+from racecraft.settings.request import Option, Request, make_request, options_of
 
 SECTIONS = re.compile(r"\n\s*\n\s*(Args|Returns|Raises):\n")
 """Where the help ends and the sections for programmers begin."""
@@ -79,6 +80,38 @@ def with_parameters(
     run.__doc__ = SECTIONS.split(inspect.cleandoc(help))[0]
     run.__name__ = name
     return run
+
+
+def takes_requests(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that is typed option by option and takes its requests whole, for commands that train.
+
+    @app.command()
+    @takes_requests
+    def train(context: typer.Context, *, options: TrainingOptions) -> None: ...
+    """
+    signature = inspect.signature(command, eval_str=True)
+    requests = {one.name: one.annotation for one in signature.parameters.values() if _is_request(one.annotation)}
+
+    @functools.wraps(command)
+    def run(*arguments: Any, **typed: Any) -> None:
+        for name, request in requests.items():
+            values = {row.name: typed.pop(row.name) for row in options_of(request) if row.name in typed}
+            typed[name] = make_request(request, **values)
+        command(*arguments, **typed)
+
+    parameters: list[inspect.Parameter] = []
+    for one in signature.parameters.values():
+        if one.name in requests:
+            parameters += [parameter_of(row) for row in options_of(one.annotation)]
+        else:
+            parameters.append(one.replace(kind=inspect.Parameter.KEYWORD_ONLY))
+    run.__signature__ = inspect.Signature(parameters, return_annotation=None)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run
+
+
+def _is_request(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, Request)
 
 
 def parameter_of(row: Option) -> inspect.Parameter:

@@ -149,6 +149,11 @@ def options_of(request: type) -> tuple[Option, ...]:
     return tuple(found)
 
 
+def option_names(request: type) -> tuple[str, ...]:
+    """Return the names of a request's options in Python."""
+    return tuple(row.name for row in options_of(request))
+
+
 def make_request(request: type[T], *arguments: Any, **values: Any) -> T:
     """Return a request of plain values: arguments in their order, options and those of groups by their names.
 

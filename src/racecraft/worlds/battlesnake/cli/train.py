@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from racecraft.cli.from_request import TerminalProgress
-from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.from_request import TerminalProgress, takes_requests
 from racecraft.cli.options import Cluster, Json
 from racecraft.cli.output import word
 from racecraft.cli.training import Left, Road
+from racecraft.settings.request import option_names
 from racecraft.worlds.battlesnake.actions.train import GameOptions, SnakeTraining, snake_request
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
 
 
-@takes_groups
+@takes_requests
 def train(
     context: typer.Context,
     *,

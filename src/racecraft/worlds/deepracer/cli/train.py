@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.cli.from_request import TerminalProgress
-from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.from_request import TerminalProgress, takes_requests
 from racecraft.cli.options import Cluster, Json
 from racecraft.cli.output import print_next_steps, word
 from racecraft.cli.training import Left, Road
+from racecraft.settings.request import option_names
 from racecraft.worlds.deepracer.actions.train import RACES, CarOptions, CarTraining, TrackOptions, car_request
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 KEPT_BY_A_RUN = ("folder", *option_names(TrackOptions), *option_names(CarOptions))
 
 
-@takes_groups
+@takes_requests
 def train(
     context: typer.Context,
     folder: Annotated[

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.from_request import TerminalProgress
-from racecraft.cli.option_groups import takes_groups
+from racecraft.cli.from_request import TerminalProgress, takes_requests
 from racecraft.cli.options import Cluster, Json
 from racecraft.cli.training import Left, Road, verdict
 from racecraft.worlds.gymnasium.actions.train import GymTraining, gym_request
@@ -25,7 +24,7 @@ def gym() -> None:
 
 
 @app.command()
-@takes_groups
+@takes_requests
 def train(
     context: typer.Context,
     environment: Annotated[

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from racecraft.cli.from_request import TerminalProgress
-from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.from_request import TerminalProgress, takes_requests
 from racecraft.cli.options import Json
 from racecraft.cli.output import print_json, word
 from racecraft.cli.training import Left, Road, verdict
+from racecraft.settings.request import option_names
 from racecraft.worlds.unity.actions.train import ENV_ARGS, SceneOptions, UnityTraining, play, unity_request
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def unity() -> None:
 
 
 @app.command(cls=TakesEnvArgs)
-@takes_groups
+@takes_requests
 def train(
     context: typer.Context,
     build: Annotated[

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import typer
 
 from racecraft.cli.output import word
 from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.worlds.deepracer.actions.drfc.copying import copy_files
 from racecraft.worlds.deepracer.cli.dr.context import installation
 
 if TYPE_CHECKING:
@@ -38,7 +38,8 @@ def local_aws(context: typer.Context) -> None:
     if words[:2] == ["s3", "ls"] and len(words) <= 3:
         _list(drfc, words[2] if len(words) == 3 else f"s3://{drfc.bucket.name}/", recursive)
     elif words[:2] == ["s3", "cp"] and len(words) == 4:
-        _copy(_place(drfc, words[2]), _place(drfc, words[3]), recursive)
+        source = _place(drfc, words[2])
+        print(f"copied {source} to {copy_files(source, _place(drfc, words[3]), recursive)}")
     else:
         raise SettingError(
             "'{args}' is not understood; expected s3 ls [s3://…] or s3 cp FROM TO. "
@@ -68,23 +69,3 @@ def _list(drfc: DrfcFolder, text: str, recursive: bool) -> None:
         when = datetime.datetime.fromtimestamp(path.stat().st_mtime).strftime("%Y-%m-%d %H:%M:%S")
         name = path.relative_to(place) if place.is_dir() else path.name
         print(f"{when} {path.stat().st_size:>10} {name}")
-
-
-def _copy(source: Path, target: Path, recursive: bool) -> None:
-    from racecraft.formats.atomic import make_folder
-    from racecraft.formats.run_lock import unwritable
-
-    if not source.exists():
-        raise UserInputError("{source}: there is nothing to copy; expected a file or a folder.", source=source)
-    if source.is_dir() and not recursive:
-        raise UserInputError("{source}: is a folder; expected a file, or --recursive.", source=source)
-    try:
-        if source.is_dir():
-            shutil.copytree(source, target, dirs_exist_ok=True)
-        else:
-            target = target / source.name if target.is_dir() else target
-            make_folder(target.parent)
-            shutil.copy2(source, target)
-    except OSError as error:
-        raise unwritable(target, error) from error
-    print(f"copied {source} to {target}")
