@@ -189,27 +189,23 @@ def tune(
 ) -> TuningRecord:
     """Train many times with other settings each; a search that lies in the folder is gone on with.
 
-        Args:
-            command: A training command, what stands behind `racecraft`, with --stop, such as "gym train CartPole-v1 --stop
-                minutes=1".
-            parameters: {"ppo.learning_rate": "1e-4..1e-2:log", "ppo.epochs": "2..8", "network.activation": "relu,tanh"}.
-            folder: Of the search.
-            sampler: "tpe", "random" or "grid".
-            trials: How many in all.
-            pruner: "median", "hyperband" or "none".
-            objective: A column of metrics.jsonl, or a regular expression over the log.
-            maximise: Whether more is better.
-            parallel: How many at a time; None: one for every two cores.
-            seed: Of the sampler.
-            quiet: Report nothing.
+    Args:
+        command: A training command, what stands behind `racecraft`, with --stop, such as "gym train CartPole-v1 --stop
+            minutes=1".
+        parameters: {"ppo.learning_rate": "1e-4..1e-2:log", "ppo.epochs": "2..8", "network.activation": "relu,tanh"}.
+        folder: Of the search.
+        sampler: "tpe", "random" or "grid".
+        trials: How many in all.
+        pruner: "median", "hyperband" or "none".
+        objective: A column of metrics.jsonl, or a regular expression over the log.
+        maximise: Whether more is better.
+        parallel: How many at a time; None: one for every two cores.
+        seed: Of the sampler.
+        quiet: Report nothing.
 
-        Raises:
-    <<<<<<< HEAD
-            UserInputError: Something given cannot be used.
-    =======
-            UserInputError: Something cannot be used.
-    >>>>>>> f21ada88 (Speak of packages, importers and messages in docstrings)
-            MissingExtraError: Optuna is not installed.
+    Raises:
+        UserInputError: Something given cannot be used.
+        MissingExtraError: Optuna is not installed.
     """
     found = search_settings(
         words=_words(command), run=folder, sampler=sampler, trials=trials, pruner=pruner, objective=objective,
@@ -234,26 +230,22 @@ def train_population(
 ) -> PopulationRecord:
     """Train a population in rounds; bad members take over weights and settings of good ones.
 
-        A population that lies in the folder is gone on with. Arguments as for `tune`, and:
+    A population that lies in the folder is gone on with. Arguments as for `tune`, and:
 
-        Args:
-            command: A training command; its --stop minutes, steps or iterations say how long a round is.
-            parameters: What may change in the middle of a training; nothing of the network.
-            folder: Of the population; its runs lie in `trials`.
-            population: Members.
-            rounds: Rounds that each of them trains.
-            objective: See `tune`; the last figure of a round counts.
-            maximise: See `tune`.
-            parallel: See `tune`.
-            seed: Of the random choices.
-            quiet: Report nothing.
+    Args:
+        command: A training command; its --stop minutes, steps or iterations say how long a round is.
+        parameters: What may change in the middle of a training; nothing of the network.
+        folder: Of the population; its runs lie in `trials`.
+        population: Members.
+        rounds: Rounds that each of them trains.
+        objective: See `tune`; the last figure of a round counts.
+        maximise: See `tune`.
+        parallel: See `tune`.
+        seed: Of the random choices.
+        quiet: Report nothing.
 
-        Raises:
-    <<<<<<< HEAD
-            UserInputError: Something given cannot be used.
-    =======
-            UserInputError: Something cannot be used.
-    >>>>>>> f21ada88 (Speak of packages, importers and messages in docstrings)
+    Raises:
+        UserInputError: Something given cannot be used.
     """
     found = search_settings(
         words=_words(command), run=folder, sampler=PBT, population=population, rounds=rounds,
