@@ -22,7 +22,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import UserInputError, nearest, shortened
+from racecraft.contract.errors import UserInputError, nearest
+from racecraft.contract.message import shortened
 from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import JOB
 

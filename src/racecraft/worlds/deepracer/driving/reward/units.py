@@ -223,7 +223,7 @@ def _set(names: dict[str, str], name: str, value: str | None) -> None:
 
 def _number(node: ast.expr) -> float | None:
     """Return the value of an expression of numbers and pi; None of another."""
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
         return float(node.value)
     if isinstance(node, ast.Attribute) and node.attr == "pi":
         return math.pi
