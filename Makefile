@@ -2,13 +2,16 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env demo test quick check long pythons mutants likeness bench docs format clean
+.PHONY: help env console demo test quick check long pythons mutants likeness bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
 
 env:  ## make .venv with everything a builder needs; keeps what is there
 	@$(PYTHON) scripts/make_env.py
+
+console: env  ## open the console: train, watch, compare and import cars in a browser
+	@$(BIN)/racecraft console
 
 demo: env  ## train the default car on re:Invent 2018 from its camera until it races, and show what came of it
 	@$(BIN)/racecraft train
