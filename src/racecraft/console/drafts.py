@@ -43,6 +43,8 @@ class Draft:
     """The model that is cloned; "": none."""
     edits: int = 0
     """Counts the changes; a form that began from another count is told."""
+    writer: str = ""
+    """The page that changed it last: its own changes are no surprise to it."""
     changed: float = 0.0
     """Seconds since 1970."""
 
@@ -80,19 +82,20 @@ class Drafts:
         except (OSError, ValueError, KeyError, TypeError):
             raise DraftError("There is no draft {key!r}; begin a new model.", key=key[:20]) from None
 
-    def keep(self, draft: Draft, edits: int, name: str, typed: Mapping[str, Any]) -> Draft:
+    def keep(self, draft: Draft, edits: int, writer: str, name: str, typed: Mapping[str, Any]) -> Draft:
         """Return a draft with what was typed in one of its steps.
 
         Args:
             draft: As it is now.
             edits: The count that the form began from.
+            writer: The page that sends it; each time it is loaded it is another one.
             name: Of the model.
             typed: By field of that step.
 
         Raises:
             DraftChangedError: Another form changed one of these fields since.
         """
-        if edits != draft.edits:
+        if edits != draft.edits and writer != draft.writer:
             other = {field for field, value in typed.items() if draft.typed.get(field, value) != value}
             if other:
                 raise DraftChangedError(
@@ -101,7 +104,7 @@ class Drafts:
                     other=", ".join(sorted(other)),
                 )
         changed = replace(draft, name=name[:64], typed={**draft.typed, **typed})
-        return draft if changed == draft else self._write(replace(changed, edits=draft.edits + 1))
+        return draft if changed == draft else self._write(replace(changed, edits=draft.edits + 1, writer=writer))
 
     def remove(self, draft: Draft) -> None:
         """Remove a draft whose model was made."""

@@ -31,7 +31,7 @@ def model_row(
         jobs: The jobs that train into its folder, the oldest first.
         is_held: Tells whether a process trains in a run folder.
     """
-    newest = runs[-1] if runs else RunRow(path="", mark="")
+    newest = runs[-1] if runs else RunRow(path="", mark="", kind=note.kind, place=note.place, picture=note.picture)
     status, reason, job = _status(runs, jobs, is_held)
     judged = [run for run in runs if run.kind == newest.kind and run.rank is not None]
     best = min(judged, key=lambda run: run.rank or 0.0, default=newest)

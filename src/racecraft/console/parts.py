@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
+from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kind import WorldKind
 from racecraft.contract.kinds import MissingWorldError, find_kind
@@ -128,6 +129,10 @@ class WorldParts:
             values: What was chosen until now.
         """
         return []
+
+    def note(self, values: Mapping[str, Any]) -> Note:
+        """Return what is known of a model before it has a run."""
+        return Note(kind=self.kind.name)
 
     def files(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return the files of a new model's folder, text by name.

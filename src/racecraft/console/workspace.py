@@ -50,6 +50,11 @@ class Note:
     """The model whose weights it began with, as "NAME" or "NAME:12"; "": none."""
     created: float = 0.0
     """Seconds since 1970; 0.0: unknown."""
+    kind: str = ""
+    """The world it was made for; its runs say so themselves."""
+    place: str = ""
+    picture: str = ""
+    """Where it will act and the picture of that, until a run says so; as `parts.Card`."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,7 @@ class Model:
                 archived=bool(told.get("archived", False)),
                 cloned_from=str(told.get("cloned_from", "")),
                 created=float(told.get("created", 0.0)),
+                **{name: str(told.get(name, "")) for name in ("kind", "place", "picture")},
             )
         except (OSError, ValueError, TypeError, AttributeError):
             return Note()

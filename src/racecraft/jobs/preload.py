@@ -20,6 +20,7 @@ import contextlib
 import importlib
 import json
 import os
+import select
 import subprocess
 import sys
 import time
@@ -36,6 +37,8 @@ from racecraft.jobs.job_paths import JobPaths
 VARIABLE = "RACECRAFT_SPARE"
 """Set for a process that is to wait for its words: "1", or WARM for one that trains once before."""
 WARM = "warm"
+READY = b"ready\n"
+"""What a warm worker says when it waits."""
 NOTE = "coming.json"
 """The file in the folder of jobs that tells who will bring one."""
 WARM_NOTE = "warm.json"
@@ -103,8 +106,8 @@ def keep_warm(home: JobPaths) -> Iterator[None]:
 
 
 def is_kept_warm(home: JobPaths) -> bool:
-    """Tell whether somebody who lives wants a worker kept warm."""
-    return holder_of(home.path / WARM_NOTE) is not None
+    """Tell whether somebody who lives wants a worker kept warm; on Windows, whose pipes cannot be asked, nobody does."""
+    return sys.platform != "win32" and holder_of(home.path / WARM_NOTE) is not None
 
 
 class Spare:
@@ -119,7 +122,7 @@ class Spare:
     """
 
     def __init__(self, home: JobPaths, warm: bool = False) -> None:
-        self.warm = warm
+        self.warm, self._said_ready = warm, False
         spare = WARM if warm else "1"
         self._born_with = {**os.environ, parent_watch.VARIABLE: "1", "PYTHONUNBUFFERED": "1", VARIABLE: spare}
         self._process = subprocess.Popen(
@@ -128,7 +131,7 @@ class Spare:
             env=self._born_with,
             stdin=subprocess.PIPE,
             bufsize=0,  # nothing is left to be said to one that has ended
-            stdout=subprocess.DEVNULL,
+            stdout=subprocess.PIPE if warm else subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             **apart(),
         )
@@ -139,6 +142,14 @@ class Spare:
         with contextlib.suppress(OSError):
             return cls(home) if is_awaited(home) else None
         return None
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether it has done what it does before it waits; one that was announced is taken at once."""
+        if self.warm and not self._said_ready:
+            assert self._process.stdout is not None
+            self._said_ready = bool(select.select([self._process.stdout], [], [], 0.0)[0])
+        return not self.warm or self._said_ready
 
     @property
     def has_ended(self) -> bool:
@@ -158,7 +169,7 @@ class Spare:
             "environment": variables(spec),
             "log": str(log.absolute()),
         }
-        if not self._would_be_the_same(spec, variables(spec)):
+        if not (self.is_ready and self._would_be_the_same(spec, variables(spec))):
             return None
         assert self._process.stdin is not None
         try:
@@ -197,6 +208,8 @@ def await_words(modules: Sequence[str], warm_ups: Iterable[Callable[[], Any]] = 
     for warm_up in warm_ups if is_warm else ():
         with contextlib.suppress(Exception):
             warm_up()
+    if is_warm:
+        os.write(1, READY)
     said = b""
     while not said.endswith(b"\n"):
         more = os.read(0, 1 << 16)

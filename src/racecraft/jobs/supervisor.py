@@ -257,6 +257,9 @@ class Supervisor:
         if self._spare is not None and (child := self._spare.take(job.spec, log)) is not None:
             self._spare, self._took_spare = None, time.monotonic()
             return child
+        if self._spare is not None and self._spare.warm:  # not ready: it would only take time from this training
+            self._spare.dismiss()
+            self._spare, self._took_spare = None, time.monotonic()
         return children.start(job.spec, log)
 
     def _have_ready(self, awaited: bool, warm: bool) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,6 @@ from racecraft.console.pages.model import address
 from racecraft.console.parts import WorldParts, parts_of
 from racecraft.console.service import Console, Fields, Page, act_route, form_fields, one, page_routes
 from racecraft.console.training import begin_training
-from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.kinds import kinds
 from racecraft.formats.run_folder import RunFolder
@@ -130,7 +130,7 @@ def _create(console: Console, draft: Draft) -> str:
         values["from"] = f"{row['run']}:best"
         parts.require_same_body(values, read_fields(steps, draft.base)[0])
     files = parts.files(values)
-    model = console.workspace.create(draft.name, files, Note(cloned_from=draft.cloned_from))
+    model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
     begin_training(console.home, model, parts.words(values))
     Drafts(console.workspace.path / "drafts").remove(draft)
     console.watcher.look()
@@ -149,6 +149,7 @@ def _page(draft: Draft, key: str, messages: list[str], status: int = 200) -> Pag
         f"{step.title}: {draft.name}",
         {
             "draft": asdict(draft),
+            "writer": secrets.token_hex(8),
             "steps": [
                 {"key": one.key, "title": one.title, "wrong": sum(field.name in wrong for field in one.fields)}
                 for one in steps
@@ -192,7 +193,11 @@ def _kept(console: Console, draft: Draft, step: Step, fields: Fields) -> Draft:
             typed[field.name] = one(fields, field.name).replace("\r\n", "\n")
     edits = one(fields, "edits", "0")
     return Drafts(console.workspace.path / "drafts").keep(
-        draft, int(edits) if edits.isdigit() else 0, one(fields, "name", draft.name).strip(), typed
+        draft,
+        int(edits) if edits.isdigit() else 0,
+        one(fields, "writer"),
+        one(fields, "name", draft.name).strip(),
+        typed,
     )
 
 

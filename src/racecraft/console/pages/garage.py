@@ -118,7 +118,7 @@ def train_first(console: Console, request: Request, fields: Fields) -> str:
     if not parts.lesson:
         raise SettingError("{title} offers no first training; expected a world that does.", title=parts.kind.title)
     values = parts.defaults()
-    model = console.workspace.create(console.workspace.free(FIRST), parts.files(values), Note())
+    model = console.workspace.create(console.workspace.free(FIRST), parts.files(values), parts.note(values))
     begin_training(console.home, model, parts.words(values))
     console.watcher.look()
     return f"/models/{model.name}"

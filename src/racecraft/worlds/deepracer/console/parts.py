@@ -9,6 +9,7 @@ from typing import Any
 
 from racecraft.console.form import Step
 from racecraft.console.parts import Card, Figure, Rows, WorldParts
+from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.chart import Chart, Level, Series
 from racecraft.worlds.deepracer.console import car_form, car_values
@@ -79,6 +80,11 @@ class CarParts(WorldParts):
     def steps(self, values: Mapping[str, Any]) -> list[Step]:
         """Return the five steps in which a car is made."""
         return car_form.steps(values)
+
+    def note(self, values: Mapping[str, Any]) -> Note:
+        """Return the track that a car will drive on."""
+        name = str((self.defaults() | dict(values))["track"])
+        return Note(kind=self.kind.name, place=_title(name), picture=name if known_name(name) else "")
 
     def files(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return the car's reward function, metadata and hyperparameters."""

@@ -1,0 +1,167 @@
+"""A browser walks the console: each flow with its clicks counted, each page looked at by axe."""
+
+import contextlib
+
+import pytest
+from tests.browser import Browser, needs_chromium
+from tests.console.conftest import write_run
+
+from racecraft.console.application import make_console
+from racecraft.console.pages import create, garage
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.web.server import ServerThread
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture
+def console(tmp_path, monkeypatch):
+    """A console over a workspace, its trainings written down instead of begun: (address, workspace, begun)."""
+    begun = []
+
+    def begin(home, model, words):
+        begun.append((model.name, words))
+
+    for page in (create, garage):
+        monkeypatch.setattr(page, "begin_training", begin)
+    monkeypatch.setattr("racecraft.console.application.keep_warm", lambda home: contextlib.nullcontext())
+    application = make_console(tmp_path / "workspace", JobPaths(tmp_path / "jobs", f"sqlite:///{tmp_path}/jobs.sqlite"))
+    server = ServerThread(application, "console")
+    port = server.start("127.0.0.1", 0)
+    yield f"http://127.0.0.1:{port}", application.state.console.workspace, begun
+    server.close()
+
+
+@pytest.fixture
+def browser():
+    made = Browser(1440, 900)
+    yield made
+    made.close()
+
+
+class Clicks:
+    """Clicks, counted."""
+
+    def __init__(self, page):
+        self.page, self.count = page, 0
+
+    def __call__(self, what):
+        self.count += 1
+        self.page.click(what)
+
+
+def test_one_click_makes_a_model_and_begins_its_training(console, browser):
+    address, workspace, begun = console
+    browser.open(address)
+    click = Clicks(browser.page)
+    click("#train-first")
+    browser.page.wait_for_url("**/models/first-car")
+    assert click.count == 1
+    assert [name for name, _ in begun] == ["first-car"]
+    assert begun[0][1][:3] == ["train", ".", "--track=reinvent_base"]
+    files = {path.name for path in (workspace.path / "models/first-car").iterdir()}
+    assert files >= {"reward_function.py", "model_metadata.json", "model.json"}
+    assert browser.complaints == []
+
+
+def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, browser):
+    address, workspace, begun = console
+    write_run(workspace.path / "runs/old")
+    browser.open(f"{address}/models")
+    click = Clicks(browser.page)
+    click("text=Create model")
+    for step in ("race", "algorithm", "car", "reward"):
+        click("aside button:has-text('Next')")
+        browser.page.wait_for_url(f"**/{step}")
+    click("#create")
+    browser.page.wait_for_url("**/models/my-car")
+    assert click.count == 6
+    browser.open(f"{address}/models")
+    click = Clicks(browser.page)
+    click("text=Create model")
+    click("label:has(input[value=Oval_track])")
+    click("#create")
+    browser.page.wait_for_url("**/models/my-car-2")
+    assert click.count == 3
+    assert [name for name, _ in begun] == ["my-car", "my-car-2"]
+    assert "--track=Oval_track" in begun[1][1]
+
+
+def test_a_fault_is_shown_where_it_is_and_nothing_is_made(console, browser):
+    address, workspace, begun = console
+    browser.open(f"{address}/drafts/new")
+    page = browser.page
+    page.click("button:has-text('Algorithm')")
+    page.fill("#lr", "much")
+    page.click("button:has-text('Car')")
+    page.wait_for_url("**/car")
+    page.click("#create")
+    page.wait_for_selector("#lr[aria-invalid]")
+    assert "expected a number from" in page.inner_text("#lr-wrong")
+    assert page.input_value("#lr") == "much"
+    page.fill("#lr", "0,002")
+    page.click("button:has-text('Reward')")
+    page.fill("#reward", "def reward_function(params:\n")
+    page.click("#create")
+    page.wait_for_selector(".notice.bad")
+    assert "reward_function.py:1" in page.inner_text(".notice.bad")
+    assert begun == []
+    assert list(workspace.models()) == []
+
+
+def test_a_draft_is_kept_while_one_types(console, browser):
+    address, _, _ = console
+    browser.open(f"{address}/drafts/new")
+    page = browser.page
+    page.fill("#name", "kept")
+    page.wait_for_selector("text=Draft kept.")
+    page.reload()
+    assert page.input_value("#name") == "kept"
+
+
+def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(console, browser):
+    address, workspace, _ = console
+    write_run(workspace.path / "runs/a-1")
+    browser.open(f"{address}/models")
+    page = browser.page
+    page.wait_for_selector("tr[data-row='a-1']")
+    write_run(workspace.path / "runs/b-1")
+    page.wait_for_selector("tr[data-row='b-1']", timeout=5000)
+    page.check("input[value='a-1']")
+    page.click("button:has-text('Delete')")
+    page.wait_for_selector("#undo")
+    assert not (workspace.path / "runs/a-1").exists()
+    page.keyboard.press("z")
+    page.wait_for_selector("tr[data-row='a-1']")
+    assert (workspace.path / "runs/a-1/job.json").is_file()
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_no_page_shuts_anybody_out(console, dark):
+    address, workspace, _ = console
+    write_run(workspace.path / "runs/a-1")
+    write_run(workspace.path / "runs/b-1", lap=8.0)
+    browser = Browser(1440, 900, dark=dark)
+    browser.bypass_policy()
+    browser.open(f"{address}/drafts/new")
+    draft = browser.page.url.rsplit("/", 1)[0]
+    steps = [f"{draft}/{step}" for step in ("track", "race", "algorithm", "car", "reward")]
+    pages = ["/models", "/models/a-1", "/compare?m=a-1&m=b-1", "/import", "/jobs", "/settings"]
+    found = {}
+    for page in [*steps, *(address + path for path in pages)]:
+        browser.open(page)
+        if faults := browser.shut_out():
+            found[page] = faults
+    browser.close()
+    assert found == {}
+
+
+@pytest.mark.parametrize("path", ["/models", "/models/a-1", "/import", "/jobs"])
+def test_a_phone_scrolls_down_only(console, path):
+    address, workspace, _ = console
+    write_run(workspace.path / "runs/a-1")
+    browser = Browser(390, 844, touch=True)
+    browser.open(address + path)
+    width = browser.page.evaluate("document.documentElement.scrollWidth")
+    browser.close()
+    assert width <= 390
