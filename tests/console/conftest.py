@@ -13,7 +13,8 @@ def write_run(path, rows=3, track="reinvent_base", lap=7.0, seconds=60.0):
     path.mkdir(parents=True)
     job = {
         "format": "racecraft run", "version": 1, "kind": "deepracer", "title": track, "algorithm": "ppo",
-        "asked": {"stops": ["minutes=10"], "track": track}, "track": {"name": track}, "settings": {"race": {"type": "TIME_TRIAL"}},
+        "asked": {"stops": ["minutes=10"], "track": track},
+        "track": {"name": track}, "settings": {"race": {"type": "TIME_TRIAL"}},
     }  # fmt: skip
     lines = [
         {

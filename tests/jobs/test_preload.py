@@ -13,7 +13,7 @@ from tests.jobs.makers import home_in, turn_until, wait_until
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.job import new_job
-from racecraft.jobs.preload import NOTE, VARIABLE, WARM_NOTE, Spare, is_awaited
+from racecraft.jobs.preload import NOTE, READY, VARIABLE, WARM, WARM_NOTE, Spare, is_awaited
 from racecraft.jobs.states import State
 from racecraft.jobs.store import MemoryStore
 from racecraft.jobs.supervisor import Supervisor
@@ -144,6 +144,7 @@ def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, o
 
 def test_a_worker_is_kept_warm_while_who_wants_it_lives_and_a_new_one_follows_a_job(home, here, monkeypatch):
     monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
+    monkeypatch.setattr(Spare, "is_ready", True)
     store = MemoryStore()
     supervisor = Supervisor(store, home, "me", Capacity(2, 2000))
     assert not supervisor.turn()
@@ -161,6 +162,31 @@ def test_a_worker_is_kept_warm_while_who_wants_it_lives_and_a_new_one_follows_a_
     supervisor.turn()
     assert not is_alive(second)
     supervisor.close()
+
+
+def test_a_job_does_not_wait_for_a_worker_that_is_not_warm_yet(home, here):
+    (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
+    store = MemoryStore()
+    supervisor = Supervisor(store, home, "me", Capacity(2, 2000))
+    supervisor.turn()
+    cold = supervisor._spare
+    assert not cold.is_ready
+    store.add(new_job(job_in(here), 1.0))
+    supervisor.turn()
+    assert store.find("asks").process != cold._process.pid
+    assert not is_alive(cold), "it would take time from the training"
+    supervisor.close()
+
+
+def test_a_warm_worker_says_when_it_is_ready(home):
+    code = "import racecraft.jobs.preload as p; p.await_words([], [lambda: None])"
+    environment = {**os.environ, VARIABLE: WARM}
+    with subprocess.Popen(
+        [sys.executable, "-c", code], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout.read(len(READY)) == READY
+        process.stdin.close()
+        assert process.wait() == 0
 
 
 def test_a_warm_worker_that_ended_is_replaced(home, monkeypatch):

@@ -12,7 +12,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.console.index import Index
-from racecraft.console.pages import compare, create, garage, imports, jobs, model
+from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model
 from racecraft.console.parts import parts_of
 from racecraft.console.service import Console
 from racecraft.console.watcher import Watcher
@@ -82,6 +82,7 @@ def _routes(console: Console) -> list[BaseRoute]:
         *create.routes(console),
         *imports.routes(console),
         *jobs.routes(console),
+        *kept.routes(console),
         *model.routes(console),
         Route("/pictures/{kind}/{key}.svg", picture),
         Route("/events", events),

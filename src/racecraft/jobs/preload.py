@@ -106,7 +106,7 @@ def keep_warm(home: JobPaths) -> Iterator[None]:
 
 
 def is_kept_warm(home: JobPaths) -> bool:
-    """Tell whether somebody who lives wants a worker kept warm; on Windows, whose pipes cannot be asked, nobody does."""
+    """Tell whether a living process wants a worker kept warm; never on Windows, whose pipes cannot be polled."""
     return sys.platform != "win32" and holder_of(home.path / WARM_NOTE) is not None
 
 
@@ -177,11 +177,17 @@ class Spare:
             self._process.stdin.write(json.dumps(told).encode() + b"\n")
         except OSError:
             return None  # it has ended, or a new one would fail alike and say why
+        self._close_output()
         return Child(self._process)
 
     def dismiss(self) -> None:
         """End it; whoever announced its job has none."""
         Child(self._process).end()
+        self._close_output()
+
+    def _close_output(self) -> None:
+        if self._process.stdout is not None:
+            self._process.stdout.close()
 
     def _would_be_the_same(self, spec: JobSpec, wanted: Mapping[str, str]) -> bool:
         """Tell whether a job's own interpreter would have imported the same, and found its folder."""

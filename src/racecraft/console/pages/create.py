@@ -63,7 +63,12 @@ def begin_draft(console: Console, request: Request) -> str:
             raise SettingError("{name}: was never trained; expected a model with a training to clone.", name=model.name)
         parts = parts_of(row["kind"])
         base = parts.values_of(RunFolder(Path(row["run"])))
-        draft = drafts.begin(row["kind"], console.workspace.free(model.name), base, cloned_from=model.name)
+        draft = drafts.begin(
+            row["kind"],
+            console.workspace.free(model.name),
+            base,
+            cloned_from=_source(model.name, asked.get("checkpoint", "")),
+        )
     else:
         offered = makers()
         if not offered:
@@ -126,8 +131,9 @@ def _create(console: Console, draft: Draft) -> str:
     if wrong:
         raise _WrongFieldsError(next(step.key for step in steps if any(field.name in wrong for field in step.fields)))
     if draft.cloned_from and values.get("weights", True):
-        row = console.index.row(console.workspace.model(draft.cloned_from).name)
-        values["from"] = f"{row['run']}:best"
+        source, _, checkpoint = draft.cloned_from.partition(":")
+        row = console.index.row(console.workspace.model(source).name)
+        values["from"] = f"{row['run']}:{checkpoint or 'best'}"
         parts.require_same_body(values, read_fields(steps, draft.base)[0])
     files = parts.files(values)
     model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
@@ -135,6 +141,11 @@ def _create(console: Console, draft: Draft) -> str:
     Drafts(console.workspace.path / "drafts").remove(draft)
     console.watcher.look()
     return address(model.name)
+
+
+def _source(model: str, checkpoint: str) -> str:
+    """Return what is cloned, as "NAME" or "NAME:12"."""
+    return f"{model}:{checkpoint}" if checkpoint.isdigit() else model
 
 
 def _page(draft: Draft, key: str, messages: list[str], status: int = 200) -> Page:

@@ -28,7 +28,7 @@ from racecraft.jobs.store import get
 from racecraft.web.errors import WebError
 
 LOG_LINES, LOG_BYTES = 60, 64_000
-TABS = (("Overview", ""),)
+TABS = (("Checkpoints", "/checkpoints"), ("Evaluations", "/evaluations"), ("Files", "/files"))
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -102,7 +102,7 @@ def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]
 def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[str, Any]:
     """Return what the head of each of a model's pages shows."""
     more = parts.tabs(row) if parts is not None and row["run"] else []
-    tabs = [*TABS, *more]
+    tabs = [("Overview", ""), *more, *(TABS if row["run"] else TABS[-1:])]
     return {
         "row": dict(row),
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],

@@ -1,0 +1,158 @@
+"""What a model's newest training left: its checkpoints, evaluations and files, and files for other programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from racecraft.analysis.evaluations import return_table
+from racecraft.console.commands import run_command
+from racecraft.console.pages.model import address, frame, model_of
+from racecraft.console.parts import parts_of
+from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
+from racecraft.contract.errors import SettingError
+from racecraft.formats.checkpoint_ranking import MERITS, ranked
+from racecraft.formats.run_folder import RunFolder
+from racecraft.web.errors import WebError
+
+MOST_FILES = 400
+EXPORTS = "export"
+"""Folder of a run in which files for other programs lie."""
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of checkpoints, evaluations and files."""
+
+    def download(request: Request) -> Response:
+        return file_answer(console, request)
+
+    return [
+        *page_routes(console, "/models/{name}/checkpoints", checkpoints_page),
+        *page_routes(console, "/models/{name}/evaluations", evaluations_page),
+        act_route(console, "/models/{name}/evaluations", evaluate),
+        *page_routes(console, "/models/{name}/files", files_page),
+        act_route(console, "/models/{name}/export", export),
+        Route("/models/{name}/files/{path:path}", download),
+    ]
+
+
+def checkpoints_page(console: Console, request: Request) -> Page:
+    """Return the checkpoints, the best first."""
+    row, run = _run_of(console, request)
+    by = request.query_params.get("by", "progress")
+    best = ranked(run, by)
+    return _page(
+        row,
+        "Checkpoints",
+        "checkpoints.html",
+        {
+            "by": by,
+            "merits": [(name, words) for name, (words, _) in MERITS.items()],
+            "checkpoints": [
+                {
+                    "iteration": one.entry.iteration,
+                    "steps": one.entry.steps,
+                    "score": one.score,
+                    "lap": one.best_lap_seconds,
+                    "mean_lap": one.mean_lap_seconds,
+                    "worst": one.worst_progress_percent,
+                }
+                for one in best
+            ],
+            "score_name": parts_of(row["kind"]).kind.score.short,
+        },
+    )
+
+
+def evaluations_page(console: Console, request: Request) -> Page:
+    """Return every evaluation of the newest training, the latest first."""
+    row, run = _run_of(console, request)
+    found = []
+    for path in sorted(run.evaluations.glob("*.json"), key=lambda one: int(one.stem) if one.stem.isdigit() else -1):
+        if path.stem.isdigit():
+            found.append({"iteration": int(path.stem), **json.loads(path.read_text(encoding="utf-8"))})
+    table_of = parts_of(row["kind"]).kind.piece("evaluation_table") or return_table
+    table = table_of(found) if found else None
+    return _page(
+        row,
+        "Evaluations",
+        "evaluations.html",
+        {
+            "words": "" if table is None else table.words,
+            "heads": [] if table is None else list(table.heads),
+            "lines": [] if table is None else [list(map(str, line)) for line in table.rows],
+            "command": f"racecraft evaluate {row['run']}",
+            "told": _told(request.query_params.get("told", "")),
+        },
+    )
+
+
+def evaluate(console: Console, request: Request, fields: Fields) -> str:
+    """Judge the best checkpoint anew."""
+    row, run = _run_of(console, request)
+    told = run_command(["evaluate", str(run.path)], console.workspace.path)
+    flat = {name: value for name, value in told.items() if isinstance(value, int | float | str)}
+    return address(row["name"], f"/evaluations?told={quote(json.dumps(flat))}")
+
+
+def files_page(console: Console, request: Request) -> Page:
+    """Return the files of the model, the newest first, and what it can be exported to."""
+    model, row = model_of(console, request)
+    root = model.path
+    paths = [path for path in root.rglob("*") if path.is_file() and not path.is_symlink()]
+    told = sorted(((path, path.stat()) for path in paths), key=lambda one: -one[1].st_mtime)
+    files = [
+        {"path": str(path.relative_to(root)), "bytes": stat.st_size, "changed": stat.st_mtime}
+        for path, stat in told[:MOST_FILES]
+    ]
+    exporters = sorted(parts_of(row["kind"]).kind.exporters) if row["kind"] and row["run"] else []
+    data = {"files": files, "count": len(told), "bytes": sum(stat.st_size for _, stat in told), "exporters": exporters}
+    return _page(row, "Files", "files.html", data)
+
+
+def export(console: Console, request: Request, fields: Fields) -> str:
+    """Write the best checkpoint for another program; the file is among the model's files then."""
+    row, run = _run_of(console, request)
+    to = one(fields, "to")
+    if to not in parts_of(row["kind"]).kind.exporters:
+        raise SettingError("{to!r}: is no program to export to.", to=to[:20])
+    run_command(["export", str(run.path), "--to", to], console.workspace.path)
+    return address(row["name"], "/files")
+
+
+def file_answer(console: Console, request: Request) -> Response:
+    """Return one of the model's files to be saved; nothing outside its folder, and no link, is reached."""
+    model, _ = model_of(console, request)
+    root = model.path.resolve()
+    path = (root / request.path_params["path"]).resolve()
+    if not path.is_relative_to(root) or not path.is_file():
+        raise WebError(404, "no_such_file", "There is no such file in this model.")
+    return FileResponse(path, filename=path.name, content_disposition_type="attachment")
+
+
+def _told(text: str) -> list[tuple[str, str]]:
+    """Return the figures of an evaluation that an address carries."""
+    try:
+        told = json.loads(text)
+        return [(str(name).replace("_", " "), str(value)) for name, value in told.items()]
+    except (ValueError, AttributeError):
+        return []
+
+
+def _run_of(console: Console, request: Request) -> tuple[dict[str, Any], RunFolder]:
+    _, row = model_of(console, request)
+    if not row["run"]:
+        raise WebError(404, "no_run", f"{row['name']} has no training yet; expected one that has begun.")
+    return row, RunFolder.open(Path(row["run"]))
+
+
+def _page(row: Mapping[str, Any], here: str, template: str, data: Mapping[str, Any]) -> Page:
+    parts = parts_of(row["kind"]) if row["kind"] else None
+    return Page(template, f"{here}: {row['name']}", {**frame(row, here, parts), **data})
