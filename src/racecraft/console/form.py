@@ -18,7 +18,7 @@ class Field:
     label: str
     default: Any
     kind: str = "number"
-    """number, whole, choice, switch, text or code."""
+    """number, whole, choice, switch, line, text or code."""
     unit: str = ""
     low: float | None = None
     high: float | None = None
@@ -110,3 +110,31 @@ def read_fields(steps: Sequence[Step], typed: Mapping[str, Any]) -> tuple[dict[s
         except SettingError as error:
             wrong[field.name] = str(error)
     return values, wrong
+
+
+def common_fields(algorithms: Sequence[str], minutes: float = 5.0) -> tuple[Field, ...]:
+    """Return the fields of a training in any world: algorithm, time, seed."""
+    return (
+        Field(
+            name="algorithm", label="Algorithm", default=algorithms[0], kind="choice",
+            choices=tuple((one, one.upper()) for one in algorithms), names=(("--algorithm", algorithms[0]),),
+        ),
+        Field(
+            name="minutes", label="End after", default=minutes, low=0.1, high=1440.0, unit="min",
+            names=(("--stop", "minutes=10"),),
+        ),
+        Field(
+            name="seed", label="Seed", default=1, kind="whole", low=0, high=2**31 - 1,
+            sentence="Same seed, same machine, same training.", names=(("--seed", "1"),),
+        ),
+    )  # fmt: skip
+
+
+def common_words(values: Mapping[str, Any]) -> list[str]:
+    """Return the options of `common_fields`, as typed; and `--from` of a clone that begins with weights."""
+    return [
+        f"--algorithm={values['algorithm']}",
+        f"--stop=minutes={values['minutes']:g}",
+        f"--seed={values['seed']}",
+        *([f"--from={values['from']}"] if values.get("from") else []),
+    ]

@@ -23,5 +23,6 @@ KIND = WorldKind(
         "A snake's training games are not kept; its curves are here. "
         "`racecraft snakes watch --live --url RUN --url search` plays one before your eyes."
     ),
+    console="racecraft.worlds.battlesnake.console:SnakeParts",
     as_typed="racecraft.worlds.battlesnake.analysis.account:as_typed",
 )

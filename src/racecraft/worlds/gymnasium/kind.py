@@ -11,5 +11,6 @@ KIND = WorldKind(
     judging_world="racecraft.worlds.gymnasium.evaluation:opened_judging_world",
     commands=(Command("gym", "racecraft.worlds.gymnasium.cli.gym:app"),),
     look="What a Gymnasium environment looks like stays in the environment; its curves are here.",
+    console="racecraft.worlds.gymnasium.console:GymnasiumParts",
     as_typed="racecraft.worlds.gymnasium.training.account:as_typed",
 )
