@@ -5,6 +5,7 @@
     stock.py       laps and failed drives, from the fastest known to the clumsiest
     situations.py  two hundred moments to call it on
     units.py       slips of unit, from the text
+    branches.py    branches that never run, from the text
     probes.py      slips of sign, one parameter changed at a time
     tricks.py      what pays more than lapping
     speed.py       whether fast laps or slow ones earn more

@@ -33,7 +33,9 @@ class Cut:
     is_term: bool
     """It is added to something, so its size can be compared with that of others."""
     effect: float
-    """Mean size of the change of the pay over the moments; infinity where the function fails without it."""
+    """Mean size of the change of the pay, over the moments in which it changes; 0: in none; infinity: the function
+    fails without it."""
+    end_line: int
 
 
 def ablate(
@@ -54,8 +56,9 @@ def ablate(
         except (RewardFileError, RewardError):
             continue
         fails = (np.isnan(paid) & ~np.isnan(as_it_is)).any()
-        effect = np.inf if fails else float(np.nanmean(np.abs(paid - as_it_is)))
-        cuts.append(Cut(place.line, place.text, place.is_term, effect))
+        change = np.abs(paid - as_it_is)
+        effect = np.inf if fails else float(change[change > 0].mean()) if (change > 0).any() else 0.0
+        cuts.append(Cut(place.line, place.text, place.is_term, effect, place.end[0] or place.line))
     return cuts
 
 
@@ -67,13 +70,15 @@ def ablation_findings(cuts: list[Cut], as_it_is: Array) -> list[Finding]:
         as_it_is: What the file pays for the moments, as it is.
     """
     spread = float(np.nanmean(np.abs(as_it_is - np.nanmedian(as_it_is))))
+    without = [cut for cut in cuts if cut.effect == 0.0]
     silent = [
         Finding(NOTE, "no effect", f"`{cut.text}` never changes the pay", "Take it out, or look why it has no effect.",
                 cut.line)
-        for cut in cuts if cut.effect == 0.0
+        for number, cut in enumerate(without)
+        if not any(outer.line <= cut.line and cut.end_line <= outer.end_line for outer in without[:number])
     ]  # fmt: skip
     return silent + [
-        Finding(NOTE, "drowned", f"`{cut.text}` moves the pay by {cut.effect:.3g} on average, and the pay varies by "
+        Finding(NOTE, "drowned", f"`{cut.text}` moves the pay by {cut.effect:.3g}, and the pay varies by "
                 f"{spread:.3g}: it is drowned", "Bring the terms to one scale.", cut.line)
         for cut in cuts if cut.is_term and 0.0 < cut.effect * DROWNS < spread
     ]  # fmt: skip
@@ -98,11 +103,13 @@ class _Place:
     end: tuple[int | None, int | None]
     kind: type[ast.AST]
     text: str
+    adds: bool
+    """It is `+=` or `-=`."""
 
     @property
     def is_term(self) -> bool:
         """Whether it is added to something."""
-        return not issubclass(self.kind, ast.stmt) or self.kind is ast.AugAssign
+        return not issubclass(self.kind, ast.stmt) or self.adds
 
     def take_out(self, tree: ast.Module) -> None:
         """Put nothing in its place: `pass`, or 0 for a term."""
@@ -180,4 +187,5 @@ def _terms(value: ast.expr) -> Iterator[ast.expr]:
 def _place(node: ast.stmt | ast.expr) -> _Place:
     text = ast.unparse(node).split("\n")[0].rstrip(":")
     text = text if len(text) <= 60 else f"{text[:57]}…"
-    return _Place(node.lineno, node.col_offset, (node.end_lineno, node.end_col_offset), type(node), text)
+    adds = isinstance(node, ast.AugAssign) and isinstance(node.op, ast.Add | ast.Sub)
+    return _Place(node.lineno, node.col_offset, (node.end_lineno, node.end_col_offset), type(node), text, adds)

@@ -23,6 +23,7 @@ import numpy as np
 from racecraft.contract.errors import RewardError
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.reward.ablation import Cut, ablate, ablation_findings
+from racecraft.worlds.deepracer.driving.reward.branches import dead_branches
 from racecraft.worlds.deepracer.driving.reward.findings import FAULT, NOTE, Finding
 from racecraft.worlds.deepracer.driving.reward.paying import Failure, Pay, Payer
 from racecraft.worlds.deepracer.driving.reward.probes import probe
@@ -194,7 +195,7 @@ class _Checking:
     def _text(self) -> None:
         """Read the text alone."""
         tree = ast.parse(self._source.text.removeprefix("\ufeff"))
-        self._findings += unit_slips(tree)
+        self._findings += [*unit_slips(tree), *dead_branches(tree)]
         for remark in self._source.analysis.remarks:
             level = FAULT if "never holds" in remark.text else NOTE
             self._findings.append(Finding(level, "text", remark.text, line=remark.line))

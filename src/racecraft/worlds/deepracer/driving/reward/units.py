@@ -123,7 +123,8 @@ class _Reader:
         if bound is None or parameter is None:
             return
         low, high = RANGES[parameter]
-        beyond = not low <= bound <= high
+        low = 0.0 if _is_size(side) else low
+        beyond = not low <= bound <= high or (bound == high and _asks_for_more(node, side))
         if PARAMETER_UNITS.get(parameter) == DEGREES and 0.0 < abs(bound) < SMALL_ANGLE:
             self._add(
                 node, f"`{_text(node)}` compares degrees with {bound:g}, which is {abs(bound) * DEGREES_A_RADIAN:.0f} "
@@ -197,6 +198,17 @@ class _Reader:
 
     def _add(self, node: ast.expr, text: str, hint: str) -> None:
         self.found.append(Finding(FAULT, "unit", text, hint, node.lineno))
+
+
+def _is_size(node: ast.expr) -> bool:
+    """Tell whether an expression is `abs(…)`."""
+    return isinstance(node, ast.Call) and _name(node.func) in ("abs", "fabs", "absolute")
+
+
+def _asks_for_more(node: ast.Compare, side: ast.expr) -> bool:
+    """Tell whether a comparison holds only above its bound."""
+    strictly = ast.Gt if node.left is side else ast.Lt
+    return len(node.ops) == 1 and isinstance(node.ops[0], strictly)
 
 
 def _own_expressions(node: ast.AST) -> Iterator[ast.expr]:
