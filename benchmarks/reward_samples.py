@@ -1,6 +1,7 @@
 """What a car learns from each sample reward: curve, flying lap and share finished, over several seeds.
 
     python benchmarks/reward_samples.py OUT.json [--only NAME …] [--seeds 3] [--steps 60000]
+    python benchmarks/reward_samples.py OUT.json --table
 
 Every sample trains on re:Invent 2018 with the car and settings of `racecraft new`, in one thread; samples for objects
 train among boxes, those for cars behind bots. Curve and judging are those of `racing.py`. A finished row stays in
@@ -16,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.training.worlds import train
-from racecraft.worlds.deepracer.files.reward_samples import read_sample, sample_names
+from racecraft.worlds.deepracer.driving.reward.check import check_reward
+from racecraft.worlds.deepracer.files.reward_samples import FOLDER, read_sample, sample_names
 from racecraft.worlds.deepracer.training.new_model import new_model
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 from racing import Curve, judged
@@ -32,8 +34,12 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=sample_names())
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=60_000)
+    parser.add_argument("--table", action="store_true", help="Train nothing; print OUT.json as a Markdown table.")
     asked = parser.parse_args()
     rows = json.loads(asked.out.read_text())["rows"] if asked.out.is_file() else []
+    if asked.table:
+        print_table(rows)
+        return
     for seed in range(1, asked.seeds + 1):
         for name in asked.only:
             if any((row["sample"], row["seed"], row["steps"]) == (name, seed, asked.steps) for row in rows):
@@ -55,6 +61,21 @@ def trained(name: str, seed: int, steps: int) -> dict[str, Any]:
         )
         run = train(request, curve, lambda text: None).run
         return {**judged(run.path), "curve": curve.rows}
+
+
+def print_table(rows: list[dict[str, Any]]) -> None:
+    """Print what the check says of each sample, and what its seeds came to, in the order of seeds."""
+    print("| sample | teaches | finished | flying lap, s | steering, °/s |\n|---|---|---|---|---|")
+    for name in sample_names():
+        seeds = sorted((row for row in rows if row["sample"] == name), key=lambda row: row["seed"])
+        verdict = check_reward(FOLDER / f"{name}.py").speed
+        laps = [row["median_flying_lap_seconds"] for row in seeds]
+        cells = (
+            ", ".join(f"{100 * row['finished_share']:.0f} %" for row in seeds) or "–",
+            ", ".join("–" if lap is None else f"{lap:.2f}" for lap in laps) or "–",
+            ", ".join(f"{row['steering_change_degrees_per_second']:.0f}" for row in seeds) or "–",
+        )
+        print(f"| {name} | {'–' if verdict is None else verdict.teaches} | {' | '.join(cells)} |")
 
 
 if __name__ == "__main__":

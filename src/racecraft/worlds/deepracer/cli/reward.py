@@ -26,6 +26,9 @@ Logs = Annotated[list[Path], typer.Argument(help="Run folders, DeepRacer log fol
 LogTrack = Annotated[
     str | None, typer.Option("--track", help="The track they were driven on, or its waypoint file; found by default.")
 ]
+Page = Annotated[Path | None, typer.Option(help="Write one page (.html) that works offline.")]
+PAGE_SPEED = 2.0
+"""m/s, of the map on the page."""
 Picture = Annotated[Path | None, typer.Option(help="Draw it into this file (.png, .svg or .pdf).")]
 MAX_LAPS, MAX_LINES, MAX_TRACED = 20, 15, 4000
 
@@ -36,6 +39,8 @@ def check(
     for_: Annotated[
         str | None, typer.Option("--for", help="race: a reward by which slow laps earn more counts as a fault.")
     ] = None,
+    track: Annotated[str, typer.Option(help="The track of the map on the page.")] = "reinvent_base",
+    page: Page = None,
     json: Json = False,
 ) -> None:
     """Look for faults before a training: errors on 200 moments, slips of unit and sign, what pays more than lapping.
@@ -47,6 +52,8 @@ def check(
         racecraft reward check my-car/reward_function.py
 
         racecraft reward check my-car --for race --json
+
+        racecraft reward check my-car --page reward.html
     """
     from racecraft.cli.output import print_json
     from racecraft.worlds.deepracer.driving.reward.check import check_reward
@@ -54,10 +61,20 @@ def check(
     if for_ not in (None, "race"):
         raise SettingError("--for is {found!r}; expected race.", found=for_)
     found = check_reward(_file(file), for_race=for_ == "race")
+    facts = found.as_dictionary()
+    if page is not None:
+        from racecraft.worlds.deepracer.analysis.reward_page import write_reward_page
+        from racecraft.worlds.deepracer.driving.reward.pay_map import pay_map
+        from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+        write_reward_page(page, str(found.source.path), found, pay_map(_payer(file), load_track(track), PAGE_SPEED))
+        facts["page"] = str(page)
     if json:
-        print_json(found.as_dictionary())
+        print_json(facts)
     else:
         _print_check(found)
+        if page is not None:
+            print(f"page: {page}")
     if found.faults:
         raise typer.Exit(1)
 
@@ -79,6 +96,7 @@ def map_(
         ),
     ] = None,
     picture: Picture = None,
+    page: Page = None,
     json: Json = False,
 ) -> None:
     """Show what a reward pays at every place of a track, at one speed and heading; one term at a time with --term.
@@ -95,6 +113,7 @@ def map_(
 
     from racecraft.cli.output import print_json
     from racecraft.contract.errors import nearest
+    from racecraft.worlds.deepracer.analysis.reward_page import write_reward_page
     from racecraft.worlds.deepracer.driving.action_tables import read_table
     from racecraft.worlds.deepracer.driving.reward.pay_map import draw_map, pay_map, pull_of_actions
     from racecraft.worlds.deepracer.env.actions import ActionTable
@@ -120,6 +139,9 @@ def map_(
     if picture is not None:
         draw_map(mapped, picture, f"{circuit.name}: {mapped.what} at {speed:g} m/s, heading {heading:+g}°")
         facts["picture"] = str(picture)
+    if page is not None:
+        write_reward_page(page, f"{_file(file).name} on {circuit.name}", mapped=mapped)
+        facts["page"] = str(page)
     if json:
         print_json(facts)
         return
@@ -132,12 +154,15 @@ def map_(
             print(
                 f"  {one['action']:28} {one['mean_pay']:10.4g}  best at {100 * one['best_share']:3.0f} % of the places"
             )
-    if picture is not None:
-        print(f"picture: {picture}")
+    for kind in ("picture", "page"):
+        if kind in facts:
+            print(f"{kind}: {facts[kind]}")
 
 
 @app.command()
-def rescore(file: File, logs: Logs, track: LogTrack = None, picture: Picture = None, json: Json = False) -> None:
+def rescore(
+    file: File, logs: Logs, track: LogTrack = None, picture: Picture = None, page: Page = None, json: Json = False
+) -> None:
     """Pay the laps of old logs again, ours or AWS's: which earn more now, and which change places.
 
     Examples:
@@ -158,12 +183,18 @@ def rescore(file: File, logs: Logs, track: LogTrack = None, picture: Picture = N
     if picture is not None:
         _draw_scatter(found, picture)
         facts["picture"] = str(picture)
+    if page is not None:
+        from racecraft.worlds.deepracer.analysis.reward_page import write_reward_page
+
+        write_reward_page(page, f"{_file(file).name} on {', '.join(log.name for log in logs)}", rescored=found)
+        facts["page"] = str(page)
     if json:
         print_json(facts)
         return
     _print_rescored(found)
-    if picture is not None:
-        print(f"picture: {picture}")
+    for kind in ("picture", "page"):
+        if kind in facts:
+            print(f"{kind}: {facts[kind]}")
 
 
 @app.command()

@@ -62,6 +62,8 @@ class RewardCheck:
     speed: SpeedVerdict | None
     """None where laps could not be paid."""
     cuts: tuple[Cut, ...]
+    laps: tuple[tuple[str, float, float], ...] = ()
+    """Of every lap of the stock its track, its time (s) and its summed reward."""
 
     @property
     def faults(self) -> int:
@@ -83,6 +85,7 @@ class RewardCheck:
                  "pays_more": one.pays_more} for one in self.tricks
             ],
             "speed": None if self.speed is None else self.speed.as_dictionary(),
+            "laps": [{"track": track, "seconds": seconds, "pays": pays} for track, seconds, pays in self.laps],
         }  # fmt: skip
 
 
@@ -170,10 +173,15 @@ class _Checking:
         for drive, pay in zip(self._stock, drives, strict=False):
             self._failures(pay.failures, lambda failure, drive=drive: f"{drive.title}, row {failure.row}")
         tricks: list[Trick] = []
-        speed, cuts = None, []
+        speed, cuts, laps = None, [], []
         if is_drivable:
             sums = [float(pay.rewards.sum()) for pay in drives]
-            speed = self._speed(sums)
+            laps = [
+                (drive.track.name, drive.seconds, total)
+                for drive, total in zip(self._stock, sums, strict=True)
+                if drive.is_lap
+            ]
+            speed = self._speed(laps)
             tricks = self._tricks(sums)
             self._findings += probe(self._fresh, self._stock)
             cuts = self._ablation(lines)
@@ -182,7 +190,7 @@ class _Checking:
         findings = sorted(set(self._findings), key=lambda one: (one.level != FAULT, one.line or 10**6, one.text))
         return RewardCheck(
             self._source, tuple(findings), len(paid), float(np.nanmin(paid, initial=np.inf)),
-            float(np.nanmax(paid, initial=-np.inf)), microseconds, tuple(tricks), speed, tuple(cuts),
+            float(np.nanmax(paid, initial=-np.inf)), microseconds, tuple(tricks), speed, tuple(cuts), tuple(laps),
         )  # fmt: skip
 
     def _fresh(self) -> Payer:
@@ -226,12 +234,7 @@ class _Checking:
                         "Guard the line against this moment.", failure.line)
             )  # fmt: skip
 
-    def _speed(self, sums: list[float]) -> SpeedVerdict:
-        laps = [
-            (drive.track.name, drive.seconds, total)
-            for drive, total in zip(self._stock, sums, strict=True)
-            if drive.is_lap
-        ]
+    def _speed(self, laps: list[tuple[str, float, float]]) -> SpeedVerdict:
         verdict = judge_speed(laps)
         if verdict.teaches == LAPPING:
             level = FAULT if self._for_race else NOTE

@@ -43,6 +43,8 @@ class PayMap:
     """(A, L); NaN where the reward failed, or where the term was not computed."""
     what: str
     """"pay", or the term that is shown."""
+    at: str
+    """Speed, heading and steering, in words."""
     terms: tuple[str, ...]
     """What could be shown: the variables that held a number anywhere, where `terms` were asked."""
 
@@ -121,8 +123,9 @@ def pay_map(
         if term is not None:
             values = np.array([one.get(term, np.nan) for one in last])
     front = rows[1::2]
+    at = f"{speed:g} m/s, heading {np.degrees(heading_error):+.0f}°, steering {np.degrees(steering):+.0f}°"
     xy = np.stack([front["front_x"], front["front_y"]], axis=-1).reshape(stations, LANES, 2)
-    return PayMap(track, xy, offsets, values.reshape(stations, LANES), term or "pay", terms)
+    return PayMap(track, xy, offsets, values.reshape(stations, LANES), term or "pay", at, terms)
 
 
 def pull_of_actions(payer: Payer, track: Track, car: CarProfile, table: ActionTable, speed: float) -> Pull:
