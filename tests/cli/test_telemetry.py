@@ -20,6 +20,7 @@ def test_a_public_log_goes_in_and_the_corner_to_work_on_comes_out(racecraft):
     assert (named[1], named[2]) == (worst["name"], f"{worst['lost_seconds']:.2f}")
     told = sum(one["lost_seconds"] for one in facts["corners"]) + facts["start_seconds"]
     assert abs(told - facts["lost_seconds"]) < 1e-3
+    assert facts["sequences"][0]["count"] >= facts["sequences"][1]["count"] > 1
     table = pl.read_csv("laps.csv")
     turns = [f"turn_{k}_s" for k in range(1, 6)]
     assert table.height == 45

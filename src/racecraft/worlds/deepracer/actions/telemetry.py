@@ -124,6 +124,7 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
 
         racecraft telemetry round-1 round-2 --begins line --fastest 20 --csv laps.csv
     """
+    from racecraft.worlds.deepracer.analysis.telemetry_page import frequent_sequences, write_telemetry_page
     from racecraft.worlds.deepracer.driving.telemetry.export import facts_of
     from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
     from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
@@ -141,12 +142,11 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
     compared = compare_lap(timing, row, reference)
     files = _written(compared, request, progress)
     if request.page is not None:
-        from racecraft.worlds.deepracer.analysis.telemetry_page import write_telemetry_page
-
         title = ", ".join(path.resolve().name for path in request.runs)
         write_telemetry_page(request.page, compared, title, ticks)
         files["page"] = request.page
-    return TimedLaps(compared, Figures(facts_of(compared), files))
+    figures = facts_of(compared) | {"sequences": frequent_sequences(laps, ticks)}
+    return TimedLaps(compared, Figures(figures, files))
 
 
 def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track:

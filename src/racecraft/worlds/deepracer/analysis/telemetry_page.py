@@ -19,6 +19,7 @@ from racecraft.worlds.deepracer.analysis.ghosts import drive_of
 from racecraft.worlds.deepracer.analysis.logs.sequences import action_sequences
 from racecraft.worlds.deepracer.analysis.telemetry_map import lap_map
 from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
+from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 
@@ -190,20 +191,20 @@ def _steadiness(compared: LapComparison) -> Chart:
                  [Series("laps", place, seconds, "dots", colour=1)], levels=levels)  # fmt: skip
 
 
-def _sequences(compared: LapComparison, ticks: pl.DataFrame | None) -> dict[str, Any]:
-    """Return the most frequent sequences of actions in the laps that count."""
-    heads = ("four actions in a row", "times", "share")
-    if ticks is None:
-        return {"heads": heads, "rows": []}
-    of_laps = ticks.filter(
-        ticks["unique_episode"].is_in(compared.timing.laps.about["unique_episode"].unique().implode())
-    )
+def frequent_sequences(laps: Laps, ticks: pl.DataFrame) -> list[dict[str, Any]]:
+    """Return the most frequent four actions in a row of these laps: names, count, share, mean_reward of a tick."""
+    wanted = laps.about["unique_episode"].unique().implode()
     try:
-        found = action_sequences(of_laps, most=SHOWN_SEQUENCES).data
+        found = action_sequences(ticks.filter(ticks["unique_episode"].is_in(wanted)), most=SHOWN_SEQUENCES).data
     except PlotError:
-        return {"heads": heads, "rows": []}
-    rows = [(one["names"], f"{one['count']:,}", f"{100 * one['share']:.1f} %") for one in found.rows(named=True)]
-    return {"heads": heads, "rows": rows}
+        return []
+    return found.select("names", "count", "share", "mean_reward").rows(named=True)
+
+
+def _sequences(compared: LapComparison, ticks: pl.DataFrame | None) -> dict[str, Any]:
+    told = [] if ticks is None else frequent_sequences(compared.timing.laps, ticks)
+    rows = [(one["names"], f"{one['count']:,}", f"{100 * one['share']:.1f} %") for one in told]
+    return {"heads": ("four actions in a row", "times", "share"), "rows": rows}
 
 
 def _figure(value: float, form: str = ".2f") -> str:

@@ -17,6 +17,7 @@ from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
 from racecraft.worlds.deepracer.driving.telemetry.reference import is_line_file, of_best_zones, of_lap, of_line_file
 from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
+from racecraft.worlds.deepracer.tracks.track import Track
 
 FIRST = STRAIGHT_M / 2, STRAIGHT_M / 2 + np.pi * RADIUS_M
 SECOND = FIRST[0] + LENGTH_M / 2, FIRST[1] + LENGTH_M / 2
@@ -78,3 +79,14 @@ def test_a_line_file_is_a_reference(tmp_path):
     line = of_line_file(path, stadium())
     assert line.lap_seconds == pytest.approx(LENGTH_M / 2.0, abs=0.1)
     assert np.nanmedian(line.speed_mps) == pytest.approx(2.0, rel=0.02)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_an_apex_is_inside_of_left_and_right_corners_alike(mirrored):
+    sign = -1.0 if mirrored else 1.0
+    track, log = stadium(), as_log([drive(slow_in(FIRST)), drive(slow_in(SECOND))], offset_m=0.1)
+    turned = Track.from_rows("turned", track.rows * np.tile([1.0, sign], 3))
+    timing = time_laps(find_laps(log.with_columns(y_m=sign * log["y_m"]), turned))
+    zones = compare_lap(timing, 0, of_lap(timing.laps, 1, "the other lap")).zones
+    assert [zone.name for zone in zones] == [f"turn {k} ({'right' if mirrored else 'left'})" for k in (1, 2)]
+    assert [zone.apex_metres for zone in zones] == pytest.approx([0.1, 0.1], abs=0.01)
