@@ -66,14 +66,3 @@ class TrainingOptions(Request):
             "overrides": self.overrides,
             "clone_from": source,
         }
-
-
-@dataclass(frozen=True, kw_only=True)
-class ClusterOptions(Request):
-    """Who carries the worlds."""
-
-    cluster: str | None = option(
-        None,
-        "Carry the worlds by workers: N processes here, or those of a Ray cluster (N@HOST:PORT: so many of it).",
-        metavar="N|auto|HOST:PORT",
-    )

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
 
-MetricsPort = Annotated[
-    int | None,
-    typer.Option("--metrics-port", help="Serve Prometheus metrics on this port; 0: a free one."),
-]
-MetricsHost = Annotated[
-    str, typer.Option("--metrics-host", help="Listen address of the metrics; 0.0.0.0: all interfaces, to anyone.")
-]
 HIGHEST_PORT = 65535
 
 

@@ -1,14 +1,11 @@
-"""Options that several `racecraft snakes` commands share, and taking seats at a board."""
+"""Options that several `racecraft snakes` commands share."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    pass
 
 JSON = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 Urls = Annotated[
@@ -24,10 +21,6 @@ Seed = Annotated[int | None, typer.Option("--seed", "-r", help="Chance of the ga
 FileMemory = Annotated[
     int, typer.Option("--file-memory", min=0, help="MB of memory a FILE.py may use; 0: no limit. (Linux)")
 ]
-FoodChance = Annotated[int, typer.Option("--foodSpawnChance", help="Percent, each turn.")]
-MinimumFood = Annotated[int, typer.Option("--minimumFood", help="Food below this is filled up at once.")]
-Damage = Annotated[int, typer.Option("--hazardDamagePerTurn", help="Health a hazard takes.")]
-Shrink = Annotated[int, typer.Option("--shrinkEveryNTurns", help="Turns between two changes of the hazards.")]
 
 
 def aside(sentence: str) -> None:
