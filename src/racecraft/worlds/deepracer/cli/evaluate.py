@@ -106,4 +106,4 @@ def _print_bars(bars: list[dict[str, Any]]) -> None:
     table(titles, rows, left=("disturbance", "mostly ended"))
 
 
-evaluate = command(action, show)
+evaluate = command(action, show, messages_aside=True)
