@@ -2,7 +2,8 @@
 
 PyTorch is the one big guest. A torch that is there and new enough stays. On a Linux machine without an NVIDIA GPU the
 CPU build is asked for first, from PyTorch's own index; where that index cannot be reached, the version pinned in
-constraints.txt is taken from the configured package index, and the size is said before the download.
+constraints.txt is taken from the configured package index, and the size is said before the download. Everything else is
+installed from builders.lock: what is not the file that was pinned, by its sum, is refused.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if platform.system() == "Windows" else "bin/python")
 STAMP = VENV / "made-from"
 CONSTRAINTS = ROOT / "constraints.txt"
+LOCK = ROOT / "builders.lock"
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 OLDEST_PYTHON = (3, 11)
 
@@ -38,20 +40,21 @@ def main() -> int:
     if not has_torch():
         install_torch()
     print("Installing racecraft and the builders' tools …", flush=True)
-    pip("install", "--quiet", "-c", str(CONSTRAINTS), "-e", f"{ROOT}[dev]")
+    pip("install", "--quiet", "--no-deps", "--require-hashes", "-r", str(LOCK))
+    pip("install", "--quiet", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted())
     print("The environment stands in .venv.")
     return 0
 
 
 def is_current() -> bool:
-    """Tell whether .venv was made from today's pyproject.toml and constraints."""
+    """Tell whether .venv was made from today's pyproject.toml, constraints and lock."""
     return PYTHON.exists() and STAMP.exists() and STAMP.read_text() == wanted()
 
 
 def wanted() -> str:
     """Return a fingerprint of what the environment is made from."""
-    parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", "constraints.txt")]
+    parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", "constraints.txt", "builders.lock")]
     return hashlib.sha256(b"\0".join([*parts, str(ROOT).encode()])).hexdigest()
 
 
