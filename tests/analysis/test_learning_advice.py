@@ -213,7 +213,7 @@ def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
     assert "it went from 0 to 90 in iteration 12" in text
     assert "What to try next" in text
     assert f"racecraft gym train CartPole-v1 --from {run.path}:best" in text
-    assert text.index("It forgot") < text.index("How it learned")
+    assert text.index("It forgot") < text.rindex("How it learned")
 
 
 TABLE = [{"steering_angle": angle, "speed": speed} for angle in (-30, 0, 20) for speed in (0.5, 1.0)]

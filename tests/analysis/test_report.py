@@ -5,7 +5,6 @@ import json
 import pytest
 from tests.page_reader import words_of
 
-from racecraft.analysis import page
 from racecraft.analysis.figures import FigureError
 from racecraft.analysis.page_part import EVALUATIONS, PagePart
 from racecraft.analysis.report import write_report
@@ -13,6 +12,7 @@ from racecraft.analysis.run_facts import ReportError
 from racecraft.contract.kinds import MissingWorldError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.pages import parts
 
 
 def test_what_is_no_film_has_no_title_and_is_refused(tmp_path):
@@ -30,7 +30,7 @@ def test_a_run_without_episodes_evaluations_or_a_known_track_still_has_a_page(tm
     text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "return (sum of rewards)" in text
     assert "<img" not in text
-    assert "USD" not in text
+    assert "on the AWS console" not in text
 
 
 def test_a_page_of_returns_names_what_counts_as_solved(tmp_path):
@@ -45,10 +45,10 @@ def test_a_page_of_returns_names_what_counts_as_solved(tmp_path):
 
 
 def test_cells_are_escaped_but_bars_are_drawn():
-    drawn = page.table(("a<b", ""), [("<i>", page.Bar(0.5))], (0,))
-    assert '<th class="right">a&lt;b</th>' in drawn
+    drawn = parts.table(("a<b", ""), [("<i>", parts.Bar(0.5))], (0,))
+    assert '<th scope="col" class="right">a&lt;b</th>' in drawn
     assert "&lt;i&gt;" in drawn
-    assert 'style="width:50.0%"' in drawn
+    assert '<rect width="50.0%"' in drawn
 
 
 def test_what_cannot_be_told_is_refused(tmp_path):
@@ -67,7 +67,11 @@ def test_what_cannot_be_told_is_refused(tmp_path):
 def test_a_world_puts_its_parts_behind_the_core_s_own(tmp_path):
     run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium", "settings": {}})
     run.append_metrics({"iteration": 1, "steps": 10, "seconds": 0.5, "training_score": -3.0})
-    told = [PagePart("Late & last", ["<p>one</p>", "<p>two</p>"], EVALUATIONS), PagePart("Early", ["<p>zero</p>"])]
-    text = write_report(run, tmp_path / "report.html", parts=lambda facts: told).read_text(encoding="utf-8")
-    order = ("How it learned", "<h2>Early</h2>\n<p>zero</p>", "<h2>Late &amp; last</h2>\n<p>one</p>", "Small print")
+    told = [
+        PagePart("Late & last", [parts.paragraph("one"), parts.paragraph("two")], EVALUATIONS),
+        PagePart("Early", [parts.paragraph("zero")]),
+    ]
+    text = write_report(run, tmp_path / "report.html", of_world=lambda facts: told).read_text(encoding="utf-8")
+    order = ("How it learned", "Early</h2>\n<p>zero</p>", "Late &amp; last</h2>\n<p>one</p>", "Small print")
+    text = text[text.index("<section") :]  # behind the list of contents
     assert [text.index(one) for one in order] == sorted(text.index(one) for one in order)

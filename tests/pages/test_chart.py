@@ -21,3 +21,8 @@ def test_a_long_table_keeps_every_so_many_rows_and_says_so():
     table = Chart("t", "step", "x", [Series("a", range(many), range(many))]).shown()["table"]
     assert len(table["rows"]) <= MOST_ROWS + 1
     assert table["every"] == 11
+
+
+def test_several_values_at_one_place_are_a_row_each():
+    chart = Chart("t", "epochs", "score", [Series("a", [3, 5, 3], [1.0, 2.0, 4.0], "dots")], digits=0)
+    assert chart.shown()["table"]["rows"] == [["3", "1"], ["3", "4"], ["5", "2"]]

@@ -15,6 +15,7 @@ import numpy as np
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import atomic_file
+from racecraft.pages.chart import Chart, Series
 from racecraft.pages.colours import BLUE, GREEN, INK, ORANGE, PAPER, QUIET
 
 if TYPE_CHECKING:
@@ -107,18 +108,24 @@ def draw_curves(
     return figure
 
 
-def panel_figure(
-    metrics: MetricRows,
-    panel: Panel,
-    width_in: float = 4.2,
-    height_in: float = 2.7,
-    size: float = 11,
-    steps_on_top: bool = False,
-) -> Figure:
-    """Return one panel as a figure of its own, for a page."""
+def panel_figure(metrics: MetricRows, panel: Panel, width_in: float = 4.2, height_in: float = 2.7) -> Figure:
+    """Return one panel as a figure of its own."""
     figure = _sheet(width_in, height_in)
-    draw_panel(figure.add_subplot(), metrics, panel, size, steps_on_top)
+    draw_panel(figure.add_subplot(), metrics, panel, 11)
     return figure
+
+
+def panel_chart(metrics: MetricRows, panel: Panel) -> Chart:
+    """Return one panel over training time as a chart of a page."""
+    seconds = np.array([row["seconds"] for row in metrics], float)
+    divisor, unit = _time_unit(float(seconds[-1]))
+    series = []
+    for curve in panel.curves:
+        if _has_values(metrics, curve):
+            at, values = _column(metrics, seconds, curve.column)
+            colour = {BLUE: 1, ORANGE: 2, GREEN: 3}[curve.colour]
+            series.append(Series(curve.label, at / divisor, values, "both" if curve.dots else "line", colour=colour))
+    return Chart(panel.title, f"training time, {unit}", panel.title, series, low=panel.lowest, smooth=True)
 
 
 def small_axes(title: str, width_in: float, height_in: float, size: float) -> tuple[Figure, Any]:

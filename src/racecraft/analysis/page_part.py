@@ -6,8 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from racecraft.analysis import page
+from markupsafe import Markup
+
 from racecraft.analysis.own_plots import NoPlot
+from racecraft.analysis.page import figure_part
+from racecraft.pages.parts import Heading, card, heading, paragraph
 
 if TYPE_CHECKING:
     from racecraft.analysis.plot import Plot
@@ -21,14 +24,14 @@ class PagePart:
     """A part of a report that a world brings."""
 
     heading: str
-    body: Sequence[str]
-    """Ready HTML, piece by piece."""
+    body: Sequence[Markup]
+    """Ready parts, piece by piece."""
     behind: str = LEARNING
     """Of the report's own parts the one before it: LEARNING or EVALUATIONS."""
 
-    def html(self) -> Iterator[str]:
-        """Yield its pieces, the heading first."""
-        yield f"<h2>{page.escaped(self.heading)}</h2>"
+    def pieces(self) -> Iterator[Heading | Markup]:
+        """Yield its heading and its pieces."""
+        yield heading(self.heading)
         yield from self.body
 
 
@@ -38,9 +41,7 @@ def own_plots_part(plots: Sequence[Plot | NoPlot]) -> Iterator[PagePart]:
         yield PagePart("Your own", [_card(one) for one in plots], EVALUATIONS)
 
 
-def _card(one: Plot | NoPlot) -> str:
+def _card(one: Plot | NoPlot) -> Markup:
     if isinstance(one, NoPlot):
-        shown = f"<p>{page.escaped(one.why)}</p>"
-    else:
-        shown = page.photograph(one.without_title(), one.title, dpi=100)
-    return page.card(f"<b>{page.escaped(one.title)}</b>{shown}")
+        return card(paragraph(one.why), head=one.title)
+    return card(figure_part(one.without_title(), one.title, dpi=100), head=one.title)

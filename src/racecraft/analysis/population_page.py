@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from markupsafe import Markup
+
 from racecraft.analysis.figures import small_axes
-from racecraft.analysis.page import card, drawing, escaped, page, source, table, tiles
+from racecraft.analysis.page import figure_part
 from racecraft.analysis.tuning_page import plain
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.population import MemberRound, PopulationRecord
 from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
+from racecraft.pages.parts import Heading, card, heading, page, paragraph, source, table, tiles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +34,8 @@ def write_population_page(path: str | Path, record: PopulationRecord, title: str
     Raises:
         OutputFileError: It cannot be written.
     """
-    write_atomic(path, page(title, _parts(record, title, best_command)))
+    about = f"{record.size} members, {record.rounds} rounds"
+    write_atomic(path, page(title, _parts(record, best_command), about))
 
 
 def lineage_figure(record: PopulationRecord) -> Figure:
@@ -66,10 +70,9 @@ def ancestors(record: PopulationRecord, one: MemberRound) -> list[MemberRound]:
     return line
 
 
-def _parts(record: PopulationRecord, title: str, best_command: str) -> Iterator[str]:
+def _parts(record: PopulationRecord, best_command: str) -> Iterator[Heading | Markup]:
     best = record.best
     ended = [one for one in record.members if one.state]
-    yield f"<h1>{escaped(title)}</h1><p class='quiet'>{record.size} members, {record.rounds} rounds</p>"
     yield tiles(
         [
             ("-" if best is None else plain(best.score), f"best {record.objective}"),
@@ -79,17 +82,19 @@ def _parts(record: PopulationRecord, title: str, best_command: str) -> Iterator[
         ]
     )
     if best is not None:
-        yield f"<h2>The best</h2><p>Member {best.member} at the end of round {best.round}.</p>"
+        yield heading("The best")
+        yield paragraph(f"Member {best.member} at the end of round {best.round}.")
         yield source(best_command)
         heads = ("round", "member", record.objective, *record.parameters)
         rows = [_row(record, one)[:3] + tuple(map(plain, _values(record, one))) for one in ancestors(record, best)]
-        yield "<h2>Where its weights come from</h2>" + card(table(heads, rows, numbers=(0, 1, 2)))
-        yield "<h2>Round after round</h2>" + card(
-            drawing(lineage_figure(record), "score of every member; orange: it took over another's weights")
-        )
+        yield heading("Where its weights come from")
+        yield card(table(heads, rows, numbers=(0, 1, 2)))
+        yield heading("Round after round")
+        yield card(figure_part(lineage_figure(record), "score of every member; orange: it took over another's weights"))
     heads = ("round", "member", record.objective, "weights of", "run", "seconds", *record.parameters, "")
     rows = [(*_row(record, one), *map(plain, _values(record, one)), one.note) for one in record.members]
-    yield "<h2>Every member</h2>" + card(table(heads, rows, numbers=(0, 1, 2, 5)))
+    yield heading("Every member")
+    yield card(table(heads, rows, numbers=(0, 1, 2, 5)))
 
 
 def _row(record: PopulationRecord, one: MemberRound) -> tuple[str, ...]:

@@ -10,28 +10,35 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from racecraft.analysis import figures, page
+from markupsafe import Markup
+
+from racecraft.analysis import figures
 from racecraft.analysis.account import advice_of
 from racecraft.analysis.advice import Advice
 from racecraft.analysis.evaluations import return_table
 from racecraft.analysis.metrics import METRICS
+from racecraft.analysis.page import figure_part
 from racecraft.analysis.page_part import EVALUATIONS, LEARNING, PagePart
 from racecraft.analysis.run_facts import RunFacts, read_facts
 from racecraft.analysis.run_summary import asked_words, happened_words
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.run_folder import RunFolder
+from racecraft.pages import parts
+from racecraft.pages.parts import Heading
+from racecraft.pages.words import duration
 
+Pieces = Iterator[Heading | Markup]
 Parts = Callable[[RunFacts], Iterable[PagePart]]
 
 
-def write_report(run: RunFolder, path: str | Path, plots: Sequence[Path] = (), parts: Parts | None = None) -> Path:
+def write_report(run: RunFolder, path: str | Path, plots: Sequence[Path] = (), of_world: Parts | None = None) -> Path:
     """Write the page of a run.
 
     Args:
         run: The run folder; it may still be written to.
         path: The page, .html; it arrives whole.
         plots: Files, or folders of them, with the user's own plots.
-        parts: Makes the world's own parts; None: the run's kind of world makes them, and `plots`.
+        of_world: Makes the world's own parts; None: the run's kind of world makes them, and `plots`.
 
     Returns:
         The path.
@@ -46,8 +53,8 @@ def write_report(run: RunFolder, path: str | Path, plots: Sequence[Path] = (), p
     """
     facts = read_facts(run)
     figures.require_metrics(facts.metrics)
-    own = list(_parts_of(facts, plots) if parts is None else parts(facts))
-    write_atomic(path, page.page(f"{facts.title} – racecraft", _page(facts, own, advice_of(run))))
+    own = list(_parts_of(facts, plots) if of_world is None else of_world(facts))
+    write_atomic(path, parts.page(facts.title, _page(facts, own, advice_of(run)), _about(facts)))
     return Path(path)
 
 
@@ -57,7 +64,7 @@ def _parts_of(facts: RunFacts, plots: Sequence[Path]) -> Iterable[PagePart]:
     return found
 
 
-def _page(facts: RunFacts, own: Sequence[PagePart], advice: Sequence[Advice]) -> Iterator[str]:
+def _page(facts: RunFacts, own: Sequence[PagePart], advice: Sequence[Advice]) -> Pieces:
     """Yield the page from top to bottom."""
     yield from _headline(facts)
     yield from _account(facts, advice)
@@ -68,91 +75,93 @@ def _page(facts: RunFacts, own: Sequence[PagePart], advice: Sequence[Advice]) ->
     yield from _small_print(facts)
 
 
-def _behind(part: str, own: Sequence[PagePart]) -> Iterator[str]:
+def _behind(part: str, own: Sequence[PagePart]) -> Pieces:
     for one in own:
         if one.behind == part:
-            yield from one.html()
+            yield from one.pieces()
 
 
-def _headline(facts: RunFacts) -> Iterator[str]:
-    asked, last = facts.job.get("asked", {}), facts.metrics[-1]
-    said = [f"run {facts.name}", f"preset {asked['preset']}" if asked.get("preset") else ""]
-    said += [
+def _about(facts: RunFacts) -> str:
+    """Return what run it is, for the line below the title."""
+    asked = facts.job.get("asked", {})
+    said = [
+        f"run {facts.name}",
+        f"preset {asked['preset']}" if asked.get("preset") else "",
         str(facts.job.get("algorithm", "")),
         f"seed {facts.job['seed']}" if "seed" in facts.job else "",
         str(facts.job.get("started", "")),
     ]
-    yield f"<h1>{page.escaped(facts.title)}</h1>"
-    yield f'<p class="quiet">{page.escaped(" · ".join(part for part in said if part))}</p>'
+    return " · ".join(part for part in said if part)
+
+
+def _headline(facts: RunFacts) -> Pieces:
+    last = facts.metrics[-1]
     score, called = facts.best_row.get("evaluation_score"), facts.kind.score
     tiles = [] if score is None else [(called.figure.format(score), called.best)]
     tiles += [
         *facts.world.tiles,
-        (page.duration(last["seconds"]), "training time"),
+        (duration(last["seconds"]), "training time"),
         (f"{last['steps']:,}", "environment steps"),
         (f"{last['steps'] / last['seconds']:,.0f}/s" if last["seconds"] else "–", "steps a second, everything in"),
         (f"{sum(row.get('episodes') or 0 for row in facts.metrics):,}", "training episodes"),
     ]
-    yield page.tiles(tiles)
+    yield parts.tiles(tiles)
 
 
-def _account(facts: RunFacts, advice: Sequence[Advice]) -> Iterator[str]:
+def _account(facts: RunFacts, advice: Sequence[Advice]) -> Pieces:
     """Yield what was asked, what happened and what to try next, in plain words."""
-    yield page.card("".join(f"<p>{page.escaped(one)}</p>" for one in (asked_words(facts), happened_words(facts))))
+    yield parts.card(parts.paragraph(asked_words(facts)), parts.paragraph(happened_words(facts)))
     if not advice:
         return
-    yield "<h2>What to try next</h2>"
+    yield parts.heading("What to try next")
     for one in advice:
-        picture = ""
+        pieces = [parts.paragraph(one.found)]
+        if one.command:
+            pieces.append(parts.commands(one.command.replace("RUN", str(facts.run.path)).splitlines()))
         if one.plot is not None:
             plot = one.plot()
-            picture = page.details(plot.title, page.photograph(plot.without_title(), plot.title, dpi=90))
-        lines = one.command.replace("RUN", str(facts.run.path)).splitlines()
-        command = f"<p>{'<br>'.join(f'<code>{page.escaped(line)}</code>' for line in lines)}</p>" if lines else ""
-        yield page.card(f"<b>{page.escaped(one.try_)}</b><p>{page.escaped(one.found)}</p>{command}{picture}")
+            pieces.append(parts.details(plot.title, figure_part(plot.without_title(), plot.title, dpi=90)))
+        yield parts.card(*pieces, head=one.try_)
 
 
-def _learning(facts: RunFacts) -> Iterator[str]:
-    yield "<h2>How it learned</h2>"
+def _learning(facts: RunFacts) -> Pieces:
+    yield parts.heading("How it learned")
     score = facts.kind.score
     large = figures.Panel(score.name, figures.LEARNING.curves, score.lowest)
     if figures.has_values(facts.metrics, large):
-        figure = figures.panel_figure(facts.metrics, large, 5.4, 3.5, size=12, steps_on_top=True)
-        words = f"{score.name} over training time, in training and evaluation"
-        yield page.card(page.drawing(figure, words), "large")
+        yield parts.card(parts.chart(figures.panel_chart(facts.metrics, large)))
     small = figures.small_panels(facts.metrics)
-    drawn = (page.card(page.drawing(figures.panel_figure(facts.metrics, one), one.title)) for one in small)
-    yield f'<div class="grid">{"".join(drawn)}</div>'
+    yield parts.grid(*(parts.card(parts.chart(figures.panel_chart(facts.metrics, one))) for one in small))
 
 
-def _evaluations(facts: RunFacts) -> Iterator[str]:
+def _evaluations(facts: RunFacts) -> Pieces:
     of_world = facts.kind.piece("evaluation_table")
     told = (of_world(facts.evaluations) if of_world else None) or return_table(facts.evaluations)
     if told is None:
         return
-    yield "<h2>Evaluations</h2>"
-    yield f"<p>{page.escaped(told.words)}</p>"
-    yield page.card(page.table(told.heads, told.rows, told.numbers))
+    yield parts.heading("Evaluations")
+    yield parts.paragraph(told.words)
+    yield parts.card(parts.table(told.heads, told.rows, told.numbers))
 
 
-def _small_print(facts: RunFacts) -> Iterator[str]:
-    yield "<h2>Small print</h2>"
+def _small_print(facts: RunFacts) -> Pieces:
+    yield parts.heading("Small print")
     settings = [
         (f"{group}.{name}", _plain(value))
         for group, values in facts.job.get("settings", {}).items()
         for name, value in values.items()
     ]
     if settings:
-        yield page.details("Settings", page.table(("setting", "value"), settings))
+        yield parts.details("Settings", parts.table(("setting", "value"), settings))
     asked = [(name, _plain(value)) for name, value in facts.job.get("asked", {}).items()]
     asked += [(name, _plain(facts.job[name])) for name in ("seed", "threads", "started", "track") if name in facts.job]
-    yield page.details("What was asked", page.table(("", ""), asked))
+    yield parts.details("What was asked", parts.table(("asked", "value"), asked))
     versions = list(facts.job.get("versions", {}).items())
     if versions:
-        yield page.details("Versions", page.table(("", ""), versions))
+        yield parts.details("Versions", parts.table(("package", "version"), versions))
     present = [name for name in facts.metrics[-1] if name in METRICS]
     glossary = [(name, _plain(facts.metrics[-1][name]), METRICS[name]) for name in present]
-    yield page.details("Figures of the last iteration", page.terms(glossary))
+    yield parts.details("Figures of the last iteration", parts.terms(glossary))
 
 
 def _plain(value: Any) -> str:

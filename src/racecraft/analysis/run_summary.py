@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from racecraft.analysis import page
 from racecraft.analysis.run_facts import RunFacts
+from racecraft.pages.words import duration
 
 UNTIL = {
     "laps": "it laps", "minutes": "{} min are over", "iterations": "{} iterations are done",
@@ -57,7 +57,7 @@ def _until(stops: str | Sequence[str]) -> str:
 def happened_words(facts: RunFacts) -> str:
     """Return sentences that say what came of it: the first score, the best, the last, and whether it gets round."""
     last = facts.metrics[-1]
-    told = f"It trained for {page.duration(last['seconds'])} and {last['steps']:,} steps."
+    told = f"It trained for {duration(last['seconds'])} and {last['steps']:,} steps."
     scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]
     if not scored:
         return f"{told} It was not judged yet."

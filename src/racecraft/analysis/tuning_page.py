@@ -7,11 +7,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from markupsafe import Markup
+
 from racecraft.analysis.figures import small_axes
-from racecraft.analysis.page import Bar, card, drawing, escaped, page, source, table, tiles
+from racecraft.analysis.page import figure_part
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.tuning import TrialRecord, TuningRecord
 from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
+from racecraft.pages.parts import Bar, Heading, card, grid, heading, page, paragraph, source, table, tiles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,13 +39,13 @@ def write_tuning_page(
     Raises:
         OutputFileError: It cannot be written.
     """
-    write_atomic(path, page(title, _parts(record, title, log_scale, best_command)))
+    aim = "largest" if record.maximise else "smallest"
+    pieces = _parts(record, log_scale, best_command)
+    write_atomic(path, page(title, pieces, f"looked for the {aim} {record.objective}"))
 
 
-def _parts(facts: TuningRecord, title: str, log_scale: Sequence[str], best_command: str) -> Iterator[str]:
+def _parts(facts: TuningRecord, log_scale: Sequence[str], best_command: str) -> Iterator[Heading | Markup]:
     best = facts.best
-    aim = "largest" if facts.maximise else "smallest"
-    yield f"<h1>{escaped(title)}</h1><p class='quiet'>looked for the {aim} {escaped(facts.objective)}</p>"
     counts = {state: sum(one.state == state for one in facts.trials) for state in ("complete", "pruned", "failed")}
     yield tiles(
         [
@@ -53,30 +56,37 @@ def _parts(facts: TuningRecord, title: str, log_scale: Sequence[str], best_comma
         ]
     )
     if best is not None:
-        yield f"<h2>Train with the best values</h2><p>Trial {best.number}.</p>" + source(best_command)
-        yield "<h2>Trial after trial</h2>" + card(
-            drawing(history_figure(facts), "score of every trial, and the best so far")
-        )
+        yield heading("Train with the best values")
+        yield paragraph(f"Trial {best.number}.")
+        yield source(best_command)
+        yield heading("Trial after trial")
+        yield card(figure_part(history_figure(facts), "score of every trial, and the best so far"))
     if facts.importances:
-        yield "<h2>What mattered</h2>" + card(
-            table(("parameter", "share of the difference", ""), [
-                (name, f"{100 * share:.0f} %", Bar(share))
-                for name, share in sorted(facts.importances.items(), key=lambda one: -one[1])
-            ], numbers=(1,))
-            + "<p class='quiet'>How much of what tells good trials from others each parameter decides (PED-ANOVA).</p>"
-        )  # fmt: skip
+        rows = [
+            (name, f"{100 * share:.0f} %", Bar(share))
+            for name, share in sorted(facts.importances.items(), key=lambda one: -one[1])
+        ]
+        yield heading("What mattered")
+        yield card(
+            table(("parameter", "share of the difference", ""), rows, numbers=(1,)),
+            paragraph("How much of what tells good trials from others each parameter decides (PED-ANOVA).", "quiet"),
+        )
     if sum(one.is_done for one in facts.trials) > 1:
-        yield "<h2>All at once</h2>" + card(
-            drawing(parallel_figure(facts, log_scale), "one line a trial across every parameter, the better the darker")
+        words = "one line a trial across every parameter, the better the darker"
+        yield heading("All at once")
+        yield card(figure_part(parallel_figure(facts, log_scale), words))
+        yield heading("One by one")
+        yield grid(
+            *(
+                card(figure_part(slice_figure(facts, name, name in log_scale), f"{facts.objective} over {name}"))
+                for name in _names(facts)
+            )
         )
-        slices = (
-            card(drawing(slice_figure(facts, name, name in log_scale), f"score over {name}")) for name in _names(facts)
-        )
-        yield f"<h2>One by one</h2><div class='grid'>{''.join(slices)}</div>"
-    yield "<h2>Every trial</h2>" + card(_table(facts))
+    yield heading("Every trial")
+    yield card(_table(facts))
 
 
-def _table(facts: TuningRecord) -> str:
+def _table(facts: TuningRecord) -> Markup:
     heads = ("trial", facts.objective, "ended", "seconds", *_names(facts), "")
     rows = []
     for one in facts.trials:

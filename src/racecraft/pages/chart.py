@@ -84,6 +84,9 @@ class Chart:
     """Where the y axis begins at the latest, as 0 for shares."""
     high: float | None = None
     log: bool = False
+    log_x: bool = False
+    names: Sequence[str] = ()
+    """What stands below x = 0, 1, 2, … where they are no numbers but things."""
     smooth: bool = False
     """Whether the reader may smooth; the true points stay in sight."""
     digits: int = 2
@@ -108,6 +111,8 @@ class Chart:
             "low": self.low,
             "high": self.high,
             "log": self.log,
+            "logX": self.log_x,
+            "names": list(self.names),
             "smooth": self.smooth,
             "digits": self.digits,
             "series": [
@@ -132,14 +137,29 @@ class Chart:
 
     def _table(self) -> dict[str, Any]:
         """Return the figures by x, a column a series."""
-        columns = [dict(zip(_plain(one.x), _plain(one.y), strict=True)) for one in self.series]
-        places = sorted({x for column in columns for x in column if x is not None})
-        every = max(1, math.ceil(len(places) / MOST_ROWS))
+        columns = [_by_place(one) for one in self.series]
+        places = sorted({x for column in columns for x in column})
+        found = [(x, k) for x in places for k in range(max(len(column.get(x, ())) for column in columns))]
+        every = max(1, math.ceil(len(found) / MOST_ROWS))
         rows = [
-            [_figure(x, 0 if float(x).is_integer() else 2), *(_figure(c.get(x), self.digits) for c in columns)]
-            for x in places[::every]
+            [self._place(x), *(_figure(c[x][k] if k < len(c.get(x, ())) else None, self.digits) for c in columns)]
+            for x, k in found[::every]
         ]
         return {"heads": [self.x, *(one.name for one in self.series)], "rows": rows, "every": every}
+
+    def _place(self, x: float) -> str:
+        if self.names and float(x).is_integer() and 0 <= x < len(self.names):
+            return self.names[int(x)]
+        return _figure(x, 0 if float(x).is_integer() else 2)
+
+
+def _by_place(one: Series) -> dict[float, list[float | None]]:
+    """Return a series' values by x; there may be several at one."""
+    found: dict[float, list[float | None]] = {}
+    for x, y in zip(_plain(one.x), _plain(one.y), strict=True):
+        if x is not None:
+            found.setdefault(x, []).append(y)
+    return found
 
 
 def _plain(values: Iterable[Any]) -> list[float | None]:

@@ -54,18 +54,18 @@ class ServedPage:
 def render_served(template: str, **data: Any) -> ServedPage:
     """Return a page for a server with the sums of its inline scripts; errors as `render`."""
     sums: list[str] = []
-    html = _environment(inline=False).get_template(template).render(script_sums=sums, **data)
+    html = environment(inline=False).get_template(template).render(script_sums=sums, **data)
     return ServedPage(html, tuple(sums))
 
 
 def render_file(template: str, **data: Any) -> str:
     """Return a page that is one file: styles, fonts and modules stand in it, and nothing is fetched."""
-    return _environment(inline=True).get_template(template).render(**data)
+    return environment(inline=True).get_template(template).render(**data)
 
 
 def render_part(template: str, inline: bool = True, **data: Any) -> Markup:
     """Return a piece of a page as ready HTML, to be handed to another template."""
-    return Markup(_environment(inline).get_template(template).render(**data))
+    return Markup(environment(inline).get_template(template).render(**data))
 
 
 def script_sum(text: str) -> str:
@@ -74,7 +74,8 @@ def script_sum(text: str) -> str:
 
 
 @cache
-def _environment(inline: bool) -> Environment:
+def environment(inline: bool) -> Environment:
+    """Return the templates' environment of pages that are one file (inline), or of served ones."""
     made = Environment(
         loader=FunctionLoader(lambda name: read_resource(name).decode("utf-8")),
         autoescape=True,

@@ -66,7 +66,7 @@ class Chart extends HTMLElement {
     this.drawn = [];
     const tables = [];
     for (const [k, one] of series.entries()) {
-      const [x, y] = inOrder(one.x, one.y);
+      const [x, y] = apart(...inOrder(one.x, one.y));
       const smoothed = smooth && this.smoothing > 0 && one.look !== "dots" && one.look !== "bars";
       tables.push([x, y]); this.drawn.push({ ...one, k, behind: smoothed });
       if (smoothed) { tables.push([x, average(y, this.smoothing)]); this.drawn.push({ ...one, k, look: "line", over: true }); }
@@ -76,10 +76,11 @@ class Chart extends HTMLElement {
       this.drawn.push({ ...band, edge: true, k: -1 }, { ...band, edge: true, k: -1, upper: true });
     }
     this.columns = tables.length ? uPlot.join(tables) : [[]];
+    this.isWhole = series.every(one => one.x.every(Number.isInteger));
   }
 
   options() {
-    const { told } = this, quiet = () => token("--quiet"), line = () => token("--line");
+    const { told } = this, named = !!told.names?.length, quiet = () => token("--quiet"), line = () => token("--line");
     const font = `${token("--axis") || "11px"} ${token("--text")}`;
     const axis = { stroke: quiet, font, labelFont: font, labelSize: 16, ticks: { show: false }, grid: { stroke: line, width: 1 } };
     const range = (plot, low, high) => {
@@ -94,8 +95,8 @@ class Chart extends HTMLElement {
       legend: { show: false },
       cursor: { sync: { key: `x ${told.x}`, scales: ["x", null] }, drag: { x: true, y: false, setScale: true, dist: 8 },
         points: { size: 8, fill: (plot, k) => plot.series[k].stroke(plot, k) }, focus: { prox: 24 } },
-      scales: { x: { time: false, range: (plot, low, high) => this.wholeBars(low, high) }, y: { range, distr: told.log ? 3 : 1 }, right: { range: (plot, low, high) => low == null ? [0, 1] : uPlot.rangeNum(low, high, 0.06, true) } },
-      axes: [{ ...axis, grid: { show: false }, label: told.x, space: 56, size: 30, incrs: this.columns[0].every(Number.isInteger) ? WHOLE : undefined, values: (plot, all) => all.map(short) },
+      scales: { x: { time: false, distr: told.logX ? 3 : 1, range: (plot, low, high) => this.wholeBars(low, high) }, y: { range, distr: told.log ? 3 : 1 }, right: { range: (plot, low, high) => low == null ? [0, 1] : uPlot.rangeNum(low, high, 0.06, true) } },
+      axes: [{ ...axis, grid: { show: false }, label: told.x, space: 56, size: 30, incrs: named || this.isWhole ? WHOLE : undefined, values: (plot, all) => all.map(value => named ? told.names[value] ?? "" : short(value)) },
         { ...axis, label: told.y, size: 44, space: 38, values: (plot, all) => all.map(short) },
         ...(told.right ? [{ ...axis, scale: "right", side: 1, label: told.right, size: 44, grid: { show: false }, values: (plot, all) => all.map(short) }] : [])],
       series: [{}, ...this.drawn.map(one => this.look(one))],
@@ -109,7 +110,7 @@ class Chart extends HTMLElement {
   wholeBars(low, high) {   // room for half a bar at both ends, where all are shown
     const xs = this.columns[0];
     if (low == null) return [0, 1];
-    if (low === high) return [low - 1, high + 1];
+    if (low === high || xs.length === 1) return [xs[0] - 1, xs[0] + 1];
     if (xs.length < 2 || low > xs[0] || high < xs.at(-1) || !this.told.series.some(one => one.look === "bars")) return [low, high];
     const half = (xs.at(-1) - xs[0]) / (xs.length - 1) / 2;
     return [low - half, high + half];
@@ -215,13 +216,13 @@ class Chart extends HTMLElement {
   }
 
   tell(plot) {   // values at the cursor, in the key
-    const row = plot.cursor.idx, x = row == null ? null : this.columns[0][row];
+    const row = plot.cursor.idx, x = row == null ? null : +this.columns[0][row].toPrecision(6);
     this.key.querySelectorAll("b").forEach((value, k) => {
       const at = this.drawn.findIndex(one => one.k === k && !one.over);
       const y = row == null ? null : near(this.columns[at + 1], row);
       value.textContent = y == null ? "" : long(y, this.digits);
     });
-    this.where.textContent = x == null ? "" : `${this.told.x.split(",")[0]} ${long(x, Number.isInteger(x) ? 0 : 2)}`;
+    this.where.textContent = x == null ? "" : this.told.names?.[x] ? this.told.names[x] : `${this.told.x.split(",")[0]} ${long(x, Number.isInteger(x) ? 0 : 2)}`;
     this.place.setAttribute("aria-valuemin", this.columns[0][0] ?? 0);
     this.place.setAttribute("aria-valuemax", this.columns[0].at(-1) ?? 0);
     this.place.setAttribute("aria-valuenow", x ?? this.columns[0][0] ?? 0);
@@ -266,6 +267,12 @@ function inOrder(x, y) {
   if (x.every((value, k) => !k || value >= x[k - 1])) return [x, y];
   const order = x.map((_, k) => k).sort((a, b) => x[a] - x[b]);
   return [order.map(k => x[k]), order.map(k => y[k])];
+}
+
+function apart(x, y) {   // several values at one x are kept: joined tables have each x once, so they move by a hair
+  const hair = (x.at(-1) - x[0] || 1) * 1e-8;
+  let count = 0;
+  return [x.map((value, k) => value + hair * (count = k && value === x[k - 1] ? count + 1 : 0)), y];
 }
 
 function average(y, weight) {   // exponential, free of the pull to its first value

@@ -26,13 +26,13 @@ function tellRun() {
   if (run.best != null) stats.push([words(run.best), "best checkpoint"]);
   const strip = $("stats");
   while (strip.children.length < stats.length) strip.append(stat());
-  stats.forEach(([value, name], k) => { say(strip.children[k].children[0], name); say(strip.children[k].children[1], value); });
+  stats.forEach(([value, name], k) => { say(strip.children[k].children[0], value); say(strip.children[k].children[1], name); });
 }
 
 function stat() {
   const card = document.createElement("div");
   card.className = "card stat";
-  card.append(document.createElement("dt"), document.createElement("dd"));
+  card.append(document.createElement("b"), document.createElement("span"));
   return card;
 }
 
@@ -52,7 +52,7 @@ function draw(id, label, lines) {
     const told = rows.filter(row => row[key] != null);
     return { name, look, colour, right: false, faint: false, x: told.map(row => row.iteration), y: told.map(row => row[key]) };
   });
-  $(id).show({ x: "iteration", y: label, right: "", low: null, high: null, log: false, smooth: true, digits: 2, series, bands: [], marks: [], levels: [] });
+  $(id).show({ x: "iteration", y: label, right: "", low: null, high: null, log: false, logX: false, names: [], smooth: true, digits: 2, series, bands: [], marks: [], levels: [] });
   $(id).writeTable();
 }
 

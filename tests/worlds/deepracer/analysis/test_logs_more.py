@@ -258,7 +258,7 @@ def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeyp
     run.append_metrics({"iteration": 1, "steps": 9, "seconds": 1.0})
     makers.write(run.path / "training-simtrace" / "0-iteration.csv", makers.iteration(range(3)))
     parts = list(own_plots_part(own_plots_of(run, ())))
-    text = write_report(run, tmp_path / "r.html", parts=lambda facts: parts).read_text(encoding="utf-8")
+    text = write_report(run, tmp_path / "r.html", of_world=lambda facts: parts).read_text(encoding="utf-8")
     assert "speed failed (ValueError: no such &lt;thing&gt;)" in text
     assert "Mend it, or remove its package." in text
 

@@ -13,9 +13,9 @@ from tests.browser import Browser, needs_chromium
 from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
-from racecraft.analysis.page import page as document
+from racecraft.pages.parts import page as document
 from racecraft.worlds.deepracer.analysis import logs as analysis
-from racecraft.worlds.deepracer.analysis.logs.page import STYLE, Extras, _explorer, _headline, write_logs_page
+from racecraft.worlds.deepracer.analysis.logs.page import MODULES, STYLES, Extras, _explorer, _headline, write_logs_page
 from racecraft.worlds.deepracer.analysis.logs.page_data import _start_line, page_data
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -68,7 +68,7 @@ def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
 
 def test_workers_are_counted_and_rounds_told_where_there_are_several(ticks):
     def told(**columns):
-        return "".join(_headline(ticks.with_columns(**columns), None, "a log"))
+        return _headline(ticks.with_columns(**columns))
 
     number = pl.col("unique_episode").cast(pl.Int32)
     assert ">worker<" in told()
@@ -80,7 +80,7 @@ def test_titles_and_damage_are_escaped_and_told(ticks, tmp_path):
     path = write_logs_page(tmp_path / "p.html", ticks, None, "a <b> log", Extras(("x.csv:7: X is '<script>'",)))
     text = path.read_text()
     assert "a &lt;b&gt; log" in text
-    assert "X is &#x27;&lt;script&gt;&#x27;" in text
+    assert "X is &#39;&lt;script&gt;&#39;" in text
     assert "Name it with --track" in text
 
 
@@ -137,8 +137,9 @@ def test_the_map_is_as_high_as_its_road_and_pictures_can_be_read_on_a_phone(brow
         assert wide / high == pytest.approx((x1 - x0 + 1.2) / (y1 - y0 + 1.2), rel=0.02), (
             "no empty ground above or below"
         )
-    plots = browser.value("[...document.querySelectorAll('.plot')].map(e => [e.clientWidth, e.scrollWidth])")
-    assert len(plots) > 15
+    pictures = "[...document.querySelectorAll('.wide-picture')].filter(e => e.querySelector('.picture'))"
+    plots = browser.value(f"{pictures}.map(e => [e.clientWidth, e.scrollWidth])")
+    assert len(plots) > 5
     assert all(inside >= 600 and (inside > room) is phone for room, inside in plots), "pushed sideways, not shrunk"
     rows = browser.value("[...document.querySelectorAll('#rows tr')].map(e => e.getBoundingClientRect().height)")
     assert max(rows) < 45, "one line an episode"
@@ -157,7 +158,9 @@ def test_the_page_on_paper(browser, address):
             f"(document.getElementById('{name}'))"
         )
         assert shown == pytest.approx(drawn, rel=0.02)
-    hidden = "[...document.querySelectorAll('.tools, .list, details')].every(e => e.offsetHeight === 0)"
+    hidden = (
+        "[...document.querySelectorAll('.card > .tools, .list, details:not([open])')].every(e => e.offsetHeight === 0)"
+    )
     assert browser.value(hidden)
     assert browser.value("getComputedStyle(document.querySelector('#legend i')).printColorAdjust") == "exact"
 
@@ -180,7 +183,7 @@ def test_the_map_tells_the_direction_and_draws_no_path_to_where_a_car_was_set_do
     columns = makers.episode(0, 0.3, ticks=40, track=track)
     columns["X"][0] += 3.0
     ticks = read(makers.write(tmp_path / "training-simtrace" / "0-iteration.csv", columns)).ticks.collect()
-    (tmp_path / "p.html").write_text(document("p", [STYLE, *_explorer(ticks, track)]))
+    (tmp_path / "p.html").write_text(document("p", _explorer(ticks, track), modules=MODULES, styles=STYLES))
     browser.page.add_init_script(SPY)
     browser.open((tmp_path / "p.html").as_uri())
     browser.until("document.querySelectorAll('#rows tr').length === 1")

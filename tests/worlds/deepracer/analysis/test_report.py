@@ -65,7 +65,7 @@ def run(tmp_path, track, reports_along):
 def write(run, tmp_path, drive=None, film=None):
     """Write the page of a run; what its best policy drives is given, not driven."""
     shown = None if drive is None else as_drive(drive)
-    return write_report(run, tmp_path / "report.html", parts=lambda facts: car_parts(facts, shown, film))
+    return write_report(run, tmp_path / "report.html", of_world=lambda facts: car_parts(facts, shown, film))
 
 
 def test_the_page_holds_the_numbers_and_fetches_nothing(run, tmp_path):
@@ -75,7 +75,7 @@ def test_the_page_holds_the_numbers_and_fetches_nothing(run, tmp_path):
     assert reader.open == []
     assert reader.fetched
     assert [at for at in reader.fetched if not at.startswith(("data:", "#"))] == []
-    assert re.findall(r"https?://|url\((?!#)|@import|<script", text) == []
+    assert re.findall(r"https?://(?!www.w3.org)|url\((?!#|\"data:)|@import", text) == []
     words = " ".join(reader.words)
     for expected in ("re:Invent 2018", "run try <1>", "12.34 s", "28,800", "5 of 5", "90.0 %", "ppo.learning_rate"):
         assert expected in words
@@ -125,7 +125,7 @@ def test_the_best_lap_is_that_of_the_best_checkpoint_and_not_of_another(run, tmp
 
 def test_the_reward_function_stands_on_the_page_as_it_was_written(run, tmp_path):
     text = write(run, tmp_path).read_text(encoding="utf-8")
-    assert "<pre><code>def reward_function(params):\n    return 1.0 if params[&#x27;x&#x27;] &lt; 2 else 0" in text
+    assert "<code>def reward_function(params):\n    return 1.0 if params[&#39;x&#39;] &lt; 2 else 0" in text
 
 
 def test_the_mean_reward_is_told_and_drawn_unless_it_is_the_score_itself(run, tmp_path):
@@ -145,7 +145,7 @@ def test_the_mean_reward_is_told_and_drawn_unless_it_is_the_score_itself(run, tm
 
 def test_an_exit_counts_once_in_every_place_that_counts_exits(run, tmp_path):
     words = words_of(write(run, tmp_path))
-    assert "Where cars left the road in training : once, a cross each." in words
+    assert "Where cars left the road in training Once, a cross each." in words
     assert "How 2 training episodes ended" in words
     assert "off track 1 50.0 %" in words
     assert "mean speed (m/s) 19 1 " in words, "waypoint 19, one exit"

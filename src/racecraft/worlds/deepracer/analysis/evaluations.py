@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from racecraft.analysis.evaluations import EvaluationTable, latest_first
-from racecraft.analysis.page import Bar
+from racecraft.pages.parts import Bar
 from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, TRAINED, TrackResult
 
 

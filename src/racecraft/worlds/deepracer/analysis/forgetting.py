@@ -11,10 +11,12 @@ from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
-from racecraft.analysis import page
 from racecraft.analysis.learning_advice import rose
+from racecraft.analysis.page import photograph
 from racecraft.contract.world import Array
+from racecraft.pages.parts import Heading, card, heading, paragraph, table
 from racecraft.worlds.deepracer.analysis.logs.plot import HEAT, QUIET
 
 if TYPE_CHECKING:
@@ -91,12 +93,11 @@ def _why_forgotten(told: SegmentPassRates, then: int, now: int) -> str:
     )
 
 
-def passages_part(told: SegmentPassRates) -> Iterator[str]:
+def passages_part(told: SegmentPassRates) -> Iterator[Heading | Markup]:
     """Yield the part of a page."""
-    yield "<h2>What it learned and forgot</h2>"
-    said = "".join(f"<p>{page.escaped(line)}</p>" for line in passages_words(told))
+    yield heading("What it learned and forgot")
     words = "Share of the cars that got through each segment, by checkpoint"
-    yield page.card(said + page.photograph(passages_figure(told), words))
+    yield card(*map(paragraph, passages_words(told)), photograph(passages_figure(told), words))
 
 
 def passages_figure(told: SegmentPassRates) -> Figure:
@@ -188,15 +189,15 @@ def starts_words(told: StartComparison) -> str:
     return f"{said} It does not hang on where it starts."
 
 
-def starts_part(told: StartComparison) -> Iterator[str]:
+def starts_part(told: StartComparison) -> Iterator[Heading | Markup]:
     """Yield the part of a page."""
-    yield "<h2>Does it know its starts only?</h2>"
+    yield heading("Does it know its starts only?")
     heads = ("starts", "laps", "driven to the end", "mean progress")
     rows = [
         ("trained on", told.trained, told.trained_full, f"{told.trained_progress:.1f} %"),
         ("in between", told.between, told.between_full, f"{told.between_progress:.1f} %"),
     ]
-    yield page.card(f"<p>{page.escaped(starts_words(told))}</p>" + page.table(heads, rows, (1, 2, 3)))
+    yield card(paragraph(starts_words(told)), table(heads, rows, (1, 2, 3)))
 
 
 def passages_facts(told: SegmentPassRates) -> dict[str, Any]:

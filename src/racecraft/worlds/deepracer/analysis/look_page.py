@@ -11,11 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
-from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
+from racecraft.analysis.page import figure_part, photograph
+from racecraft.analysis.page import film as film_part
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import BLUE, INK, QUIET
+from racecraft.pages.parts import Bar, Heading, card, heading, page, paragraph, table
 from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
 from racecraft.worlds.deepracer.analysis.look_film import Place
 from racecraft.worlds.deepracer.analysis.path_picture import DARK_RED
@@ -126,53 +129,53 @@ def write_look_page(
         OutputFileError: The page cannot be written.
     """
     sentences = findings(lap.surfaces, lap.look, run, imported)
-    write_atomic(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, sentences)))
+    about = f"{title} · {lap.place.track.title or lap.place.track.name} · {lap.outcome}"
+    pieces = _parts(lap, film, sentences)
+    write_atomic(path, page("What it looks at", pieces, about, f"{title} – what it looks at"))
     return Path(path)
 
 
-def _parts(lap: LapLook, title: str, film: bytes | None, sentences: Sequence[str]) -> Iterator[str]:
+def _parts(lap: LapLook, film: bytes | None, sentences: Sequence[str]) -> Iterator[Heading | Markup]:
     """Yield the page from top to bottom."""
-    yield "<h1>What it looks at</h1>"
-    track = lap.place.track
-    yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(track.title or track.name)} · {lap.outcome}</p>'
     if sentences:
-        yield page.card("".join(f"<p>{page.escaped(one)}</p>" for one in sentences))
+        yield card(*map(paragraph, sentences))
     if film is not None:
-        yield page.card(page.film(film, "The lap: camera, what counted in it, what was chosen"), "large")
+        yield card(film_part(film, "The lap: camera, what counted in it, what was chosen"))
     yield from _surfaces(lap.surfaces)
     yield from _senses(lap.look)
     yield from _sureness(lap)
-    yield (
-        '<p class="quiet">Attention is the size of integrated gradients: what every pixel added to the decision, '
+    yield paragraph(
+        "Attention is the size of integrated gradients: what every pixel added to the decision, "
         "against an even grey. Painted over: the surface takes the grey of what surrounds it and the same moments are "
-        "decided again.</p>"
+        "decided again.",
+        "quiet",
     )
 
 
-def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[str]:
+def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[Heading | Markup]:
     if not surfaces:
         return
-    yield "<h2>By surface</h2>"
+    yield heading("By surface")
     heads = ("surface", "attention", "", "of the picture", "times its area", "other decisions when painted over")
     rows = [
         (
-            row.surface, f"{100 * row.attention:.1f} %", page.Bar(row.attention), f"{100 * row.area:.1f} %",
+            row.surface, f"{100 * row.attention:.1f} %", Bar(row.attention), f"{100 * row.area:.1f} %",
             f"{row.times_its_area:.1f}", "–" if row.changed is None else f"{100 * row.changed:.0f} %",
         )
         for row in surfaces
     ]  # fmt: skip
-    yield page.card(page.table(heads, rows, numbers=(1, 3, 4, 5)))
+    yield card(table(heads, rows, numbers=(1, 3, 4, 5)))
 
 
-def _senses(look: Look) -> Iterator[str]:
+def _senses(look: Look) -> Iterator[Heading | Markup]:
     """Yield what a car with a LiDAR goes by: how much of it is the camera, and which beams or sectors count."""
     if not look.beside:
         return
-    yield "<h2>By what it sees with</h2>"
-    rows = [(name, f"{100 * share:.1f} %", page.Bar(share)) for name, share in look.senses.items()]
-    yield page.card(page.table(("observation", "attention", ""), rows, numbers=(1,)))
+    yield heading("By what it sees with")
+    rows = [(name, f"{100 * share:.1f} %", Bar(share)) for name, share in look.senses.items()]
+    yield card(table(("observation", "attention", ""), rows, numbers=(1,)))
     for name in look.beside:
-        yield page.card(page.drawing(beside_figure(look, name), f"Which of its numbers count: {name}"))
+        yield card(figure_part(beside_figure(look, name), f"Which of its numbers count: {name}"))
 
 
 def beside_figure(look: Look, name: str) -> Figure:
@@ -187,19 +190,20 @@ def beside_figure(look: Look, name: str) -> Figure:
     return figure
 
 
-def _sureness(lap: LapLook) -> Iterator[str]:
-    yield "<h2>How sure it is along the lap</h2>"
+def _sureness(lap: LapLook) -> Iterator[Heading | Markup]:
+    yield heading("How sure it is along the lap")
     values, words = lap.look.sureness
     if lap.look.is_equally_sure:
-        yield page.card(
-            f"<p>Equally sure everywhere: its {page.escaped(words)}, is {float(values[0]):.2f} at every moment. Such a "
-            "policy learns one spread for the whole lap, which says how far it has come, not where it doubts.</p>"
+        told = (
+            f"Equally sure everywhere: its {words}, is {float(values[0]):.2f} at every moment. Such a "
+            "policy learns one spread for the whole lap, which says how far it has come, not where it doubts."
         )
+        yield card(paragraph(told))
         return
-    yield page.card(page.drawing(confidence_figure(lap), f"Along the lap: {words}"))
-    yield page.card(page.photograph(confidence_map(lap), f"On the track: {words}"))
-    yield "<h2>Where it doubts most</h2>"
-    yield page.card(page.photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
+    yield card(figure_part(confidence_figure(lap), f"Along the lap: {words}"))
+    yield card(photograph(confidence_map(lap), f"On the track: {words}"))
+    yield heading("Where it doubts most")
+    yield card(photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
 
 
 def confidence_figure(lap: LapLook) -> Figure:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis import page
 from racecraft.analysis.page_part import PagePart
 from racecraft.analysis.run_facts import RunFacts
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.tensor_file import CheckpointError
+from racecraft.pages.parts import card, paragraph, table
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
 from racecraft.worlds.deepracer.driving.known_laps import best_known_lap, direction_of, gap_percent
@@ -51,13 +51,13 @@ def pace_parts(facts: RunFacts, track: Track, drive: Drive | None) -> Iterator[P
         ("best known lap", "–" if known is None else f"{known:.2f} s"),
         ("gap", "–" if known is None or flying is None else f"{gap_percent(flying, known):+.1f} %"),
     ]
-    words = page.table(("in evaluations", ""), rows, (1,))
+    pieces = [table(("in evaluations", "value"), rows, (1,))]
     calm = None if drive is None else _steering(drive)
     if calm is not None:
-        words += f"<p>The best policy: {page.escaped(str(calm))}.</p>"
+        pieces.append(paragraph(f"The best policy: {calm}."))
     if limits := beyond_logs(car, fastest):
-        words += f'<p class="quiet">{page.escaped(limits)}</p>'
-    yield PagePart("How fast it became", [page.card(words)])
+        pieces.append(paragraph(limits, "quiet"))
+    yield PagePart("How fast it became", [card(*pieces)])
 
 
 def first_full_lap(run: RunFolder, best: TrainedCar) -> Drive | None:

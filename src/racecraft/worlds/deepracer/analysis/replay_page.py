@@ -12,12 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
-from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
+from racecraft.analysis.page import figure_part, photograph
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
+from racecraft.pages.parts import Heading, card, details, heading, page, paragraph, table, tiles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +58,8 @@ def write_replay_page(path: str | Path, facts: Facts, picture: Figure, errors_m:
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_atomic(path, page.page(f"Is it the same car? {facts['track']} – racecraft", _parts(facts, picture, errors_m)))
+    title = "Is it the same car?"
+    write_atomic(path, page(title, _parts(facts, picture, errors_m), tab=f"{title} {facts['track']}"))
     return Path(path)
 
 
@@ -80,7 +83,7 @@ def answer(facts: Facts) -> str:
     return f"{track} The car is not: {facts['car']} strays further than it should."
 
 
-def _parts(facts: Facts, picture: Figure, errors_m: Mapping[str, Array]) -> Iterator[str]:
+def _parts(facts: Facts, picture: Figure, errors_m: Mapping[str, Array]) -> Iterator[Heading | Markup]:
     yield from _headline(facts)
     words = "A recorded lap, coloured by commanded speed; in red our car, obeying the same commands a second at a time"
     told = (
@@ -88,48 +91,47 @@ def _parts(facts: Facts, picture: Figure, errors_m: Mapping[str, Array]) -> Iter
         "where it went in the next second, obeying the recorded commands without ever looking. Where no red is to be "
         "seen, it lies on the recorded line."
     )
-    yield page.card(f'{page.photograph(picture, words)}<p class="quiet">{told}</p>')
+    yield card(photograph(picture, words), paragraph(told, "quiet"))
     yield from _track(facts)
     yield from _car(facts, errors_m)
     yield from _files(facts)
     yield from _notes(facts)
 
 
-def _headline(facts: Facts) -> Iterator[str]:
-    yield "<h1>Is it the same car?</h1>"
-    yield f"<p><b>{page.escaped(answer(facts))}</b></p>"
-    yield (
-        f'<p class="quiet">{facts["rows"]:,} recorded rows, {facts["episodes"]:,} episodes, {len(facts["files"])} '
-        f"file(s), on {page.escaped(facts['track'])}; driven again by {page.escaped(facts['car'])}, "
-        f"{CARS.get(facts['car'], 'a car')}.</p>"
+def _headline(facts: Facts) -> Iterator[Heading | Markup]:
+    yield paragraph(answer(facts), "strong")
+    yield paragraph(
+        f"{facts['rows']:,} recorded rows, {facts['episodes']:,} episodes, {len(facts['files'])} "
+        f"file(s), on {facts['track']}; driven again by {facts['car']}, {CARS.get(facts['car'], 'a car')}.",
+        "quiet",
     )
-    tiles = [(_agreement(facts["progress_mismatches"], facts["rows"]), "of all rows have the same progress")]
+    told = [(_agreement(facts["progress_mismatches"], facts["rows"]), "of all rows have the same progress")]
     for name, words in HORIZON_WORDS.items():
         median = facts["open_loop_position_m"][name]["median"]
-        tiles.append((_cm(median), f"apart after {words} without looking, median"))
-    tiles.append((f"{sum(facts['windows'].values()):,}", "times it was measured"))
-    yield page.tiles(tiles)
+        told.append((_cm(median), f"apart after {words} without looking, median"))
+    told.append((f"{sum(facts['windows'].values()):,}", "times it was measured"))
+    yield tiles(told)
 
 
-def _track(facts: Facts) -> Iterator[str]:
-    yield "<h2>The same track?</h2>"
-    yield (
-        "<p>From nothing but the recorded poses, racecraft works out what the original wrote beside them. "
-        "Every row that differs is counted.</p>"
+def _track(facts: Facts) -> Iterator[Heading | Markup]:
+    yield heading("The same track?")
+    yield paragraph(
+        "From nothing but the recorded poses, racecraft works out what the original wrote beside them. "
+        "Every row that differs is counted."
     )
     rows = []
     for key, words in CHECKS.items():
         wrong = facts[key]
         shown = ("not recorded", "–") if wrong is None else (f"{wrong:,}", _agreement(wrong, facts["rows"]))
         rows.append((words, *shown))
-    yield page.card(page.table(("told again", "rows that differ", "agree"), rows, (1, 2)))
+    yield card(table(("told again", "rows that differ", "agree"), rows, (1, 2)))
 
 
-def _car(facts: Facts, errors_m: Mapping[str, Array]) -> Iterator[str]:
-    yield "<h2>The same car?</h2>"
-    yield (
-        "<p>From every fifth row in which the car was driven, ours is put where the recorded one stood and obeys its "
-        "commands, without ever looking. A car that turned or gained speed otherwise would end elsewhere.</p>"
+def _car(facts: Facts, errors_m: Mapping[str, Array]) -> Iterator[Heading | Markup]:
+    yield heading("The same car?")
+    yield paragraph(
+        "From every fifth row in which the car was driven, ours is put where the recorded one stood and obeys its "
+        "commands, without ever looking. A car that turned or gained speed otherwise would end elsewhere."
     )
     rows = []
     for name, words in HORIZON_WORDS.items():
@@ -138,22 +140,22 @@ def _car(facts: Facts, errors_m: Mapping[str, Array]) -> Iterator[str]:
         rows.append(
             (f"after {words}", f"{facts['windows'][name]:,}", _cm(position["median"]), _cm(position["p90"]), *angles)
         )
-    heads = ("", "windows", "median", "9 of 10 within", "turned, median", "9 of 10 within")
-    yield page.card(page.table(heads, rows, (1, 2, 3, 4, 5)))
+    heads = ("horizon", "windows", "median", "9 of 10 within", "turned, median", "9 of 10 within")
+    yield card(table(heads, rows, (1, 2, 3, 4, 5)))
     if any(len(errors) for errors in errors_m.values()):
-        chart = page.drawing(_spread_figure(errors_m), "Share of windows in which our car strayed no further than that")
-        yield page.card(chart, "large")
+        words = "Share of windows in which our car strayed no further than that"
+        yield card(figure_part(_spread_figure(errors_m), words))
 
 
-def _files(facts: Facts) -> Iterator[str]:
+def _files(facts: Facts) -> Iterator[Heading | Markup]:
     rows = []
     for one in facts["files"]:
         wrong = sum(one[key] or 0 for key in CHECKS)
         medians = (_cm(one["open_loop_position_m"][name]["median"]) for name in HORIZON_WORDS)
         rows.append((_short(one["file"]), f"{one['rows']:,}", f"{wrong:,}", *medians))
     heads = ("file", "rows", "differences", "0.5 s", "1 s")
-    yield "<h2>Every file</h2>"
-    yield page.card(page.table(heads, rows, (1, 2, 3, 4)))
+    yield heading("Every file")
+    yield card(table(heads, rows, (1, 2, 3, 4)))
     worst = [
         (_furthest(window), _short(one["file"]), window) for one in facts["files"] for window in one["worst_windows"]
     ]
@@ -162,19 +164,20 @@ def _files(facts: Facts) -> Iterator[str]:
         for far, file, window in sorted(worst, key=lambda part: -part[0])[:20]
     ]
     if lines:
-        yield page.details("Where our car strayed furthest", page.table(("window", "apart"), lines, (1,)))
+        yield details("Where our car strayed furthest", table(("window", "apart"), lines, (1,)))
 
 
-def _notes(facts: Facts) -> Iterator[str]:
+def _notes(facts: Facts) -> Iterator[Heading | Markup]:
     notes = [*facts["notes"], *facts["damaged_rows"]]
     if notes:
-        yield "<h2>Worth knowing</h2>"
-        yield page.card("".join(f"<p>{page.escaped(note)}</p>" for note in notes))
-    yield (
-        '<p class="quiet">Half a second is 8 ticks and a second 15. Distances are those of the point 14 cm ahead of '
+        yield heading("Worth knowing")
+        yield card(*map(paragraph, notes))
+    yield paragraph(
+        "Half a second is 8 ticks and a second 15. Distances are those of the point 14 cm ahead of "
         "the car's middle that the records speak of; its read-out alone jitters by 2 to 3 cm. The same car is one "
         "whose median after a second stays within 12 cm (v4), 20 cm (v5-classic) or 11 cm (v6) below 2 m/s, and "
-        "within 25, 40 or 25 cm above. Wheels are compared where the car is not being held.</p>"
+        "within 25, 40 or 25 cm above. Wheels are compared where the car is not being held.",
+        "quiet",
     )
 
 

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
-from racecraft.analysis import page
 from racecraft.analysis.figures import draw_curves
 from racecraft.analysis.own_plots import NoPlot
+from racecraft.analysis.page import film as film_part
+from racecraft.analysis.page import photograph
 from racecraft.analysis.page_part import EVALUATIONS, PagePart, own_plots_part
 from racecraft.analysis.plot import Plot
 from racecraft.analysis.report import write_report
@@ -18,6 +20,8 @@ from racecraft.analysis.run_facts import RunFacts
 from racecraft.analysis.video import film_title, small_film
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
+from racecraft.pages.parts import Bar, card, commands, details, grid, paragraph, source, table
+from racecraft.pages.words import duration
 from racecraft.worlds.deepracer.analysis import path_picture, tables
 from racecraft.worlds.deepracer.analysis.account import own_plots_of
 from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, incidents
@@ -64,7 +68,7 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     draw_curves(files["curves"], run.read_metrics(), score_name=find_kind(KIND).score.name)
     why = explain_failures(car, car.trained_on, str(run.path), **WHY)
     film = small_film(files["video"])
-    write_report(run, files["report"], parts=lambda facts: car_parts(facts, drive.shown, film, why=why))
+    write_report(run, files["report"], of_world=lambda facts: car_parts(facts, drive.shown, film, why=why))
     return files
 
 
@@ -119,7 +123,7 @@ def car_parts(
     if track is not None:
         yield from pace_parts(facts, track, drive)
     if why is not None:
-        command = f"<p><code>racecraft why {page.escaped(facts.run.path)}</code></p>"
+        command = commands([f"racecraft why {facts.run.path}"])
         yield PagePart("Why it fails", [*failure_parts(why), command])
     yield from _what_it_chose(ticks)
     yield from _reward(facts)
@@ -130,17 +134,17 @@ def car_parts(
 
 def _on_the_track(
     title: str, track: Track, ticks: pl.DataFrame, laps: pl.DataFrame, drive: Drive | None, film: bytes | None
-) -> Iterator[str]:
+) -> Iterator[Markup]:
     """Yield the best lap, its film, and where and how episodes ended."""
     shown = drive or best_drive(ticks, laps)
     if shown is not None:
         words = path_picture.story("The best policy" if drive else "Best training episode", shown)
         slow, fast = path_picture.speed_limits(shown)
         speeds = f"Driven at {shown.driven_mps.mean():.2f} m/s on average; dark is {slow:.2f} m/s, bright {fast:.2f}."
-        picture = page.photograph(path_picture.path_figure(track, shown, title), words)
-        yield page.card(f'<p><b>{page.escaped(words)}</b></p>{picture}<p class="quiet">{speeds}</p>')
+        picture = photograph(path_picture.path_figure(track, shown, title), words)
+        yield card(paragraph(words, "strong"), picture, paragraph(speeds, "quiet"))
     if drive is not None and film is not None:
-        yield page.card(page.film(film, "A film of the best policy's lap: its view, a map, speed and steering"))
+        yield card(film_part(film, "A film of the best policy's lap: its view, a map, speed and steering"))
     if not laps.is_empty():
         yield from _exits_and_endings(track, laps)
 
@@ -159,13 +163,13 @@ def _what_it_chose(ticks: pl.DataFrame) -> Iterator[PagePart]:
     rows = [
         (
             _chosen_words(row), f"{row['speed_mps']:.2f}", f"{100 * row['share']:.1f} %",
-            page.Bar(row["share"] / most), f"{row['mean_reward']:.2f}",
+            Bar(row["share"] / most), f"{row['mean_reward']:.2f}",
         )
         for row in counted.iter_rows(named=True)
     ]  # fmt: skip
     heads = ("steering", speed, "share", "", "mean reward")
-    card = page.card(page.table(heads, rows, (1, 2, 4)) + "<small>In training, exploration included.</small>")
-    yield PagePart("What it chose", [card])
+    note = paragraph("In training, exploration included.", "quiet")
+    yield PagePart("What it chose", [card(table(heads, rows, (1, 2, 4)), note)])
 
 
 def _reward(facts: RunFacts) -> Iterator[PagePart]:
@@ -174,32 +178,35 @@ def _reward(facts: RunFacts) -> Iterator[PagePart]:
     if not reward:
         return
     paid = [row["mean_reward"] for row in facts.metrics if row.get("mean_reward") is not None]
-    told = (
-        f"<p>An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any.</p>" if paid else ""
-    )
-    yield PagePart("What it was paid for", [told + page.details("The reward function", page.source(reward))])
+    pieces = [details("The reward function", source(reward))]
+    if paid:
+        told = f"An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any."
+        pieces.insert(0, paragraph(told))
+    yield PagePart("What it was paid for", pieces)
 
 
 def _track_by_track(run: RunFolder) -> Iterator[PagePart]:
     """Yield the latest evaluation track by track, where there are several."""
     told = track_table(read_generalisation(run.generalisation))
     if told is not None:
-        table = page.card(page.table(told.heads, told.rows, (2, 3, 5)))
-        yield PagePart("Track by track", [f"<p>{page.escaped(told.words)}</p>", table], EVALUATIONS)
+        shown = card(table(told.heads, told.rows, (2, 3, 5)))
+        yield PagePart("Track by track", [paragraph(told.words), shown], EVALUATIONS)
 
 
-def _cost(last: Mapping[str, Any]) -> str:
+def _cost(last: Mapping[str, Any]) -> Markup:
     """Return what as many steps as the last iteration counts took and cost on the AWS console."""
     hours, dollars = console_cost(last["steps"])
     steps_per_second = f"{CONSOLE_STEPS_PER_SECOND:g}"
     sum_ = f"{last['steps']:,} steps ÷ {steps_per_second} steps a second ÷ 3,600 = {hours:.2f} h"
-    return page.card(
-        f"<p><b>{dollars:,.2f} USD</b> and <b>{page.duration(3600 * hours)}</b> on the AWS console; here it took "
-        f"<b>{page.duration(last['seconds'])}</b>.</p>"
-        f'<p class="quiet">{sum_}; {hours:.2f} h × {CONSOLE_USD_PER_HOUR:.2f} USD an hour. The console billed by the '
-        f"hour of training; the original simulator trains {steps_per_second} steps a second, pauses for updates in, as "
-        "its own logs show. Equal steps are compared, not equal skill; evaluations do not count as steps.</p>"
+    told = (
+        f"{dollars:,.2f} USD and {duration(3600 * hours)} on the AWS console; here it took {duration(last['seconds'])}."
     )
+    how = (
+        f"{sum_}; {hours:.2f} h × {CONSOLE_USD_PER_HOUR:.2f} USD an hour. The console billed by the "
+        f"hour of training; the original simulator trains {steps_per_second} steps a second, pauses for updates in, as "
+        "its own logs show. Equal steps are compared, not equal skill; evaluations do not count as steps."
+    )
+    return card(paragraph(told, "strong"), paragraph(how, "quiet"))
 
 
 def console_cost(steps: float) -> tuple[float, float]:
@@ -231,7 +238,7 @@ def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:
         return None  # files of others may lack what a drive is made of
 
 
-def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
+def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[Markup]:
     exits = laps.filter(laps["status"].cast(str).is_in(list(GRIEF)))
     where = f"Where cars {incidents(exits['status'].unique())}"
     if exits.height:
@@ -240,13 +247,14 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
         words = incidents(exits["status"].unique())
         path_picture.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height, words)
         times = "once" if exits.height == 1 else f"{exits.height:,} times"
-        words = f"<p><b>{where} in training</b>: {times}, a cross each"
+        words = f"{times[0].upper()}{times[1:]}, a cross each"
         words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
-        yield page.card(f"{words}</p>{page.photograph(figure, f'Map: {where.lower()}')}")
+        picture = photograph(figure, f"Map: {where.lower()}")
+        yield card(paragraph(words), picture, head=f"{where} in training")
     endings = [
         (
             WORDS.get(row["status"], row["status"]), f"{row['count']:,}", f"{100 * row['share']:.1f} %",
-            page.Bar(row["share"]),
+            Bar(row["share"]),
         )
         for row in tables.endings_table(laps).iter_rows(named=True)
     ]  # fmt: skip
@@ -254,17 +262,15 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
         (row["waypoint"], row["count"], f"{row['mean_speed_mps']:.2f}" if row["mean_speed_mps"] is not None else "–")
         for row in tables.exits_table(laps).head(8).iter_rows(named=True)
     ]
-    cards = page.card(
-        f"<b>How {laps.height:,} training episodes ended</b>"
-        + page.table(("", "episodes", "share", ""), endings, (1, 2))
-    )
+    heads: tuple[str, ...] = ("ending", "episodes", "share", "")
+    cards = [card(table(heads, endings, (1, 2)), head=f"How {laps.height:,} training episodes ended")]
     if worst:
         heads = ("waypoint", "exits", "mean speed (m/s)")
-        cards += page.card(f"<b>{where} most</b>" + page.table(heads, worst, (1, 2)))
-    yield f'<div class="grid" style="margin-top:12px">{cards}</div>'
+        cards.append(card(table(heads, worst, (1, 2)), head=f"{where} most"))
+    yield grid(*cards)
     first = laps["iteration"].min()
     if isinstance(first, int) and first > 1:
-        yield f'<p class="quiet">Maps and tables tell of iterations {first} and later.</p>'
+        yield paragraph(f"Maps and tables tell of iterations {first} and later.", "quiet")
 
 
 def _chosen_words(row: Mapping[str, Any]) -> str:

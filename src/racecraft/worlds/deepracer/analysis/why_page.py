@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
-from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
+from racecraft.analysis.page import figure_part, photograph
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import CYCLE, INK, RED
+from racecraft.pages.parts import Heading, card, details, grid, page, paragraph, table
 from racecraft.worlds.deepracer.analysis.failure_places import (
     Before,
     FailurePlace,
@@ -57,19 +59,20 @@ def write_why_page(
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_atomic(path, page.page(f"{title} – why it fails", _parts(why, title, learned, starts)))
+    about = f"{title} · {why.track.title or why.track.name}"
+    pieces = _parts(why, learned, starts)
+    write_atomic(path, page("Why it fails", pieces, about, f"{title} – why it fails"))
     return Path(path)
 
 
-def _parts(why: Why, title: str, learned: SegmentPassRates | None, starts: StartComparison | None) -> Iterator[str]:
-    yield "<h1>Why it fails</h1>"
-    yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(why.track.title or why.track.name)}</p>'
+def _parts(why: Why, learned: SegmentPassRates | None, starts: StartComparison | None) -> Iterator[Heading | Markup]:
     yield from failure_parts(why)
     if why.places:
-        yield (
-            '<p class="quiet">Every car drove greedily, and each of its ticks was kept. What would have saved it was '
+        yield paragraph(
+            "Every car drove greedily, and each of its ticks was kept. What would have saved it was "
             f"driven, not guessed: {why.changes:,} times a failed drive was taken up again, one action was changed and "
-            f"the policy drove on; saved is who then passed the place by 1.5 m. It took {why.seconds:.0f} s.</p>"
+            f"the policy drove on; saved is who then passed the place by 1.5 m. It took {why.seconds:.0f} s.",
+            "quiet",
         )
     if learned is not None:
         yield from passages_part(learned)
@@ -77,19 +80,19 @@ def _parts(why: Why, title: str, learned: SegmentPassRates | None, starts: Start
         yield from starts_part(starts)
 
 
-def failure_parts(why: Why) -> Iterator[str]:
+def failure_parts(why: Why) -> Iterator[Markup]:
     """Yield the sentences, the map and a card a place."""
-    yield page.card(f"<p><b>{page.escaped(sentences(why)[0])}</b></p>")
+    yield card(paragraph(sentences(why)[0], "strong"))
     if not why.places:
         return
     words = "How the failed cars drove and where they ended; numbers are those of the places below"
-    yield page.card(page.photograph(map_figure(why), words))
+    yield card(photograph(map_figure(why), words))
     for place in why.places:
         yield from _place(place, why.failures)
     if why.reward_note:
-        yield f'<p class="quiet">What it was paid is not told: {page.escaped(why.reward_note)}</p>'
+        yield paragraph(f"What it was paid is not told: {why.reward_note}", "quiet")
     if why.not_explained:
-        yield f'<p class="quiet">{why.not_explained} more failed at other places, one here and one there.</p>'
+        yield paragraph(f"{why.not_explained} more failed at other places, one here and one there.", "quiet")
 
 
 def map_figure(why: Why) -> Figure:
@@ -108,17 +111,17 @@ def map_figure(why: Why) -> Figure:
     return figure
 
 
-def _place(place: FailurePlace, failures: int) -> Iterator[str]:
+def _place(place: FailurePlace, failures: int) -> Iterator[Markup]:
     told = place_words(place, failures)
     if place.in_training:
         told += f" Late in the training {place.in_training} cars left the road here."
-    parts = [f"<b>{place.number}: {page.escaped(place.where)}</b><p>{page.escaped(told)}</p>"]
-    parts.append(page.photograph(frames_figure(place.before), "What the camera saw in the last second", dpi=120))
-    yield page.card("".join(parts))
-    yield f'<div class="grid" style="margin-top:12px">{_cures(place)}{_chances(place)}</div>'
-    table = _reward_table(place.before)
-    if table:
-        yield page.details("What it was paid in that second, line by line", table)
+    frames = photograph(frames_figure(place.before), "What the camera saw in the last second", dpi=120)
+    yield card(paragraph(told), frames, head=f"{place.number}: {place.where}")
+    yield grid(_cures(place), _chances(place))
+    if place.before.rewards is not None:
+        yield details(
+            "What it was paid in that second, line by line", *_reward_table(place.before, place.before.rewards)
+        )
 
 
 def frames_figure(before: Before) -> Figure:
@@ -140,7 +143,7 @@ def frames_figure(before: Before) -> Figure:
     return figure
 
 
-def _cures(place: FailurePlace) -> str:
+def _cures(place: FailurePlace) -> Markup:
     heads = ("before", "waypoint", "instead of", "this", "held", "saves")
     rows = [
         (
@@ -150,11 +153,11 @@ def _cures(place: FailurePlace) -> str:
         for cure in place.cures
     ]  # fmt: skip
     if not rows:
-        return page.card("<b>What would have saved it</b><p>Nothing that was tried.</p>")
-    return page.card("<b>What would have saved it</b>" + page.table(heads, rows, (0, 1, 4, 5)))
+        return card(paragraph("Nothing that was tried."), head="What would have saved it")
+    return card(table(heads, rows, (0, 1, 4, 5)), head="What would have saved it")
 
 
-def _chances(place: FailurePlace) -> str:
+def _chances(place: FailurePlace) -> Markup:
     last = place.last_chance
     told = (
         "At no moment that was tried does any action save half of them."
@@ -162,7 +165,7 @@ def _chances(place: FailurePlace) -> str:
         else f"Up to {last:.1f} s before the end some action still saves half of them."
     )
     words = "Share of the failures that some action saves, by the moment"
-    return page.card(f"<b>When it could still be saved</b><p>{told}</p>" + page.drawing(chances_figure(place), words))
+    return card(paragraph(told), figure_part(chances_figure(place), words), head="When it could still be saved")
 
 
 def chances_figure(place: FailurePlace) -> Figure:
@@ -180,16 +183,14 @@ def chances_figure(place: FailurePlace) -> Figure:
     return figure
 
 
-def _reward_table(before: Before) -> str:
-    if before.rewards is None:
-        return ""
+def _reward_table(before: Before, rewards: Array) -> Iterator[Markup]:
     shown = _spread(len(before.seconds), COLUMNS)
-    heads = ("line", "", *(f"{before.seconds[k]:.1f} s" for k in shown))
-    rows: list[tuple[object, ...]] = [("", "reward", *(_number(before.rewards[k]) for k in shown))]
+    heads = ("line", "what it says", *(f"{before.seconds[k]:.1f} s" for k in shown))
+    rows: list[tuple[object, ...]] = [("", "reward", *(_number(rewards[k]) for k in shown))]
     for line in sorted(_livelier(before), key=lambda one: one.line):
         rows.append((line.line, line.text or line.name, *(_number(line.values[k]) for k in shown)))
-    small = "<small>A dash: the line was not run in that tick.</small>"
-    return page.table(heads, rows, tuple(range(2, len(heads)))) + small
+    yield table(heads, rows, tuple(range(2, len(heads))))
+    yield paragraph("A dash: the line was not run in that tick.", "quiet")
 
 
 def _livelier(before: Before) -> list[RewardLine]:

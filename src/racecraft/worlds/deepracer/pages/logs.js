@@ -1,7 +1,8 @@
-/* Episodes on the map and on a chart: choose, zoom, drag, hover, play. Plain script, nothing is fetched. */
-"use strict";
+/* Episodes on the map and on a chart: choose, zoom, drag, hover, play. */
+import { onTokens, token } from "racecraft.pages/tokens.js";
+
 (() => {
-  const data = JSON.parse(document.getElementById("log-data").textContent);
+  const data = JSON.parse(document.querySelector("#log-data script").textContent);
   const byId = (name) => document.getElementById(name);
   const unpack = (text) => {
     const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -63,20 +64,20 @@
   const drawMap = () => {
     const [pen, width, height] = fit(map);
     size = [width, height];
-    pen.fillStyle = "#ffffff";
+    pen.fillStyle = token("--card");
     pen.fillRect(0, 0, width, height);
     pen.beginPath();
     line(pen, data.track.outer, true);
     line(pen, data.track.inner.slice().reverse(), true);
-    pen.fillStyle = "#e3e7ea";
+    pen.fillStyle = token("--slot");
     pen.fill("evenodd");
-    pen.strokeStyle = "#6b7680";
+    pen.strokeStyle = token("--quiet");
     for (const border of [data.track.inner, data.track.outer]) { pen.beginPath(); line(pen, border); pen.stroke(); }
     pen.setLineDash([5, 6]); pen.beginPath(); line(pen, data.track.centre); pen.stroke(); pen.setLineDash([]);
     pen.beginPath(); line(pen, data.track.start);
-    pen.strokeStyle = "#1d2327"; pen.lineWidth = 2.5; pen.stroke();
+    pen.strokeStyle = token("--ink"); pen.lineWidth = 2.5; pen.stroke();
     ahead(pen);
-    pen.fillStyle = "#6b7680"; pen.font = "11px system-ui, sans-serif"; pen.textAlign = "center";
+    pen.fillStyle = token("--quiet"); pen.font = "11px system-ui, sans-serif"; pen.textAlign = "center";
     const every = Math.max(1, Math.round(data.track.centre.length / Math.min(24, 8 * view.scale / home)));
     data.track.centre.forEach((point, k) => {
       if (k % every || k > data.track.centre.length - every / 2) return;
@@ -92,7 +93,7 @@
       for (let i = first[k] + 1; i < first[k] + E.ticks[k]; i += 1) {
         if (value("driven_mps", i) === null) continue;  /* set down elsewhere: nobody drove there */
         const told = value(colour, i);
-        pen.strokeStyle = told === null ? "#999" : shade((told * times - low) / (high - low));
+        pen.strokeStyle = told === null ? token("--edge") : shade((told * times - low) / (high - low));
         pen.beginPath(); line(pen, [[value("x_m", i - 1), value("y_m", i - 1)], [value("x_m", i), value("y_m", i)]]);
         pen.stroke();
       }
@@ -109,18 +110,18 @@
     if (u * (to[0] - from[0]) + v * (to[1] - from[1]) < 0) [u, v] = [-u, -v];
     const long = Math.min(0.7 * wide, 34), at = (along, aside) => [x + along * u - aside * v, y + along * v + aside * u];
     pen.lineWidth = 1.6; pen.beginPath(); pen.moveTo(...at(0.2 * long, 0)); pen.lineTo(...at(long - 5, 0)); pen.stroke();
-    pen.fillStyle = "#1d2327"; pen.beginPath();
+    pen.fillStyle = token("--ink"); pen.beginPath();
     for (const [k, corner] of [[long, 0], [long - 8, 4.5], [long - 8, -4.5]].entries()) pen[k ? "lineTo" : "moveTo"](...at(...corner));
     pen.fill();
   };
   const cross = (pen, x, y) => {
-    pen.save(); pen.strokeStyle = "#d55e00"; pen.lineWidth = 2.5; pen.beginPath();
+    pen.save(); pen.strokeStyle = token("--series-2"); pen.lineWidth = 2.5; pen.beginPath();
     pen.moveTo(x - 5, y - 5); pen.lineTo(x + 5, y + 5); pen.moveTo(x - 5, y + 5); pen.lineTo(x + 5, y - 5);
     pen.stroke(); pen.restore();
   };
   const ring = (pen, x, y) => {
-    pen.save(); pen.beginPath(); pen.arc(x, y, 7, 0, 7); pen.fillStyle = "#d55e00"; pen.fill();
-    pen.strokeStyle = "#fff"; pen.lineWidth = 2; pen.stroke(); pen.restore();
+    pen.save(); pen.beginPath(); pen.arc(x, y, 7, 0, 7); pen.fillStyle = token("--series-2"); pen.fill();
+    pen.strokeStyle = token("--card"); pen.lineWidth = 2; pen.stroke(); pen.restore();
   };
   const legend = () => {
     const [words, unit] = COLOURS[colour], [low, high] = limits[colour];
@@ -220,15 +221,14 @@
   let hovered = null, topmost = 1;
   const drawChart = () => {
     const [pen, width, height] = fit(chart), [, unit, times] = MEASURES[measure];
-    const style = getComputedStyle(document.documentElement);
     topmost = measure === "progress_share" ? 100 : Math.max(1e-9, ...all.map((k) => (E[measure][k] ?? 0) * times)) * 1.05;
     pen.font = "11px system-ui, sans-serif"; pen.textAlign = "right";
     for (let k = 0; k <= 4; k += 1) {
       const y = height - 24 - (height - 36) * k / 4;
-      pen.fillStyle = style.getPropertyValue("--quiet"); pen.fillText((topmost * k / 4).toPrecision(3).replace(/\.0+$/, "") + (unit ? " " + unit : ""), 40, y + 4);
-      pen.strokeStyle = style.getPropertyValue("--line"); pen.beginPath(); pen.moveTo(44, y); pen.lineTo(width - 12, y); pen.stroke();
+      pen.fillStyle = token("--quiet"); pen.fillText((topmost * k / 4).toPrecision(3).replace(/\.0+$/, "") + (unit ? " " + unit : ""), 40, y + 4);
+      pen.strokeStyle = token("--line"); pen.beginPath(); pen.moveTo(44, y); pen.lineTo(width - 12, y); pen.stroke();
     }
-    pen.textAlign = "center"; pen.fillStyle = style.getPropertyValue("--quiet");
+    pen.textAlign = "center"; pen.fillStyle = token("--quiet");
     for (let k = 0; k <= 4; k += 1) {
       const one = Math.round(span.low + (span.high - span.low) * k / 4);
       if (all.length) pen.fillText(String(E.unique_episode[one]), Math.min(width - 18, 44 + (width - 56) * k / 4), height - 8);
@@ -237,7 +237,7 @@
       const [x, y] = spot(k, width, height, topmost), picked = chosen.includes(k);
       pen.beginPath();
       if (E.phase[k] !== "training") pen.rect(x - 4, y - 4, 8, 8); else pen.arc(x, y, picked || k === hovered ? 6 : 2.6, 0, 7);
-      pen.fillStyle = picked ? "#d55e00" : E.complete[k] ? "#009e73" : style.getPropertyValue("--bar");
+      pen.fillStyle = picked ? token("--series-2") : E.complete[k] ? token("--series-3") : token("--series-1");
       pen.globalAlpha = picked || k === hovered ? 1 : 0.7; pen.fill(); pen.globalAlpha = 1;
     }
   };
@@ -308,4 +308,5 @@
   list();
   if (start !== undefined) choose(start, false);
   again();
+  onTokens(() => { drawMap(); drawChart(); });
 })();
