@@ -105,3 +105,15 @@ def test_the_rows_of_runs_survive_the_process(workspace):
     again = Index(workspace)
     assert [type(row) for row in again._runs.values()] == [RunRow]
     again.close()
+
+
+def test_rows_are_there_at_once_when_the_console_comes_back(workspace):
+    write_run(workspace.path / "runs/a")
+    first = Index(workspace)
+    first.refresh()
+    first.close()
+    again = Index(workspace)
+    assert again.is_filled
+    assert again.row("a")["iterations"] == 3
+    assert again.refresh() == [], "what did not change is not written again"
+    again.close()

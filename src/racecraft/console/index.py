@@ -48,7 +48,7 @@ class Index:
         """Counts the changes that `refresh` found."""
         self._engine = self._opened()
         self._runs = {row.path: row for row in self._kept_runs()}
-        self._rows: dict[str, dict[str, Any]] = {}
+        self._rows = {row["name"]: row for row in self.query(sql.select(MODELS))}
         self._folder_marks: dict[str, int] = {}
         self._lists: dict[str, tuple[int, list[str]]] = {}
         self._training: set[str] = set()
@@ -79,6 +79,11 @@ class Index:
             self._write(rows, runs, changed, gone)
         self._rows, self._runs = rows, runs
         return [*changed, *gone]
+
+    @property
+    def is_filled(self) -> bool:
+        """Whether there are rows, if only those of the last time."""
+        return bool(self._rows)
 
     def row(self, name: str) -> dict[str, Any]:
         """Return a model's row.
@@ -182,8 +187,6 @@ class Index:
                 TABLES.drop_all(connection)
                 TABLES.create_all(connection)
                 connection.execute(ABOUT.insert(), [{"name": name, "value": value} for name, value in about.items()])
-            else:
-                connection.execute(MODELS.delete())
         return engine
 
     @contextlib.contextmanager

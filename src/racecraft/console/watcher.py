@@ -35,8 +35,9 @@ class Watcher:
         """Why the rows may be old; "": they are not."""
 
     def start(self) -> None:
-        """Look once, then go on in a thread."""
-        self.look()
+        """Look in a thread, again and again; where the index is empty, once before."""
+        if not self._index.is_filled:
+            self.look()
         self._thread.start()
 
     def close(self) -> None:

@@ -33,7 +33,10 @@ class Watching:
         """Answer a request."""
         name = scope["path_params"]["name"]
         router = await run_in_threadpool(self._router, name)
-        await router(scope, receive, send)
+        try:
+            await router(scope, receive, send)
+        except OSError as error:
+            raise WebError(404, "not_kept", f"{name}: {error.strerror}; expected a whole run.") from error
 
     def _router(self, name: str) -> Router:
         run = str(self._console.index.row(name)["run"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping
 from dataclasses import replace
@@ -59,7 +60,7 @@ def garage(console: Console, request: Request) -> Page:
     statement = _filtered(asked)
     found = console.index.query(sql.select(sql.func.count().label("n")).select_from(statement.subquery()))[0]["n"]
     sort = asked.get("sort", "changed") if asked.get("sort") in SORTS else "changed"
-    first = int(asked["from"]) if asked.get("from", "").isdigit() else 0
+    first = int(asked["from"]) if re.fullmatch(r"[0-9]{1,9}", asked.get("from", "")) else 0
     ordered = statement.order_by(SORTS[sort], *([THEN[sort]] if sort in THEN else []), MODELS.c.name)
     rows = console.index.query(ordered.limit(PAGE).offset(first))
     running = console.index.query(sql.select(MODELS).where(MODELS.c.status.in_((TRAINING, STOPPING))).limit(4))

@@ -131,8 +131,12 @@ def file_answer(console: Console, request: Request) -> Response:
     """Return one of the model's files to be saved; nothing outside its folder, and no link, is reached."""
     model, _ = model_of(console, request)
     root = model.path.resolve()
-    path = (root / request.path_params["path"]).resolve()
-    if not path.is_relative_to(root) or not path.is_file():
+    try:
+        path = (root / request.path_params["path"]).resolve()
+        is_there = path.is_relative_to(root) and path.is_file()
+    except (OSError, ValueError):  # a name no file can have
+        is_there = False
+    if not is_there:
         raise WebError(404, "no_such_file", "There is no such file in this model.")
     return FileResponse(path, filename=path.name, content_disposition_type="attachment")
 
