@@ -20,40 +20,24 @@ class ListJobsRequest(Request):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShowJobRequest(Request):
+class JobRequest(Request):
     """Which job."""
 
     name: str = argument("A job's name; `racecraft jobs list` has them all.", metavar="JOB")
 
 
 @dataclass(frozen=True, kw_only=True)
-class StopJobRequest(Request):
-    """Which job."""
-
-    name: str = argument("A job's name; `racecraft jobs list` has them all.", metavar="JOB")
-
-
-@dataclass(frozen=True, kw_only=True)
-class WaitRequest(Request):
+class WaitRequest(JobRequest):
     """Which job, and how long at most."""
 
-    name: str = argument("A job's name; `racecraft jobs list` has them all.", metavar="JOB")
     seconds: float | None = option(None, "No longer than that.", low=0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResumeJobRequest(Request):
+class ResumeJobRequest(JobRequest):
     """Which job goes on, until when."""
 
-    name: str = argument("A job's name; `racecraft jobs list` has them all.", metavar="JOB")
     stop: tuple[str, ...] = option((), "New stop conditions, such as minutes=10.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class DeleteJobRequest(Request):
-    """Which job."""
-
-    name: str = argument("A job's name; `racecraft jobs list` has them all.", metavar="JOB")
 
 
 @dataclass(frozen=True)
@@ -121,7 +105,7 @@ def list_jobs(request: ListJobsRequest, progress: Progress = quiet) -> JobList:
 
 
 @action
-def show_job(request: ShowJobRequest, progress: Progress = quiet) -> ShownJob:
+def show_job(request: JobRequest, progress: Progress = quiet) -> ShownJob:
     """Show all that is known of a job.
 
     Example: racecraft jobs show gym-1
@@ -135,7 +119,7 @@ def show_job(request: ShowJobRequest, progress: Progress = quiet) -> ShownJob:
 
 
 @action
-def stop_job(request: StopJobRequest, progress: Progress = quiet) -> JobState:
+def stop_job(request: JobRequest, progress: Progress = quiet) -> JobState:
     """Ask a job to end; what it has learned until then stays, and `jobs resume` goes on from there.
 
     Example: racecraft jobs stop gym-1
@@ -175,7 +159,7 @@ def resume_job(request: ResumeJobRequest, progress: Progress = quiet) -> JobStat
 
 
 @action
-def delete_job(request: DeleteJobRequest, progress: Progress = quiet) -> DeletedJob:
+def delete_job(request: JobRequest, progress: Progress = quiet) -> DeletedJob:
     """Forget a job that has ended, and its log; its run folder stays.
 
     Example: racecraft jobs delete gym-1

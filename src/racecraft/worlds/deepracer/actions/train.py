@@ -14,6 +14,7 @@ from racecraft.settings.request import Request, option
 
 if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
+    from racecraft.worlds.deepracer.training.groups import Group
     from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 
@@ -39,7 +40,7 @@ class TrackOptions(Request):
     )
 
     @cached_property
-    def shares(self) -> tuple[str, ...]:
+    def shares(self) -> tuple[Group, ...]:
         """The groups of --groups and of every --group, read once."""
         from racecraft.worlds.deepracer.training.groups import read_groups
 
