@@ -4,11 +4,14 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -48,6 +51,24 @@ def test_a_run_is_served_until_it_is_interrupted(tmp_path):
             assert told(said["url"] + "api/run")["name"] == "r"
             served.send_signal(signal.SIGINT)
             assert served.wait(60) == 0
+        finally:
+            served.kill()
+
+
+def test_other_machines_need_the_token_of_the_address(tmp_path):
+    make_run(tmp_path / "r", iterations=1, ticks=5)
+    command = [*RUN, "watch", "r", "--port", "0", "--host", "0.0.0.0", "--no-open", "--json"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as served:
+        try:
+            said = urlsplit(json.loads(served.stdout.readline())["url"])
+            assert said.hostname == socket.gethostname().lower()
+            here = f"http://127.0.0.1:{said.port}/"
+            with pytest.raises(urllib.error.HTTPError, match="401"):
+                urllib.request.urlopen(f"{here}api/run", timeout=60)
+            browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+            with browser.open(f"{here}?{said.query}", timeout=60) as page, browser.open(f"{here}api/run") as facts:
+                assert page.url == here, "the token does not stay in the address"
+                assert json.load(facts)["name"] == "r"
         finally:
             served.kill()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import signal
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from types import FrameType
@@ -74,12 +75,12 @@ class ServerThread:
 
 
 def address_of(host: str, port: int, access: Access, path: str = "/") -> str:
-    """Return what a person opens, with the token where one is needed.
+    """Return what a person opens: by this machine's name for all interfaces, with the token where there is one.
 
     >>> address_of("127.0.0.1", 8100, Access())
     'http://127.0.0.1:8100/'
     """
-    shown = f"[{host}]" if ":" in host else host
+    shown = socket.gethostname() if host in ("0.0.0.0", "::") else f"[{host}]" if ":" in host else host
     return f"http://{shown}:{port}{path}" + (f"?token={access.token}" if access.token else "")
 
 

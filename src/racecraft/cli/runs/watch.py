@@ -25,6 +25,10 @@ Port = Annotated[
     int | None,
     typer.Option(min=0, max=65535, help=f"By default {PORT} or, where it is taken, the next free; 0: any free one."),
 ]
+Host = Annotated[
+    str, typer.Option(help="Listen address; 0.0.0.0: all interfaces, for who has the token of the address printed.")
+]
+LOOPBACK = "127.0.0.1"
 Open = Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")]
 
 
@@ -36,6 +40,7 @@ def watch(
         ),
     ],
     port: Port = None,
+    host: Host = LOOPBACK,
     open_it: Open = True,
     json: Json = False,
 ) -> None:
@@ -49,11 +54,13 @@ def watch(
         racecraft watch runs/reinvent_base-1
 
         racecraft watch runs/reinvent_base-1:laptime --port 9000
+
+        racecraft watch runs/reinvent_base-1 --host 0.0.0.0
     """
-    watch_run(*named_run(run), port, open_it, json)
+    watch_run(*named_run(run), port, open_it, json, host)
 
 
-def watch_run(run: Path, which: str | None, port: int | None, open_it: bool, json: bool) -> None:
+def watch_run(run: Path, which: str | None, port: int | None, open_it: bool, json: bool, host: str = LOOPBACK) -> None:
     """Serve a run until Ctrl-C; the page begins with the checkpoint that is named."""
     from racecraft.cli.output import print_json, say
     from racecraft.formats.checkpoint_ranking import find_checkpoint
@@ -64,7 +71,7 @@ def watch_run(run: Path, which: str | None, port: int | None, open_it: bool, jso
         say(text, quiet_stdout=json)
 
     at = "" if which is None else f"#iteration={find_checkpoint(RunFolder.open(run), which).iteration}"
-    close, address = serve(run, port, tell)
+    close, address = serve(run, port, tell, host)
     address += at
     try:
         with suppress(KeyboardInterrupt):
@@ -84,8 +91,10 @@ def open_page(address: str) -> None:
     threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
-def serve(run: Path, port: int | None, tell: Callable[[str], None]) -> tuple[Callable[[], None], str]:
-    """Begin to serve a run; return what ends it, and the address.
+def serve(
+    run: Path, port: int | None, tell: Callable[[str], None], host: str = LOOPBACK
+) -> tuple[Callable[[], None], str]:
+    """Begin to serve a run; return what ends it, and the address, with a token where other machines may ask.
 
     Raises:
         RunFolderError: No run folder.
@@ -93,12 +102,13 @@ def serve(run: Path, port: int | None, tell: Callable[[str], None]) -> tuple[Cal
     """
     from racecraft.formats.run_folder import RunFolder
     from racecraft.serving.watch_server import WatchServer
+    from racecraft.web.access import access_for
     from racecraft.web.ports import choose_port
 
     if hasattr(os, "nice"):
         os.nice(BEHIND)
-    server = WatchServer(RunFolder.open(run))
+    server = WatchServer(RunFolder.open(run), access_for(host))
     chosen, note = choose_port(port, PORT)
     if note:
         tell(note)
-    return server.close, server.start(chosen)
+    return server.close, server.start(chosen, host)
