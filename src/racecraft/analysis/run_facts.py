@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +10,9 @@ from racecraft.contract.errors import UserInputError
 from racecraft.contract.kind import WorldKind
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.user_file import read_regular
 
 
 class ReportError(UserInputError):
@@ -97,7 +98,7 @@ def _read_evaluations(run: RunFolder) -> Iterator[dict[str, Any]]:
     paths = [path for path in run.evaluations.glob("*.json") if path.stem.isdigit()]
     for path in sorted(paths, key=lambda one: int(one.stem)):
         try:
-            evaluation = json.loads(path.read_text(encoding="utf-8"))
+            evaluation = parse_json(read_regular(path))
         except (OSError, ValueError) as error:
             raise ReportError(
                 "{path}: cannot be read ({error}); expected an evaluation. Take the file out.", path=path, error=error

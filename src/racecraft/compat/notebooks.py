@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ast
 import builtins
-import json
 import linecache
 import os
 import re
@@ -24,6 +23,8 @@ from racecraft.compat.undefined_names import told, unset_names
 from racecraft.contract.errors import InputFileError, SettingError
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 
 SUFFIX = ".ipynb"
 ASKS_A_SHELL = "_asks_a_shell"
@@ -86,7 +87,7 @@ def cells_of(path: Path) -> Iterator[Cell]:
     """
     expected = "a notebook of Jupyter's, with cells of Python"
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = parse_json(read_regular(path))
         cells = [(one["cell_type"], "".join(one["source"])) for one in told["cells"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputFileError(

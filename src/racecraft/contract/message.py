@@ -110,4 +110,9 @@ def _rebuilt(template: str, fields: Mapping[str, Any]) -> Message:
 
 
 def _limited(value: Any) -> Any:
-    return shortened(value, MAX_FIELD_CHARACTERS) if isinstance(value, str) else value
+    if isinstance(value, int | float | Message):
+        return value
+    text = str(value)
+    return (
+        shortened(text, MAX_FIELD_CHARACTERS) if isinstance(value, str) or len(text) > MAX_FIELD_CHARACTERS else value
+    )

@@ -26,6 +26,7 @@ from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import parse_json
 from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
+from racecraft.formats.user_file import read_regular
 
 VERSION = 1
 INDEX = "checkpoints.json"
@@ -265,7 +266,7 @@ class Checkpoints:
     def _index(self) -> dict[str, Any]:
         path = self.folder / INDEX
         try:
-            index = parse_json(path.read_text(encoding="utf-8"))
+            index = parse_json(read_regular(path).decode())
             known = index["version"] == VERSION and {"best", "last", "checkpoints"} <= set(index)
         except OSError as error:
             if isinstance(error, FileNotFoundError):

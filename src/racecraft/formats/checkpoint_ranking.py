@@ -6,7 +6,6 @@ what it is the first in.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,8 +15,10 @@ from racecraft.contract.errors import RunFolderError, SettingError, nearest
 from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import BEST, LAST, CheckpointEntry, Checkpoints
+from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.tensor_file import CheckpointError
+from racecraft.formats.user_file import read_regular
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def _laps_of(run: RunFolder, iteration: int) -> list[dict[str, Any]]:
     """Return the laps of an iteration's evaluation; none where it had none or is no car's."""
     path = run.evaluations / f"{iteration}.json"
     try:
-        laps = json.loads(path.read_text(encoding="utf-8")).get("laps", [])
+        laps = parse_json(read_regular(path)).get("laps", [])
         return [dict(lap) for lap in laps if "progress_percent" in lap]
     except FileNotFoundError:
         return []

@@ -11,7 +11,6 @@ number 4 on: (T, N, K, 3), x and y in m, yaw in rad.
 
 from __future__ import annotations
 
-import json
 import os
 import struct
 import time
@@ -23,7 +22,9 @@ import safetensors
 import safetensors.numpy
 
 from racecraft.contract.world import Array
+from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.user_file import read_regular
 
 KIND = "racecraft live ticks"
 OBJECTS = "objects."
@@ -84,10 +85,10 @@ def write_live_ticks(run: RunFolder, last: int, columns: Mapping[str, Array]) ->
 def read_live_ticks(run: RunFolder) -> LiveTicks | None:
     """Return the latest ticks; None where there are none that can be read."""
     try:
-        data = run.live.read_bytes()
+        data = read_regular(run.live)
         columns = safetensors.numpy.load(data)
         (length,) = struct.unpack_from("<Q", data)
-        metadata = json.loads(data[8 : 8 + length])["__metadata__"]
+        metadata = parse_json(data[8 : 8 + length])["__metadata__"]
         if metadata["format"] != KIND:
             return None
         return LiveTicks(int(metadata["last"]), float(metadata["written"]), columns)

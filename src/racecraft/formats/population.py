@@ -15,6 +15,8 @@ from typing import Any
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 
 FILE = "population.json"
 FORMAT, VERSION = "racecraft population", 1
@@ -109,7 +111,7 @@ def read_population(folder: Path) -> PopulationRecord | None:
     if not path.is_file():
         return None
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
+        told = parse_json(read_regular(path))
         if (told.pop("format"), told.pop("version")) != (FORMAT, VERSION):
             raise ValueError("another format or version")
         told["command"] = tuple(told["command"])

@@ -40,7 +40,9 @@ from typing import IO, Any
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.kinds import MissingWorldError, find_kind
 from racecraft.formats.atomic import OutputFileError, output_letter, write_atomic
+from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_lock import LOCK, RunLock, holder, unwritable
+from racecraft.formats.user_file import read_regular
 
 FORMAT = "racecraft run"
 VERSION = 1
@@ -269,7 +271,7 @@ class RunFolder:
         """
         path = self.path / JOB
         try:
-            job = json.loads(path.read_text(encoding="utf-8"))
+            job = parse_json(read_regular(path).decode())
         except FileNotFoundError:
             raise RunFolderError(
                 "{path}: there is no such file; expected a run folder of racecraft.", path=path
@@ -281,7 +283,7 @@ class RunFolder:
                 lineno=error.lineno,
                 msg=error.msg,
             ) from None
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise RunFolderError(
                 "{path}: cannot be read ({error}); expected what racecraft wrote.", path=path, error=error
             ) from error
@@ -331,7 +333,7 @@ class RunFolder:
         """
         path = self.path / METRICS
         try:
-            lines = path.read_bytes().split(b"\n")
+            lines = read_regular(path).split(b"\n")
         except FileNotFoundError:
             return []
         except OSError as error:
@@ -341,7 +343,7 @@ class RunFolder:
         rows = []
         for number, line in enumerate(lines[:-1], start=1):
             try:
-                rows.append(json.loads(line))
+                rows.append(parse_json(line))
             except ValueError:
                 raise RunFolderError(
                     "{path}:{number}: {line!r} is no JSON; expected one object a line. Take the line out.",

@@ -21,6 +21,8 @@ from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import atomic_file
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 
 VERSION = 1
 _HEADER_MULTIPLE = 8
@@ -64,7 +66,7 @@ def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
     """
     expected = Message("a {kind} in safetensors", kind=kind)
     try:
-        data = path.read_bytes()
+        data = read_regular(path)
     except FileNotFoundError:
         raise CheckpointError(path, "there is no such file", expected) from None
     except OSError as error:
@@ -75,7 +77,7 @@ def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
     try:
         arrays = safetensors.numpy.load(data)
         (length,) = struct.unpack_from("<Q", data)
-        metadata = json.loads(data[8 : 8 + length]).get("__metadata__", {})
+        metadata = parse_json(data[8 : 8 + length]).get("__metadata__", {})
     except (safetensors.SafetensorError, ValueError, struct.error) as error:
         raise CheckpointError(path, Message("damaged or half written ({error})", error=error), expected, hint) from None
     if metadata.get("format") != kind:

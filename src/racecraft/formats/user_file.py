@@ -5,6 +5,7 @@ Begin with `read_user_file` and `read_user_text`.
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import stat
@@ -93,6 +94,23 @@ def require_regular_file(path: Path, error: type[InputFileError], kind: str, hin
     for is_kind, name in _KINDS.items():
         if is_kind(mode):
             raise error(path, name, Message("a regular file with {kind}", kind=kind))
+
+
+def regular(path: str | Path) -> Path:
+    """Return a path that can be read to its end.
+
+    Raises:
+        OSError: There is no such file; or it is a pipe or a device, where reading would never end.
+    """
+    mode = os.stat(path).st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise OSError(errno.EINVAL, "a pipe or a device", str(path))
+    return Path(path)
+
+
+def read_regular(path: str | Path) -> bytes:
+    """Return the bytes of a file; raise OSError as `regular` and `open` do."""
+    return regular(path).read_bytes()
 
 
 def require_content(path: Path, data: bytes, error: type[InputFileError], kind: str, hint: str = "") -> None:

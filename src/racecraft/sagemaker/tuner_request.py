@@ -17,6 +17,8 @@ from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter, Parameter
 
@@ -84,7 +86,7 @@ def read_asked(name: str) -> TunerRequest:
             there=there,
             hint=nearest(name, known),
         )
-    told = json.loads(path.read_text(encoding="utf-8"))
+    told = parse_json(read_regular(path))
     if told.get("version") != VERSION:
         raise SettingError(
             "{path} is of version {told}; expected {version}. Search anew.",

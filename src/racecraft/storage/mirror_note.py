@@ -8,6 +8,8 @@ from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
 from racecraft.storage.transfer import MIRROR
@@ -52,7 +54,7 @@ def noted_place(run: Path) -> Place | None:
     if not path.is_file():
         return None
     try:
-        noted = json.loads(path.read_text(encoding="utf-8"))
+        noted = parse_json(read_regular(path))
         _require_no_keys(path, noted)
         access = Access(**{name: str(noted[name]) for name in _NAMED})
         return Place(Address.parse(str(noted["address"])), access, str(noted["installation"]))

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 
 from racecraft.contract.errors import InputFileError, nearest
 from racecraft.contract.message import Message
+from racecraft.formats.user_file import read_regular
 
 At = tuple[str, ...]
 """Where something stands: keys and list places from the top."""
@@ -72,7 +73,7 @@ def read_source(path: str | Path) -> Source:
     source = Source(Path(path))
     text = _text(source)
     try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     except (yaml.YAMLError, ValueError, RecursionError) as cause:
         mark = getattr(cause, "problem_mark", None)
         raise TemplateError(
@@ -87,7 +88,7 @@ def read_source(path: str | Path) -> Source:
 
 def _text(source: Source) -> str:
     try:
-        text = source.path.read_text(encoding="utf-8-sig")
+        text = read_regular(source.path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as cause:
         reason = getattr(cause, "strerror", None) or cause
         raise TemplateError(

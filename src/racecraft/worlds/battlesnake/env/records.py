@@ -11,7 +11,6 @@ The file's own description stands in its README; the keys read here:
 from __future__ import annotations
 
 import gzip
-import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -20,6 +19,8 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import regular
 from racecraft.worlds.battlesnake.env.board import CAUSES, Board, BoardError, Point, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 
@@ -89,9 +90,9 @@ def read_games(path: Path) -> Iterator[RecordedGame]:
 def _lines(path: Path) -> Iterator[tuple[int, Line]]:
     opener = gzip.open if path.suffix == ".gz" else open
     try:
-        with opener(path, "rt", encoding="utf-8") as file:
+        with opener(regular(path), "rt", encoding="utf-8") as file:
             for number, text in enumerate(file, 1):
-                line = json.loads(text)
+                line = parse_json(text)
                 if not isinstance(line, dict):
                     raise InputFileError(
                         path,
@@ -100,7 +101,7 @@ def _lines(path: Path) -> Iterator[tuple[int, Line]]:
                         line=number,
                     )
                 yield number, line
-    except (OSError, EOFError, UnicodeDecodeError, json.JSONDecodeError) as problem:
+    except (OSError, EOFError, ValueError) as problem:
         raise InputFileError(path, str(problem), "JSON Lines, gzipped where the name ends in .gz") from problem
 
 

@@ -23,6 +23,7 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
+from racecraft.formats.user_file import regular
 from racecraft.worlds.battlesnake.env.board import BoardError
 from racecraft.worlds.battlesnake.env.maps import MAPS
 from racecraft.worlds.battlesnake.env.records import RecordedGame, read_games
@@ -137,7 +138,7 @@ def _open(path: Path) -> tuple[Any, Any]:
 
 def _read(path: Path) -> bytes:
     try:
-        with open(path, "rb") as file:
+        with regular(path).open("rb") as file:
             zipped = file.read(2) == b"\x1f\x8b"
         with gzip.open(path) if zipped else open(path, "rb") as file:
             data = file.read(MOST_BYTES + 1)

@@ -16,6 +16,7 @@ from typing import Any
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.user_file import regular
 from racecraft.worlds.battlesnake.env.board import CAUSES, MAX_HEALTH, Board, BoardError, Snake
 from racecraft.worlds.battlesnake.evaluation.match import Played
 from racecraft.worlds.battlesnake.players.messages import (
@@ -71,7 +72,7 @@ def read_record(path: str | Path) -> Played:
     """
     path = Path(path)
     try:
-        with open(path, encoding="utf-8") as file:
+        with regular(path).open(encoding="utf-8") as file:
             return played_in(file, path)
     except UnicodeDecodeError as problem:
         raise InputFileError(path, "the file is no UTF-8 text", _EXPECTED) from problem

@@ -17,6 +17,7 @@ from typing import Any
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import append_atomic, write_atomic
+from racecraft.formats.user_file import read_regular
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult
 
@@ -65,7 +66,7 @@ class TournamentFile:
     def _read(self, asked: dict[str, Any]) -> int:
         """Take over what stands there; return how many bytes of it are whole lines."""
         try:
-            data = self.path.read_bytes()
+            data = read_regular(self.path)
         except OSError as problem:
             raise InputFileError(
                 self.path, Message("the file cannot be read ({strerror})", strerror=problem.strerror), _EXPECTED

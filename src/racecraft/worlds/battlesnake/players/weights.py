@@ -15,6 +15,8 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError, SettingError, nearest
 from racecraft.contract.message import Message
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 from racecraft.worlds.battlesnake.players.kernels.position import WEIGHT_SCALE
 
 FORMAT, VERSION = "racecraft snake weights", 1
@@ -102,7 +104,7 @@ def read_weights(path: str | Path) -> Weights:
 def read_weights_file(path: str | Path) -> dict[str, Any]:
     """Return all that a file of weights says. Raises what `read_weights` raises."""
     try:
-        told = json.loads(Path(path).read_text(encoding="utf-8"))
+        told = parse_json(read_regular(path))
     except OSError as problem:
         raise InputFileError(
             path, Message("the file cannot be read ({strerror})", strerror=problem.strerror), _EXPECTED

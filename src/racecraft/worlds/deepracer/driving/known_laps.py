@@ -17,6 +17,7 @@ from typing import Any
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.user_file import read_user_text
 
 TABLE = Path(__file__).with_name("known_laps.csv")
 FORWARD, REVERSE = "forward", "reverse"
@@ -97,15 +98,15 @@ def read_laps(path: Path = TABLE) -> list[KnownLap]:
         InputFileError: A row cannot be read; the error names its line.
     """
     laps = []
-    with path.open(encoding="utf-8", newline="") as file:
-        for line, row in enumerate(csv.DictReader(file), 2):
-            try:
-                values: dict[str, Any] = {**row}
-                values |= {name: float(row[name]) for name in ("top_speed_mps", "lap_seconds")}
-                laps.append(KnownLap(**values))
-            except (KeyError, TypeError, ValueError) as error:
-                expected = Message("a value for each of {columns}", columns=", ".join(COLUMNS))
-                raise InputFileError(path, Message("the row {row}", row=row), expected, line=line) from error
+    text = read_user_text(path, InputFileError, "a table of laps")
+    for line, row in enumerate(csv.DictReader(text.splitlines(keepends=True)), 2):
+        try:
+            values: dict[str, Any] = {**row}
+            values |= {name: float(row[name]) for name in ("top_speed_mps", "lap_seconds")}
+            laps.append(KnownLap(**values))
+        except (KeyError, TypeError, ValueError) as error:
+            expected = Message("a value for each of {columns}", columns=", ".join(COLUMNS))
+            raise InputFileError(path, Message("the row {row}", row=row), expected, line=line) from error
     return laps
 
 

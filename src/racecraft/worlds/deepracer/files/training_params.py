@@ -61,7 +61,7 @@ def parse_params(text: str, name: str | Path) -> Params:
     import yaml  # type: ignore[import-untyped,unused-ignore]
 
     try:
-        params = yaml.load(text, Loader=yaml.BaseLoader)
+        params = yaml.load(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         raise ParamsFileError(name, str(error.problem), _KIND, line=mark.line + 1 if mark else None) from error

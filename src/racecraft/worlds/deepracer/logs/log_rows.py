@@ -6,7 +6,6 @@ Begin with `read_log`. A row is what follows SIM_TRACE_LOG: on a line; newer log
 from __future__ import annotations
 
 import itertools
-import json
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.formats.json_text import parse_json
 from racecraft.worlds.deepracer.files.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.worlds.deepracer.files.simulation_log import PREFIX
 from racecraft.worlds.deepracer.logs.csv_rows import CHUNK_BYTES, Text, read_rows
@@ -166,6 +166,6 @@ def what_it_says(data: bytes) -> dict[str, Any]:
 
 def _json(key: str, text: str) -> dict[str, Any]:
     try:
-        return {key: json.loads(text)}
+        return {key: parse_json(text)}
     except ValueError:
         return {}

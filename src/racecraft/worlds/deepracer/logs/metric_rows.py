@@ -6,10 +6,10 @@ workers count trials on, and go by the length of the first worker's iterations. 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from racecraft.formats.json_text import parse_json
 from racecraft.worlds.deepracer.files.training_metrics import STATUS_LABELS
 from racecraft.worlds.deepracer.logs.columns import METRIC_COLUMNS, PHASES, empty, schema
 from racecraft.worlds.deepracer.logs.errors import Damage
@@ -55,7 +55,7 @@ def _rows(source: Source) -> tuple[pl.DataFrame, list[Damage]]:
     import polars as pl
 
     try:
-        value = json.loads(source.read())
+        value = parse_json(source.read())
     except (ValueError, OSError) as error:
         line = getattr(error, "lineno", None)
         return pl.DataFrame(), [Damage(source.name, line, f"no valid JSON ({error}); left out")]

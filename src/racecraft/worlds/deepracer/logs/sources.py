@@ -11,7 +11,6 @@ Layouts: facts: DeepRacer for Cloud with one worker and several, the console's l
 from __future__ import annotations
 
 import itertools
-import json
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -23,8 +22,10 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.formats.archive import is_archive
+from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_folder import FORMAT as RUN_FORMAT
 from racecraft.formats.run_folder import JOB
+from racecraft.formats.user_file import read_regular
 from racecraft.worlds.deepracer.logs.archive import MemberFile, members
 from racecraft.worlds.deepracer.logs.errors import LogError
 
@@ -83,7 +84,7 @@ class Source:
 
     def read(self) -> bytes:
         """Return what the file holds."""
-        return Path(self.file).read_bytes() if isinstance(self.file, str) else self.file.data
+        return read_regular(self.file) if isinstance(self.file, str) else self.file.data
 
 
 def find_sources(path: str | Path, traces_first: bool = False) -> list[Source]:
@@ -218,7 +219,7 @@ def _is_ours(episodes: Source, found: list[Source]) -> bool:
 def json_object(source: Source) -> dict[str, Any]:
     """Return the object of a JSON file; an empty one where it holds none."""
     try:
-        value = json.loads(source.read())
+        value = parse_json(source.read())
     except (ValueError, OSError):
         return {}
     return value if isinstance(value, dict) else {}

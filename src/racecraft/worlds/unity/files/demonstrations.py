@@ -25,6 +25,7 @@ from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.protobuf_messages import parsed, read_varint
+from racecraft.formats.user_file import read_regular
 from racecraft.worlds.unity.files import messages
 from racecraft.worlds.unity.files.messages import PNG
 from racecraft.worlds.unity.files.pictures import CHW, decode_picture, layout_by_shape
@@ -195,7 +196,7 @@ class _Reader:
 
     def _bytes(self) -> bytes:
         try:
-            return self._path.read_bytes()
+            return read_regular(self._path)
         except OSError as cause:
             raise DemonstrationError(
                 self._path, Message("cannot be read ({cause})", cause=cause), Message("a {suffix} file", suffix=SUFFIX)
