@@ -102,7 +102,7 @@ class HangError(Exception):
 
 
 @contextlib.contextmanager
-def within(seconds: int, memory_gib: float = 1.5) -> Iterator[None]:
+def within(seconds: int, memory_gib: float = 6.0) -> Iterator[None]:
     """Raise HangError in what takes longer, also while it waits for a pipe; MemoryError in what takes more memory."""
 
     def stop(*_: Any) -> None:

@@ -10,8 +10,20 @@ import zlib
 import numpy as np
 import pytest
 
-from kept_run import make_run
-from malformed import KINDS, PLACES, clear, json_bytes, put_place, within
+from tests.kept_run import make_run
+from tests.malformed import (
+    DEEP,
+    KINDS,
+    LONG_NUMBER,
+    LONG_TEXT,
+    MANY,
+    PLACES,
+    SURROGATE,
+    clear,
+    json_bytes,
+    put_place,
+    within,
+)
 from racecraft.contract.errors import RacecraftError
 
 ACTIONS = [{"steering_angle": float(angle), "speed": 1.0, "index": k} for k, angle in enumerate((-30, 0, 30))]
@@ -207,7 +219,7 @@ def answer(reader, path):
             reader(path)
     except RacecraftError as error:
         text = str(error)
-        return f"an error of {len(text):,} characters" if len(text) > 3000 else ""
+        return f"an error of {len(text):,} characters" if len(text) > 10_000 else ""
     except BaseException as error:  # noqa: BLE001  (what a user would see as a traceback)
         return f"{type(error).__name__}: {str(error)[:100]}"
     return ""
@@ -250,6 +262,37 @@ def faults(sound, each):
 def test_every_reader_reads_a_sound_file_or_refuses_it_by_name(sound):
     for name, reader in readers().items():
         assert answer(reader, sound / name) == "", name
+
+
+JOB_6000 = b'{"format": "racecraft run", "version": ' + b"9" * LONG_NUMBER + b"}"
+MANY_ACTIONS = json_bytes({"action_space": ACTIONS * (MANY // 3), "version": "5"})
+NAMED = {
+    "a run's job nests 100,000 lists": ("run/job.json", b"[" * DEEP),
+    "an index of checkpoints does": ("run/checkpoints/checkpoints.json", b"[" * DEEP),
+    "a file of groups does": ("groups.json", b"[" * DEEP),
+    "a version has 6,000 digits": ("run/job.json", JOB_6000),
+    "a key is half a character": ("groups.json", f'[{{"{SURROGATE}": 1}}]'.encode()),
+    "a hyperparameter is": ("hyperparameters.json", f'{{"{SURROGATE}": 1}}'.encode()),
+    "a pipe stands in a job's place": ("run/metrics.jsonl", "a pipe"),
+    "a pipe stands in a trace's place": ("trace.csv", "a pipe"),
+    "an endless device does": ("run/checkpoints/checkpoints.json", "a device"),
+    "an endless device stands for a game": ("game.jsonl", "a device"),
+    "a car has 100,000 actions": ("model_metadata.json", MANY_ACTIONS),
+    "a value is 100 KB long": ("groups.json", json_bytes([{"track": "x" * LONG_TEXT, "cars": "y" * LONG_TEXT}])),
+}
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_what_once_hung_or_failed_is_answered_at_once(sound, name):
+    reader, content = NAMED[name]
+    path = sound / reader
+    kept = path.read_bytes()
+    try:
+        path.write_bytes(content) if isinstance(content, bytes) else put_place(path, content)
+        assert answer(readers()[reader], path) == ""
+    finally:
+        clear(path)
+        path.write_bytes(kept)
 
 
 @pytest.mark.long

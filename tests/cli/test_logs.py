@@ -5,6 +5,8 @@ import json
 import polars as pl
 from tests.worlds.deepracer.logs import makers
 
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
 
 def test_a_log_is_told_in_a_table(racecraft, tmp_path):
     makers.drfc(tmp_path / "model")
@@ -38,6 +40,26 @@ def test_several_folders_are_rounds(racecraft, tmp_path):
         makers.drfc(tmp_path / name)
     facts = json.loads(racecraft("logs", "one", "two", "--json").out)
     assert [(row["round"], row["episodes"]) for row in facts["phases"]] == [(1, 6), (2, 6)]
+
+
+def test_models_in_one_folder_are_told_apart_each_with_its_track_and_advice(racecraft, tmp_path):
+    """One never gets far, the other does: what is true of one is said of no other."""
+    for name, track, share in (("ahead", "Oval_track", 0.8), ("stuck", "reinvent_base", 0.1)):
+        for k in range(2):
+            part = makers.iteration(range(20 * k, 20 * k + 20), share=share, track=load_track(track))
+            makers.write(tmp_path / "all" / name / "training-simtrace" / f"{k}-iteration.csv", part)
+    facts = json.loads(racecraft("logs", "all", "--json").out)
+    assert [(one["model"], one["rounds"], one["track"]) for one in facts["models"]] == [
+        ("ahead", [1], "Oval_track"), ("stuck", [2], "reinvent_base"),
+    ]  # fmt: skip
+    words = {one["model"]: one["found"] for one in facts["advice"] if one["found"].startswith("Mean progress")}
+    assert "80 % in the last" in words["ahead"]
+    assert "10 % in the last" in words["stuck"]
+    said = racecraft("logs", "all")
+    assert "of 2 models" in said.out
+    assert said.out.index("ahead (round 1), on Oval_track:") < said.out.index("stuck (round 2), on reinvent_base:")
+    said = racecraft("logs", "all", "--page", "logs.html")
+    assert (said.code, "holds 2 models (ahead, stuck)" in said.err) == (2, True)
 
 
 def test_what_is_no_log_ends_with_a_letter(racecraft, tmp_path):

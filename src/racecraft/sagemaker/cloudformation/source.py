@@ -139,7 +139,7 @@ class _Values:
             return [self.of(part, (*at, str(place))) for place, part in enumerate(node.value)]
         if kind == "null":
             return None
-        if kind == "bool" and node.style is None:
+        if kind == "bool" and not node.style:
             return "true" if node.value.lower() in _TRUE else "false"
         return str(node.value)
 

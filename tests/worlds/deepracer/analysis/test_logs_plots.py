@@ -359,6 +359,7 @@ def training(shares, **more):
 
 def what_to_try(tmp_path, shares, **more):
     ticks = logs_of(tmp_path, training(shares, **more)).collect()
+    ticks = ticks.with_columns((pl.col("unique_episode") // 10).alias("iteration"))
     return [one.try_ for one in advice(ticks, load_track("reinvent_base"))]
 
 
@@ -368,6 +369,32 @@ def test_a_training_that_has_hardly_begun_is_told_to_go_on_and_nothing_of_speed(
     assert first.startswith("It is early")
     assert "this one has 1,840" in first
     assert not any("Speed is not used" in one for one in others)
+
+
+def test_no_trend_is_told_of_one_iteration_or_of_twenty_episodes(tmp_path):
+    rising = [0.1] * 12 + [0.6] * 8
+    assert not any("still learning" in one for one in what_to_try(tmp_path, rising))
+    ticks = logs_of(tmp_path, training(rising * 2)).collect()
+    assert not any("of the episodes to" in one.found for one in advice(ticks, None)), "all of one iteration"
+
+
+def test_a_simulator_is_late_by_its_mean_step_not_by_how_far_stamps_stray(tmp_path):
+    """A public console log: 66.8 ms on average, 92 ms in one step of twenty. Then one of 80 ms."""
+    columns = training([0.3] * 40)
+    for mean_ms, late in ((66.8, False), (80.0, True)):
+        jitter = np.random.default_rng(3).normal(0.0, 15.0, len(columns["steps"]))
+        columns["tstamp"] = 0.001 * np.cumsum(np.clip(mean_ms + jitter, 20.0, None))
+        told = [one.found for one in advice(logs_of(tmp_path / f"{late}", columns).collect(), None)]
+        assert any("could not keep fifteen steps a second" in one for one in told) == late
+        assert not late or "ms on average (95 %: " in told[0]
+
+
+def test_a_correlation_is_told_with_its_interval_and_not_of_a_few_laps(tmp_path):
+    shares = [0.1, 0.2, 0.3, 0.4, 0.5] * 8
+    parts = [makers.episode(k, share, ticks=46, start_s=10.0 * k, reward=1.0 - share) for k, share in enumerate(shares)]
+    ticks = logs_of(tmp_path, makers.joined(*parts)).collect()
+    (told,) = [one.found for one in advice(ticks, None) if "paid less" in one.found]
+    assert "(-1.00 between reward and progress, 95 %: -1.00 to -1.00" in told
 
 
 def test_chance_is_no_change_and_a_change_is_one(tmp_path):

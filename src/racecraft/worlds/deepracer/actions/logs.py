@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,23 +63,64 @@ def logs(request: LogsRequest, progress: Progress = quiet) -> Figures:
     ticks = found.ticks.collect()
     if not ticks.height and not found.metrics.collect().height:
         found.require_ticks()
-    circuit = _circuit(found, ticks, request.track) if ticks.height else None
-    told = _advice(found, ticks, circuit)
-    facts = _facts(found, ticks, circuit) | {"advice": [{"found": one.found, "try": one.try_} for one in told]}
+    models = _models(found, ticks, request.track)
+    circuit = models[0].circuit if len(models) == 1 else None
+    facts = _facts(found, ticks, circuit) | {
+        "models": [model.as_dictionary() for model in models],
+        "advice": [
+            {"found": one.found, "try": one.try_, "model": model.name} for model in models for one in model.advice
+        ],
+    }
     for damage in found.damaged[:MAX_SHOWN_DAMAGE]:
         progress(str(damage))
     if len(found.damaged) > MAX_SHOWN_DAMAGE:
         progress(f"and {len(found.damaged) - MAX_SHOWN_DAMAGE} more; --json names them all")
     if request.page is None and (request.reward is not None or request.plots):
         raise SettingError("--reward and --plots are of the page; expected --page with them, such as --page logs.html.")
+    if request.page is not None and len(models) > 1:
+        names = ", ".join(model.name for model in models)
+        raise SettingError(
+            "{path} holds {count} models ({names}); expected one on a page. Name its folder.",
+            path=request.paths[0],
+            count=len(models),
+            names=names,
+        )
+    told = models[0].advice if models else ()
     files = {} if request.page is None else {"page": _page(request, found, circuit, told)}
     return Figures(facts, files | _written(found, request.csv, request.parquet))
 
 
-def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track | None:
+@dataclass(frozen=True)
+class _Model:
+    """What the logs of one model tell."""
+
+    name: str
+    """Its folder below the one that was named; "" where there is but one."""
+    rounds: tuple[int, ...]
+    circuit: Track | None
+    advice: Sequence[Advice]
+
+    def as_dictionary(self) -> dict[str, Any]:
+        track = None if self.circuit is None else self.circuit.name
+        return {"model": self.name, "rounds": list(self.rounds), "track": track}
+
+
+def _models(found: Logs, ticks: pl.DataFrame, track: str | None) -> list[_Model]:
+    """Return the models whose ticks the logs tell, each with its own track and advice."""
+    models = []
+    for root, rounds in found.models().items():
+        own = ticks.filter(ticks["round"].is_in(rounds))
+        if own.height:
+            about = found.about_rounds(rounds)
+            circuit = _circuit(own, track, about.get("world"))
+            models.append(_Model(root.strip("/"), rounds, circuit, _advice(found, own, circuit, about)))
+    return [replace(models[0], name="")] if len(models) == 1 else models
+
+
+def _circuit(ticks: pl.DataFrame, track: str | None, world: str | None) -> Track | None:
     from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
 
-    return find_track(ticks, track) if track is not None else track_or_none(ticks, found.about.get("world"))
+    return find_track(ticks, track) if track is not None else track_or_none(ticks, world)
 
 
 def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str, Any]:
@@ -98,7 +139,7 @@ def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str,
     return facts
 
 
-def _advice(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> list[Advice]:
+def _advice(found: Logs, ticks: pl.DataFrame, circuit: Track | None, about: dict[str, Any]) -> list[Advice]:
     """Return what to change before the next training; nothing where no training is told of."""
     import polars as pl
 
@@ -109,8 +150,9 @@ def _advice(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> list[Adv
     training = ticks.filter(pl.col("phase") == "training")
     if not training.height:
         return []
-    judged = judged_in_log(ticks, found.metrics.collect())
-    return advice(training, circuit, learner_of_log(found.about), judged)
+    metrics = found.metrics.collect()
+    judged = judged_in_log(ticks, metrics.filter(metrics["round"].is_in(ticks["round"].unique().implode())))
+    return advice(training, circuit, learner_of_log(about), judged)
 
 
 def _phases(ticks: pl.DataFrame) -> list[dict[str, Any]]:

@@ -13,15 +13,22 @@ from racecraft.worlds.deepracer.actions.logs import logs as action
 
 def show(facts: Figures) -> None:
     """Print what a log holds, and what to change before the next training."""
+    several = len(facts["models"]) > 1
     where = (
         f"on {facts['track']}{', reversed' if facts['reversed'] else ''}" if facts["track"] else "on an unknown track"
     )
+    where = f"of {len(facts['models'])} models" if several else where
     print(f"{facts['ticks']:,} steps in {facts['files']} file(s), {where}." if facts["ticks"] else "Metrics only.")
     _print_table(facts["phases"] or facts.get("metrics", []))
-    if facts["advice"]:
-        print("\nBefore the next training:")
-    for number, one in enumerate(facts["advice"], 1):
-        print(f"{number}. {one['found']}\n   {one['try']}")
+    for model in facts["models"]:
+        advice = [one for one in facts["advice"] if one["model"] == model["model"]]
+        if several:
+            rounds = ", ".join(map(str, model["rounds"]))
+            print(f"\n{model['model']} (round {rounds}), on {model['track'] or 'an unknown track'}:")
+        if advice:
+            print("Before the next training:" if several else "\nBefore the next training:")
+        for number, one in enumerate(advice, 1):
+            print(f"{number}. {one['found']}\n   {one['try']}")
     if facts["damaged"]:
         print(f"{len(facts['damaged'])} thing(s) in the files could not be taken as they stand; see above.")
     for kind, path in facts.files.items():

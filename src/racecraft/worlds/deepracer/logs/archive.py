@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,33 @@ class MemberFile:
     def __str__(self) -> str:
         """Return the archive and the path in it."""
         return f"{self.archive}/{self.name}"
+
+
+@dataclass(frozen=True)
+class GzippedFile:
+    """One file that was compressed by itself: NAME.csv.gz."""
+
+    path: Path
+
+    def __str__(self) -> str:
+        """Return the path."""
+        return str(self.path)
+
+    @property
+    def data(self) -> bytes:
+        """What it holds.
+
+        Raises:
+            OSError: It is damaged, half downloaded, or unpacks to more than LIMITS.
+        """
+        try:
+            with gzip.open(self.path) as file:
+                data = file.read(LIMITS.max_bytes + 1)
+        except EOFError as error:
+            raise OSError(0, "cut short; download it again") from error
+        if len(data) > LIMITS.max_bytes:
+            raise OSError(0, f"more than {LIMITS.max_bytes >> 30} GiB")
+        return data
 
 
 def members(path: Path) -> Iterator[MemberFile]:

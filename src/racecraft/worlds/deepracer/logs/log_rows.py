@@ -32,6 +32,7 @@ _HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})
 _ROS_1 = re.compile(r"/rosdistro: |started roslaunch server|ROS_DISTRO=(?:kinetic|melodic|noetic)")
 _ROS_2 = re.compile(r"\bros2 launch\b|\[INFO\] \[launch\]|ros_gz_bridge")
 _METADATA_VERSION = re.compile(r"simapp_version (\d+)")
+_JOB_TYPE = re.compile(r"JOB_TYPE'?: '?(TRAINING|EVALUATION)")
 _ACTIONS = re.compile(r"ction space from file: (.+)")
 _FEWEST = sum(column.required for column in TRACE_COLUMNS)
 _VERSIONS = {fields: NAMES[:fields] for fields in range(_FEWEST, len(NAMES) + 1)}
@@ -120,7 +121,7 @@ def _with_obstacles(frame: pl.DataFrame) -> pl.DataFrame:
         return frame
     if (frame["wall_clock"].max() or 0.0) > LEAST_WALL_CLOCK:  # type: ignore[operator]
         return frame
-    counted = pl.col("wall_clock").cast(pl.Int64, strict=False).alias("obstacle_crash_counter")
+    counted = pl.col("wall_clock").cast(pl.Int32, strict=False).alias("obstacle_crash_counter")
     return frame.with_columns(counted).drop("wall_clock")
 
 
@@ -139,7 +140,7 @@ def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: s
     counted = pl.Series("iteration", episodes // per, dtype=pl.Int32)
     if phase in ("evaluation", "leaderboard"):
         return pl.Series("iteration", [0], dtype=pl.Int32).new_from_index(0, len(episodes))
-    if not told:
+    if len(set(told.values())) < 2:  # some simulators say iteration 0 of every episode
         return counted
     known = pl.DataFrame({"episode": list(told), "told": list(told.values())}, schema_overrides={"episode": pl.Int32})
     joined = pl.DataFrame({"episode": episodes, "counted": counted}).join(known, on="episode", how="left")
@@ -147,7 +148,7 @@ def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: s
 
 
 def what_it_says(data: bytes) -> dict[str, Any]:
-    """Return what the head of a log says of world, build, metadata version, hyperparameters and action space."""
+    """Return what the head of a log says of world, build, phase, metadata version, hyperparameters and actions."""
     raw = data[:HEAD_BYTES].decode("utf-8", errors="replace")
     head = _NODE.sub("", raw)
     says: dict[str, Any] = {}
@@ -155,6 +156,8 @@ def what_it_says(data: bytes) -> dict[str, Any]:
         says["world"] = world[1]
     if _ROS_1.search(raw) or _ROS_2.search(raw):
         says["build"] = "ROS 1" if _ROS_1.search(raw) else "ROS 2"
+    if match := _JOB_TYPE.search(raw):
+        says["phase"] = match[1].lower()
     if match := _METADATA_VERSION.search(head):
         says["version"] = match[1]
     if match := _HYPERPARAMETERS.search(head):

@@ -47,7 +47,7 @@ def read(what: str | Path | Iterable[str | Path], phase: str | None = None) -> L
         else:
             sources += [source.placed(source.round + rounds, source.stream) for source in found]
             rounds = max(source.round for source in sources)
-    return Logs(tuple(sources), phase)
+    return Logs(tuple(sources), phase, is_one_training=len(paths) > 1)
 
 
 def _is_loose(path: Path) -> bool:

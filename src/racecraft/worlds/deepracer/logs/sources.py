@@ -26,7 +26,7 @@ from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_folder import FORMAT as RUN_FORMAT
 from racecraft.formats.run_folder import JOB
 from racecraft.formats.user_file import read_regular
-from racecraft.worlds.deepracer.logs.archive import MemberFile, members
+from racecraft.worlds.deepracer.logs.archive import GzippedFile, MemberFile, members
 from racecraft.worlds.deepracer.logs.errors import LogError
 
 TRACE, LOG, METRICS, EPISODES, ABOUT = "trace", "log", "metrics", "episodes", "about"
@@ -41,12 +41,16 @@ _OWN_FOLDER = re.compile(r"(?:^|/)(?:sim-trace/(?:training|evaluation|leaderboar
 _LOG = re.compile(r"(?P<tail>(?:^|/)(?:logs/)?(?:(?P<phase>training|evaluation|leaderboard|robomaker)/)?"
                   r"(?P<name>[^/]+)\.log(?:\.(?P<part>\d{1,9}))?)$")  # fmt: skip
 _METRICS = re.compile(r"(?P<tail>(?:^|/)metrics/(?:(?P<phase>training|evaluation)/)?(?P<name>[^/]+)\.json)$")
+_LOOSE_METRICS = re.compile(r"(?P<tail>(?:^|/)(?P<name>(?P<phase>training|evaluation)-\d{14}[^/]*|TrainingMetrics[^/]*|"
+                            r"EvaluationMetrics[^/]*)\.json)$")  # fmt: skip
 _EPISODES = re.compile(r"(?P<tail>(?:^|/)episodes/(?P<number>\d{1,9})\.parquet)$")
 _ABOUT = re.compile(r"(?P<tail>(?:^|/)(?:model/model_metadata\.json|ip/hyperparameters\.json|training_params\.yaml|"
                     r"model_metadata\.json|hyperparameters\.json|job\.json))$")  # fmt: skip
 _ITERATION = re.compile(r"(?<!\d)(\d{1,9})-iteration\.csv$")
 _PHASE = re.compile(r"(training|evaluation|leaderboard)", re.IGNORECASE)
 _METRICS_WORKER = re.compile(r"TrainingMetrics_(\d{1,9})$")
+PACKED = (".csv.gz", ".log.gz", ".json.gz")
+"""Endings of a file that was compressed by itself."""
 _STAMP = re.compile(r"(\d{14})")
 
 
@@ -54,7 +58,7 @@ _STAMP = re.compile(r"(\d{14})")
 class Source:
     """A file that tells something."""
 
-    file: str | MemberFile
+    file: str | MemberFile | GzippedFile
     """The path of a file, or one in an archive; to make a `Path` of each would take half of the time to find them."""
     kind: str
     """TRACE, LOG, METRICS, EPISODES or ABOUT."""
@@ -99,18 +103,20 @@ def find_sources(path: str | Path, traces_first: bool = False) -> list[Source]:
     """
     path = Path(path)
     if path.is_dir():
-        found = [classified for name, file in _below(path) if (classified := _classified(name, file))]
+        found = [classified for name, file in _below(path) if (classified := _unpacked(name, file))]
     elif not path.exists():
         raise LogError(path, "there is no such file or folder", EXPECTED)
     elif not path.is_file():
         raise LogError(path, "is neither file nor folder, but a pipe or a device", EXPECTED)
+    elif path.name.endswith(PACKED):
+        found = [_single(path)]
     elif is_archive(path):
         found = [classified for member in members(path) if (classified := _classified(member.name, member))]
     else:
         found = [_single(path)]
     if not any(source.kind != ABOUT for source in found):
         raise LogError(path, "no log was found there", EXPECTED)
-    return _in_order(_without_doubles(found, traces_first))
+    return _in_order(_without_doubles(_with_phases(found), traces_first))
 
 
 def _below(folder: Path) -> Iterator[tuple[str, str]]:
@@ -123,13 +129,20 @@ def _below(folder: Path) -> Iterator[tuple[str, str]]:
         yield from ((before + name, here + name) for name in files)
 
 
-def _classified(name: str, file: str | MemberFile) -> Source | None:
+def _unpacked(name: str, file: str) -> Source | None:
+    """Return what a file below a folder is, also one that was compressed by itself."""
+    if name.endswith(PACKED):
+        return _classified(name.removesuffix(".gz"), GzippedFile(Path(file)))
+    return _classified(name, file)
+
+
+def _classified(name: str, file: str | MemberFile | GzippedFile) -> Source | None:
     """Return what a file below a folder is, by its path in it; None where it is no log."""
     if match := _TRACE.search(name):
         return _trace(name, file, match)
     if match := _ITERATION.search(name):
         return _bare_trace(name, file, match)
-    if match := _METRICS.search(name):
+    if match := _METRICS.search(name) or _LOOSE_METRICS.search(name):
         stamp = _STAMP.search(match["name"])
         worker = _METRICS_WORKER.search(match["name"])
         evaluation = match["phase"] == "evaluation" or match["name"].startswith("EvaluationMetrics")
@@ -149,7 +162,7 @@ def _classified(name: str, file: str | MemberFile) -> Source | None:
     return None
 
 
-def _trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
+def _trace(name: str, file: str | MemberFile | GzippedFile, match: re.Match[str]) -> Source:
     root = _before(name, match)
     own = _OWN_FOLDER.search(root)
     stream = ""
@@ -162,7 +175,7 @@ def _trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
     return Source(file, TRACE, root, phase, stream, worker, int(match["iteration"]))
 
 
-def _bare_trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
+def _bare_trace(name: str, file: str | MemberFile | GzippedFile, match: re.Match[str]) -> Source:
     """Return a trace outside its usual folder; the folders above the one that was named may tell."""
     root = name[: match.start()]
     whole = Path(file).resolve().as_posix() if isinstance(file, str) else str(file)
@@ -173,7 +186,10 @@ def _bare_trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Sour
 
 def _single(path: Path) -> Source:
     """Return what one file is, by its ending and the folders it lies in."""
-    file = root = str(path)
+    file: str | GzippedFile = str(path)
+    root = str(path)
+    if path.name.endswith(PACKED):
+        file, path = GzippedFile(path), path.with_suffix("")
     if path.suffix == ".json":
         return replace(_classified(f"metrics/{path.name}", file) or Source(file, METRICS, root), root=root, phase=None)
     if path.suffix == ".parquet":
@@ -182,6 +198,29 @@ def _single(path: Path) -> Source:
         iteration = _ITERATION.search(path.name)
         return _bare_trace(path.name, file, iteration) if iteration else Source(file, TRACE, root)
     return replace(_classified(path.name, file) or Source(file, LOG, root), kind=LOG, root=root, part=None)
+
+
+def _with_phases(found: list[Source]) -> list[Source]:
+    """Return traces without a telling path as what the files beside them are, or as a training where they are several.
+
+    An evaluation leaves one trace, number 0; a training one for each iteration.
+    """
+    named: dict[str, set[str]] = {}
+    last: dict[str, int] = {}
+    for source in found:
+        if source.kind in (LOG, METRICS) and source.phase is not None:
+            named.setdefault(source.root, set()).add(source.phase)
+        elif source.kind == TRACE and source.phase is None:
+            last[source.root] = max(last.get(source.root, 0), source.iteration)
+
+    def phase_in(root: str) -> str | None:
+        phases = named.get(root, set())
+        return min(phases) if len(phases) == 1 else "training" if last[root] > 0 else None
+
+    return [
+        replace(source, phase=phase_in(source.root)) if source.kind == TRACE and source.phase is None else source
+        for source in found
+    ]
 
 
 def _before(name: str, match: re.Match[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from racecraft.worlds.deepracer.logs.clocks import jumps
 from racecraft.worlds.deepracer.logs.errors import Damage, LogError
 from racecraft.worlds.deepracer.logs.lazy_ticks import LazyTicks
 from racecraft.worlds.deepracer.logs.metric_rows import read_metrics
-from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, METRICS, Source
+from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, LOG, METRICS, Source
 from racecraft.worlds.deepracer.logs.ticks import OURS, Said
 
 if TYPE_CHECKING:
@@ -31,6 +32,23 @@ class Logs:
 
     sources: tuple[Source, ...]
     phase: str | None = None
+    is_one_training: bool = False
+    """Whether the rounds go on from each other, as several paths that were named in order; else a folder's models."""
+
+    def models(self) -> dict[str, tuple[int, ...]]:
+        """Return the rounds of each model: by its folder, or all together under "" where they are one training."""
+        rounds: dict[str, set[int]] = {}
+        for source in self.sources:
+            rounds.setdefault("" if self.is_one_training else source.root, set()).add(source.round)
+        return {root: tuple(sorted(numbers)) for root, numbers in rounds.items()}
+
+    def about_rounds(self, rounds: Collection[int]) -> Said:
+        """Return what the files of some rounds say beside the ticks, as `about` does of all."""
+        said: Said = {}
+        for source in self.sources:
+            if source.round in rounds and source.kind in (ABOUT, LOG):
+                said = {**facts_of(source), **said}
+        return said
 
     @property
     def ticks(self) -> pl.LazyFrame:

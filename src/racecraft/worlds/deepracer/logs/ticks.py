@@ -17,7 +17,7 @@ from racecraft.worlds.deepracer.logs.columns import PHASES, TICK_COLUMNS, empty,
 from racecraft.worlds.deepracer.logs.continued import join_continued
 from racecraft.worlds.deepracer.logs.errors import Damage
 from racecraft.worlds.deepracer.logs.log_rows import read_log
-from racecraft.worlds.deepracer.logs.numbering import number, phase_of_rows
+from racecraft.worlds.deepracer.logs.numbering import number, phase_of_rows, without_repeated_rows
 from racecraft.worlds.deepracer.logs.sources import EPISODES, LOG, TRACE, Source
 from racecraft.worlds.deepracer.logs.trace_rows import read_traces
 from racecraft.worlds.deepracer.logs.units import in_our_units
@@ -65,7 +65,7 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
             for place, source in pairs:
                 rolled = source.part != 1 and place > 0 and sources[place - 1].part is not None
                 trace, wrong, says = read_log(place, source, says if rolled else None)
-                frames += _placed(trace, [(place, source)], phase)
+                frames += _placed(trace, [(place, source)], phase or says.get("phase"))
                 damage += wrong
                 said = {**says, **said}
         elif kind == EPISODES:
@@ -75,7 +75,9 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
                 damage += wrong
     if not frames:
         return empty(TICK_COLUMNS), damage, said
-    numbered = join_continued(number(pl.concat(frames, how="diagonal")))
+    rows, repeated = without_repeated_rows(pl.concat(frames, how="diagonal"), sources)
+    numbered = join_continued(number(rows))
+    damage += repeated
     return _in_columns(numbered), damage, said
 
 
@@ -83,7 +85,9 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
     """Return AWS's rows under our names, with the columns that their files tell."""
     if not trace.height:
         return []
-    told = phase or (phase_of_rows(trace) if any(source.phase is None for _, source in pairs) else None)
+    told = phase
+    if told is None and any(source.phase is None for _, source in pairs):
+        told = phase_of_rows(trace, is_first=not any(source.iteration for _, source in pairs))
     files = dict(pairs)
     runs = trace["file"].rle().struct.unnest()
     sources = [files[place] for place in runs["value"]]

@@ -32,6 +32,11 @@ if TYPE_CHECKING:
     import polars as pl
 
 FEWEST_EPISODES = 20
+FEWEST_ITERATIONS_OF_A_TREND, FEWEST_EPISODES_OF_A_TREND = 2, 30
+"""Of fewer nothing is said of a change: two fifths of them differ by chance."""
+LONGEST_STEP_MS = 70.0
+"""Mean of an iteration's steps, of 66.7 ms, above which a simulator is late. How far single steps stray tells nothing:
+stamps are read beside the poses, and in logs whose mean is 66.7 ms one of twenty is beyond 90 ms, too."""
 UNDER_WAY = ("prepare", "in_progress")
 """How an episode stands that the end of the training cut off; it tells nothing of how far a car comes."""
 FEWEST_EXITS = 5
@@ -45,6 +50,8 @@ simulation traces of 2022 and 2026)."""
 RELATED = 0.5
 """Correlation of an episode's reward and progress below which they have little to do with each other; ten trainings of
 ours and of AWS's that pay for coming forward have 0.9 to 1."""
+PAID_SLOW = 0.0
+"""Correlation of a full lap's time and reward above which slow laps are paid more, at the low end of its interval."""
 GETS_ROUND = 0.5
 """Mean progress from which it is worth asking for speed."""
 ANEW = "racecraft train my-car --from RUN:best"
@@ -113,11 +120,17 @@ def _quietly(
 
 
 def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
-    table = stability(ticks).data
-    shaky = table.filter(~table["steady"].fill_null(True))
-    if shaky.height > 0.1 * table.height:
+    import polars as pl
+
+    table = stability(ticks).data.filter(pl.col("steps") > 1)
+    half = 1.96 * pl.col("std_ms") / pl.col("steps").sqrt()
+    late = table.with_columns(half.alias("half")).filter(pl.col("mean_ms") - pl.col("half") > LONGEST_STEP_MS)
+    if late.height > 0.1 * table.height:
+        worst = late.sort("mean_ms", descending=True).row(0, named=True)
+        low, high = worst["mean_ms"] - worst["half"], worst["mean_ms"] + worst["half"]
         yield Advice(
-            f"In {shaky.height} of {table.height} iterations the simulator could not keep fifteen steps a second.",
+            f"In {late.height} of {table.height} iterations the simulator could not keep fifteen steps a second: one "
+            f"took up to {worst['mean_ms']:.0f} ms on average (95 %: {low:.0f} to {high:.0f}), not 67.",
             "Give it fewer workers or a faster machine first: a car trained with late steps drives late.",
             lambda: stability(ticks),
             "racecraft logs RUN --page logs.html",
@@ -133,10 +146,17 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
     )
     told = {row[0]: row[1:] for row in fifths.rows()}
     (before, one, _), (now, other, full) = told[QUINTILES[3]], told[QUINTILES[4]]
-    change, sure = now - before, max(CHANGED, 2.0 * math.sqrt(one + other))
+    half = 2.0 * math.sqrt(one + other)
+    change, sure = now - before, max(CHANGED, half)
+    few = ticks["iteration"].n_unique() < FEWEST_ITERATIONS_OF_A_TREND or episodes.height < FEWEST_EPISODES_OF_A_TREND
+    if few and not judged.completes_laps:
+        return
     words = f"{judged.words()} While it explored, mean" if judged.shares else "Mean"
     words += f" progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
-    words += f"the last, {100 * full:.0f} % of which are full laps."
+    words += (
+        f"the last ({100 * change:+.0f} points, 95 %: {100 * (change - half):+.0f} to {100 * (change + half):+.0f}), "
+    )
+    words += f"{100 * full:.0f} % of which are full laps."
     if judged.completes_laps:
         try_ = "It laps: ask for more speed next, in a reward or in actions of your own."
         command = ANEW
@@ -161,6 +181,18 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
     yield Advice(words, try_, lambda: training_progress(ticks), command)
 
 
+def correlation_interval(told: float | None, count: int) -> tuple[float, float]:
+    """Return the 95 % interval of a correlation of so many pairs, by Fisher's transformation.
+
+    >>> [round(end, 2) for end in correlation_interval(0.5, 103)]
+    [0.34, 0.63]
+    """
+    if told is None or count < 4:
+        return -1.0, 1.0
+    middle, half = math.atanh(max(-0.999999, min(0.999999, told))), 1.96 / math.sqrt(count - 3)
+    return math.tanh(middle - half), math.tanh(middle + half)
+
+
 def _mostly_crashes(episodes: pl.DataFrame) -> bool:
     """Tell whether most of the last fifth's failures ran into something."""
     import polars as pl
@@ -171,10 +203,12 @@ def _mostly_crashes(episodes: pl.DataFrame) -> bool:
 
 def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
     told = correlation(*values(episodes, "reward", "progress_share"))
-    if told is not None and told < RELATED:
+    low, high = correlation_interval(told, episodes.height)
+    if told is not None and high < RELATED:
         more = "paid less" if told < 0.0 else "hardly paid more"
         yield Advice(
-            f"Episodes that get farther are {more} ({told:+.2f} between reward and progress; 1 is perfect).",
+            f"Episodes that get farther are {more} ({told:+.2f} between reward and progress, 95 %: {low:+.2f} to "
+            f"{high:+.2f}; 1 is perfect).",
             "The car is paid for something else than coming forward: look at the common rewards, and at what a lap "
             "that gets nowhere is paid.",
             lambda: scatter_of_laps(ticks),
@@ -185,9 +219,11 @@ def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
 def _slow_laps(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
     full = episodes.filter(episodes["complete"])
     told = correlation(*values(full, "reward", "seconds"))
-    if full.height >= 10 and told is not None and told > 0.3:
+    low, high = correlation_interval(told, full.height)
+    if full.height >= 10 and told is not None and low > PAID_SLOW:
         yield Advice(
-            f"Among {full.height} full laps the slow ones are paid more ({told:+.2f} between time and reward).",
+            f"Among {full.height} full laps the slow ones are paid more ({told:+.2f} between time and reward, 95 %: "
+            f"{low:+.2f} to {high:+.2f}).",
             "Each step is paid, so more steps pay more: divide by the steps, or pay speed.",
             lambda: scatter_of_laps(ticks, complete=True),
             "racecraft logs RUN --page logs.html --reward new_reward.py",
