@@ -9,7 +9,6 @@ import zlib
 
 import numpy as np
 import pytest
-
 from tests.kept_run import make_run
 from tests.malformed import (
     DEEP,
@@ -24,6 +23,7 @@ from tests.malformed import (
     put_place,
     within,
 )
+
 from racecraft.contract.errors import RacecraftError
 
 ACTIONS = [{"steering_angle": float(angle), "speed": 1.0, "index": k} for k, angle in enumerate((-30, 0, 30))]

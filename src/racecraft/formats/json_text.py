@@ -19,6 +19,7 @@ from racecraft.contract.errors import InputFileError
 from racecraft.contract.message import Message
 from racecraft.formats.user_file import read_user_text, typing_hint
 
+MAX_SCANNED_CHARACTERS = 1 << 20
 Step = str | int
 """One step into a document: a key of an object or a place in a list."""
 
@@ -44,7 +45,12 @@ class JsonDocument:
 
     @functools.cached_property
     def lines(self) -> dict[tuple[Step, ...], int]:
-        """Line of each value, counted from 1, by the steps that lead to it: ("action_space", 2, "speed")."""
+        """Line of each value, counted from 1, by the steps that lead to it: ("action_space", 2, "speed").
+
+        None of a text above MAX_SCANNED_CHARACTERS: nobody wrote it by hand, and to look takes seconds.
+        """
+        if len(self.text) > MAX_SCANNED_CHARACTERS:
+            return {}
         try:
             return _Scan(self.text).lines
         except RecursionError:

@@ -113,7 +113,7 @@ def _models(found: Logs, ticks: pl.DataFrame, track: str | None) -> list[_Model]
         if own.height:
             about = found.about_rounds(rounds)
             circuit = _circuit(own, track, about.get("world"))
-            models.append(_Model(root.strip("/"), rounds, circuit, _advice(found, own, circuit, about)))
+            models.append(_Model(root.strip("/") or ".", rounds, circuit, _advice(found, own, circuit, about)))
     return [replace(models[0], name="")] if len(models) == 1 else models
 
 
