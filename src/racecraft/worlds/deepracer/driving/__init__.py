@@ -15,6 +15,7 @@
     log_actions.py    which actions of a table a log chose
     known_laps.py     the best known laps, a table shipped with the package
     smoothness.py     changes of the commanded steering, and how often it changes sides
+    reward/           what a reward function pays for, before a training and after it
     pace.py           what a judged drive says: fastest lap, gap, steering, limits beyond the logs
 
 Begin with `planner.plan_best_lap`.

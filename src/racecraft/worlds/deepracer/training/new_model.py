@@ -10,6 +10,7 @@ from racecraft.contract.extensions import load_offered, offered
 from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.deepracer.files.model_metadata import racing_model_metadata, write_model_metadata
 from racecraft.worlds.deepracer.files.reward_file import racing_reward_source
+from racecraft.worlds.deepracer.files.reward_samples import read_sample, sample_names
 
 HYPERPARAMETERS = """\
 {
@@ -84,16 +85,18 @@ def new_model(folder: Path, reward: str | None = None) -> list[Path]:
 
 
 def _offered_reward(name: str) -> str:
-    """Return the text of the module that an installed package offers as a reward function.
+    """Return the text of a sample, or of the module that an installed package offers as a reward function.
 
     Raises:
-        SettingError: No package does, or it cannot be imported.
+        SettingError: There is no such sample and no package offers one, or it cannot be imported.
     """
+    if name in sample_names():
+        return read_sample(name)
     module = load_offered("rewards", name)
     if module is None:
         raise SettingError(
-            "--reward is {name!r}; expected one of an installed package. {hint}",
+            "--reward is {name!r}; expected a sample or one of an installed package. {hint}",
             name=name,
-            hint=nearest(name, offered("rewards")),
+            hint=nearest(name, [*sample_names(), *offered("rewards")]),
         )
     return inspect.getsource(module)

@@ -89,6 +89,8 @@ def spearman(a: Array, b: Array) -> float:
     >>> spearman(np.array([1.0, 2.0, 3.0]), np.array([10.0, 20.0, 15.0]))
     0.5
     """
+    if len(a) < 2:
+        return 0.0
     ranks = [_ranks(np.asarray(values, float)) for values in (a, b)]
     spread = [one - one.mean() for one in ranks]
     scale = np.sqrt((spread[0] ** 2).sum() * (spread[1] ** 2).sum())
