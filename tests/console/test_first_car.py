@@ -1,0 +1,32 @@
+"""The whole way as a new user goes it: the command, one click, a car that laps, in a real browser."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from tests.browser import Browser, needs_chromium
+
+
+@needs_chromium
+@pytest.mark.long
+def test_one_click_leads_to_a_car_that_laps(tmp_path):
+    environment = {**os.environ, "RACECRAFT_JOBS": str(tmp_path / "jobs")}
+    command = [sys.executable, "-m", "racecraft", "console", str(tmp_path / "here"), "--port", "0", "--no-open"]
+    console = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+    browser = Browser(1440, 900)
+    try:
+        address = re.search(r"http://[\d.:]+/", console.stdout.readline())[0]
+        browser.open(address)
+        browser.click("#train-first")
+        browser.until("!!document.querySelector('rc-cars:not([hidden])')", 120)
+        browser.until("document.querySelector('[data-live=status]')?.innerText.trim() === 'Ready'", 600)
+        assert re.search(r"\d+\.\d\d s\s", browser.page.inner_text("dl.strip") + " ")
+        browser.click("text=Laps")
+        browser.until("!!document.querySelector('.lap-map')", 60)
+    finally:
+        browser.close()
+        console.terminate()
+        console.wait()
+        console.stdout.close()
