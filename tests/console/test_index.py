@@ -1,6 +1,7 @@
 """Rows made from folders and jobs: current, made again when lost, without opening what has not changed."""
 
 import sqlite3
+import threading
 
 import pytest
 from tests.console.conftest import write_run
@@ -117,3 +118,26 @@ def test_rows_are_there_at_once_when_the_console_comes_back(workspace):
     assert again.row("a")["iterations"] == 3
     assert again.refresh() == [], "what did not change is not written again"
     again.close()
+
+
+def test_a_row_that_changes_is_never_missing(workspace, index):
+    run = write_run(workspace.path / "runs/a")
+    index.refresh()
+    missing, done = [], threading.Event()
+
+    def read():
+        while not done.is_set():
+            try:
+                index.row("a")
+            except WorkspaceError as error:
+                missing.append(error)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    for number in range(4, 40):
+        with open(run / "metrics.jsonl", "a") as file:
+            file.write(f'{{"iteration": {number}, "steps": 9000, "seconds": 70.0}}\n')
+        assert index.refresh() == ["a"]
+    done.set()
+    reader.join()
+    assert missing == []

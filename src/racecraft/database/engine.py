@@ -77,6 +77,18 @@ def database_errors(url: str) -> Iterator[None]:
         ) from error
 
 
+@contextlib.contextmanager
+def whole_change(connection: sql.Connection) -> Iterator[None]:
+    """Make several statements of a connection from `open_engine` one change: others see all of it or none."""
+    connection.exec_driver_sql("begin")
+    try:
+        yield
+        connection.exec_driver_sql("commit")
+    except BaseException:
+        connection.exec_driver_sql("rollback")
+        raise
+
+
 def place_of(url: str) -> str:
     """Return an address without its password."""
     try:
