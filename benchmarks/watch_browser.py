@@ -27,7 +27,7 @@ def main() -> None:
     words = argparse.ArgumentParser()
     words.add_argument("--seconds", type=float, default=30.0)
     asked = words.parse_args()
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, sync_playwright() as driver:
         training = Training(Path(folder) / "run", 1.5 + 2.5 * asked.seconds / 60)
         while len(training.ends()) < 3:
             time.sleep(0.5)

@@ -5,9 +5,13 @@ axe (tests/vendor) looks for what shuts people out: `Browser.shut_out`.
 
 from __future__ import annotations
 
+import atexit
+import re
 import shutil
 import time
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -23,6 +27,16 @@ needs_chromium = pytest.mark.skipif(
 )
 
 
+@cache
+def _driver() -> Any:
+    """Return Playwright, started once: it bears no second one beside it."""
+    from playwright.sync_api import sync_playwright
+
+    started = sync_playwright().start()
+    atexit.register(started.stop)
+    return started
+
+
 class Browser:
     """One page of a browser of its own; `complaints` are the page's uncaught errors and what it printed as one.
 
@@ -34,10 +48,7 @@ class Browser:
     """
 
     def __init__(self, width: int = 1200, height: int = 900, dark: bool = False, touch: bool = False) -> None:
-        from playwright.sync_api import sync_playwright
-
-        self._driver = sync_playwright().start()
-        self._browser = self._driver.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        self._browser = _driver().chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
         self.page = self._browser.new_page(
             viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light",
             has_touch=touch, is_mobile=touch,
@@ -53,7 +64,6 @@ class Browser:
     def close(self) -> None:
         """End the browser."""
         self._browser.close()
-        self._driver.stop()
 
     def open(self, address: str) -> None:
         """Go to a page; wait until it is loaded."""
@@ -81,7 +91,7 @@ class Browser:
 
     def click(self, which: str) -> None:
         """Click the middle of an element, named by its id or by a CSS selector."""
-        self.page.click(f"#{which}" if which.isidentifier() else which)
+        self.page.click(f"#{which}" if re.fullmatch(r"[\w-]+", which) else which)
 
     def shut_out(self) -> list[tuple[str, str]]:
         """Return what axe finds on the page as it is: the rule, and the first element that breaks it."""

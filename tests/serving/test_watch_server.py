@@ -23,7 +23,8 @@ from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.live import LivePublisher
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
-from browser import Browser, needs_chromium  # noqa: E402
+from tests.browser import Browser, needs_chromium  # noqa: E402
+
 from kept_run import BOXES, drive, make_courses, make_run, make_world  # noqa: E402
 
 

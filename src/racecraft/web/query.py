@@ -14,8 +14,10 @@ MOST = 1e6
 
 def whole_number(request: Request, name: str, default: int | None = None) -> int:
     """Return a whole number of 0 or more; `default` where it is not named, None: it has to be."""
-    text = request.query_params.get(name, "" if default is None else str(default))
-    if not (text.isascii() and text.isdigit() and len(text) < 16):
+    text = request.query_params.get(name, "")
+    if default is not None and name not in request.query_params:
+        return default
+    if not (text.isascii() and text.isdigit() and len(text) < 20):
         raise _bad(name, text, "a whole number, 0 or more")
     return int(text)
 

@@ -18,7 +18,7 @@ from racecraft.worlds.battlesnake.league.terms import ArenaTerms
 from racecraft.worlds.battlesnake.serving.arena_server import ArenaServer
 
 sys.path.append(str(Path(__file__).resolve().parents[3]))
-from browser import Browser, needs_chromium  # noqa: E402
+from tests.browser import Browser, needs_chromium  # noqa: E402
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from racecraft.worlds.battlesnake.players.messages import GameCard
 from racecraft.worlds.battlesnake.serving.board_server import BoardServer
 
 sys.path.append(str(Path(__file__).resolve().parents[3]))
-from browser import Browser, needs_chromium  # noqa: E402
+from tests.browser import Browser, needs_chromium  # noqa: E402
 
 SETTINGS, CARD = GameSettings(7, 7, 2), GameCard("g", names={"s0": "Flo", "s1": "Sam"})
 END = game_end(SETTINGS, CARD)

@@ -1,24 +1,30 @@
-"""A game of snakes as one web page: step, play, scrub; nothing is fetched, so it can be e-mailed.
+"""A game of snakes as one web page: step, play, scrub. Begin with `board_page`, one file that can be e-mailed.
 
-The page itself is `board_page.html`, with a place for the data: the events of `board_frames.py`, or the address of the
-WebSocket from which they come while the game is played.
+A server gives the same template (`BOARD`) `board_data`, with the path of the WebSocket from which events come while the
+game is played.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
+from racecraft.pages.render import render_file
 from racecraft.worlds.battlesnake.analysis.board_frames import Event
-from racecraft.worlds.battlesnake.analysis.page_head import with_head
 
-SOURCES = "'self' ws://127.0.0.1:* ws://localhost:*"
-"""A game that is played is told over a WebSocket."""
+BOARD = "racecraft.worlds.battlesnake.pages/board.html"
+ARENA = "racecraft.worlds.battlesnake.pages/arena.html"
 
 
-def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), live: str = "", speed: float = 8) -> str:
-    """Return the page.
+def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), speed: float = 8) -> str:
+    """Return the page as one file; arguments as `board_data`."""
+    return render_file(BOARD, **board_data(title, game, events, speed=speed))
+
+
+def board_data(
+    title: str, game: dict[str, Any], events: Sequence[Event] = (), live: str = "", speed: float = 8
+) -> dict[str, Any]:
+    """Return what the template BOARD names.
 
     Args:
         title: Its headline.
@@ -28,5 +34,4 @@ def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), l
         speed: Turns a second at which it begins to play.
     """
     told = {"title": title, "game": game, "events": list(events), "live": live, "speed": speed}
-    data = json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
-    return with_head("board_page.html", title, SOURCES).replace('"__DATA__"', data)
+    return {"title": title, "told": told}

@@ -1,6 +1,6 @@
 """An arena to look at in a browser, while it plays and after.
 
-    GET /                                    the page (`analysis/arena_page.html`)
+    GET /                                    the page (`pages/arena.html`)
     GET /api/board                           terms, ratings, who met whom, whether it plays
     GET /api/games?before=120&player=Flo     30 games before number 120, the latest first; of one player, or of all
                    &snakes=2                 of so many snakes, or 0: of all
@@ -19,20 +19,18 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from racecraft.contract.errors import UserInputError
-from racecraft.web.answers import json_answer
+from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.application import make_application
 from racecraft.web.errors import WebError
 from racecraft.web.ports import LOOPBACK
 from racecraft.web.query import whole_number
 from racecraft.web.server import ServerThread
-from racecraft.worlds.battlesnake.analysis.arena_page import arena_page
 from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of
-from racecraft.worlds.battlesnake.analysis.board_page import board_page
+from racecraft.worlds.battlesnake.analysis.board_page import ARENA, BOARD, board_data
 from racecraft.worlds.battlesnake.evaluation.record import played_in
 from racecraft.worlds.battlesnake.league import board
 from racecraft.worlds.battlesnake.league.ladder import Ladder
 from racecraft.worlds.battlesnake.league.store import ArenaStore
-from racecraft.worlds.battlesnake.serving.own_page import own_page
 
 NO_END = 1 << 62
 
@@ -48,7 +46,7 @@ class ArenaServer:
         self._store, self._ladder = store, Ladder(store.terms.snakes)
         self._lock = threading.Lock()
         """Of the ladder, which learns from new games as it is asked."""
-        self._page = arena_page(store.path.name)
+        self._name = store.path.name
         routes = [
             Route("/", self._own_page),
             Route("/api/board", self._board),
@@ -70,7 +68,7 @@ class ArenaServer:
         self._thread.close()
 
     def _own_page(self, request: Request) -> Response:
-        return own_page(self._page)
+        return page_answer(request, ARENA, title=self._name)
 
     def _board(self, request: Request) -> Response:
         with self._lock:
@@ -99,7 +97,8 @@ class ArenaServer:
         played = played_in(record.splitlines(), Path(f"game {number}"))
         card = played.card
         events = [*(frame(one, card) for one in played.boards), game_end(played.settings, card)]
-        return own_page(board_page(title_of(card), game_facts(played.settings, card, "complete"), events))
+        facts = game_facts(played.settings, card, "complete")
+        return page_answer(request, BOARD, **board_data(title_of(card), facts, events))
 
     def _number_of(self, player: str) -> int | None:
         try:

@@ -1,6 +1,6 @@
 """A game to watch in a browser while it is played, or after: our own page, and the official board's protocol.
 
-    GET /                        our page (`analysis/board_page.py`)
+    GET /                        our page (`pages/board.html`)
     GET /games/{id}              what the official board asks first
     ws  /games/{id}/events       every position so far, then each as it comes, then the end (facts: A.11)
 
@@ -24,12 +24,11 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from racecraft.web.access import Access
-from racecraft.web.answers import json_answer
+from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.application import make_application
 from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.analysis.board_frames import Event
-from racecraft.worlds.battlesnake.analysis.board_page import board_page
-from racecraft.worlds.battlesnake.serving.own_page import own_page
+from racecraft.worlds.battlesnake.analysis.board_page import BOARD, board_data
 
 FROM_EVERYWHERE = {
     "Access-Control-Allow-Origin": "*",
@@ -54,7 +53,7 @@ class BoardServer:
         self._texts = [json.dumps(event, separators=(",", ":")) for event in events]
         self._over = any(event["Type"] == "game_end" for event in events)
         way = f"/games/{game['ID']}"
-        self._page = board_page(title, game, live=f"{way}/events", speed=speed)
+        self._page = board_data(title, game, live=f"{way}/events", speed=speed)
         self._viewers: dict[asyncio.Event, asyncio.AbstractEventLoop] = {}
         """What wakes each viewer, and in which loop."""
         routes = [
@@ -95,7 +94,7 @@ class BoardServer:
         self._thread.close()
 
     async def _own_page(self, request: Request) -> Response:
-        return own_page(self._page)
+        return page_answer(request, BOARD, **self._page)
 
     async def _facts(self, request: Request) -> Response:
         status = "complete" if self._over else "running"

@@ -8,8 +8,8 @@ import { TICKS, follows, goOn, pose, standing } from "racecraft.worlds.deepracer
 
 const PICTURES = 30, SLOW_PICTURES = 2;   // a second; slow where somebody wants little motion
 const AHEAD = 2;                          // s: with less to play, more is asked for; a training leaves its next ticks then
-const FIGURES_MS = 200, CARS_MS = 700;      // between two changes of figures, of bars
-const CAMERA_MS = 125, CAMERA_BESIDE_TRAINING_MS = 250;   // pictures take from the training
+const FIGURES_MS = 250, CARS_MS = 1000; // between two changes of figures, of bars
+const CAMERA_MS = 125, CAMERA_BESIDE_TRAINING_MS = 333;   // pictures take from the training
 const ENDINGS = { lap_complete: "lap complete", off_track: "off track", crashed: "crashed", immobilized: "stood still",
   reversed: "drove backwards", time_up: "out of time", in_progress: "goes on" };
 

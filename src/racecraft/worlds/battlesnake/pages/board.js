@@ -1,82 +1,6 @@
-__HEAD__:root { --even: #fafbfc; --odd: #f1f4f6; --edge: rgba(20, 30, 40, .28); --food: #e5383b; --hazard: #5b6b78;
-  --warn: #d98a00; }
-@media (prefers-color-scheme: dark) {
-  :root { --even: #1a232a; --odd: #1e2830; --edge: rgba(255, 255, 255, .30); --food: #ff5d62; --hazard: #93a5b4;
-    --warn: #f0b429; } }
-main { grid-template-columns: minmax(0, 1fr) minmax(270px, 340px); align-items: start; }
-header { grid-column: 1 / -1; }
-.badge { background: var(--bad); }
-#stage { padding: 12px; }
-#board { display: block; width: 100%; height: auto; max-height: calc(100vh - 250px); min-height: 240px;
-  border-radius: 8px; touch-action: manipulation; cursor: pointer; }
-#controls { display: grid; gap: 10px; padding: 12px 2px 0; }
-#track { position: relative; padding-top: 9px; }
-#marks { position: absolute; left: 8px; right: 8px; top: 0; height: 9px; pointer-events: none; }
-#marks i { position: absolute; width: 4px; height: 9px; margin-left: -2px; border-radius: 2px; }
-input[type=range] { width: 100%; margin: 0; accent-color: var(--accent); display: block; height: 22px; }
-#buttons { display: flex; flex-wrap: wrap; align-items: center; gap: 6px; }
-button, select { font: inherit; color: var(--ink); background: var(--slot); border: 0; border-radius: 10px; height: 42px; }
-button { width: 46px; display: grid; place-items: center; cursor: pointer; }
-button:hover, select:hover { filter: brightness(.96); }
-button svg { width: 20px; height: 20px; fill: currentColor; }
-#play { width: 60px; background: var(--accent); color: #fff; }
-@media (prefers-color-scheme: dark) { #play { color: #06121b; } }
-select { padding: 0 8px; }
-#turn { margin-left: auto; font-variant-numeric: tabular-nums; white-space: nowrap; }
-#turn b { font-size: 1.15rem; }
-#snakes { list-style: none; margin: 0; padding: 4px 16px; }
-#snakes li { padding: 12px 0; border-bottom: 1px solid var(--line); display: grid; gap: 5px 10px;
-  grid-template-columns: 16px minmax(0, 1fr) 5.2em; align-items: center; }
-#snakes li:last-child { border-bottom: 0; }
-.swatch { width: 16px; height: 16px; border-radius: 5px; box-shadow: inset 0 0 0 1px var(--edge); }
-.name { font-weight: 600; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
-.length { font-variant-numeric: tabular-nums; color: var(--quiet); font-size: .9rem; text-align: right; }
-.health { grid-column: 2 / 3; height: 8px; border-radius: 4px; background: var(--slot); overflow: hidden; }
-.health i { display: block; height: 100%; border-radius: 4px; }
-.points { font-variant-numeric: tabular-nums; font-size: .9rem; text-align: right; min-width: 2.2em; }
-.fate { grid-column: 2 / -1; font-size: .9rem; color: var(--quiet); }
-.dead .name { text-decoration: line-through; text-decoration-thickness: 1.5px; color: var(--quiet); }
-.dead .swatch { opacity: .45; }
-.dead .health, .dead .points { display: none; }
-.fate:empty { display: none; }
-.wins .fate { color: var(--good); font-weight: 600; }
-#hint { margin: 12px 2px 0; font-size: .85rem; color: var(--quiet); }
-kbd { font: inherit; font-size: .8rem; background: var(--slot); border-radius: 5px; padding: 1px 6px; }
-@media (max-width: 760px) { main { grid-template-columns: minmax(0, 1fr); padding: 12px 10px 24px; gap: 10px; }
-  #stage { padding: 8px; } #board { max-height: none; } #hint { display: none; } button { width: 42px; }
-  #snakes { padding: 0 12px; } #snakes li { padding: 9px 0; } }
-</style>
-</head>
-<body>
-<main>
-  <header><h1>__TITLE__</h1><span id="rules" class="quiet"></span><span id="live" class="badge" hidden>LIVE</span></header>
-  <section id="stage" class="card">
-    <svg id="board" tabindex="0" role="img" aria-label="The board"></svg>
-    <div id="controls">
-      <div id="track"><div id="marks"></div><input id="scrub" type="range" min="0" max="0" value="0" step="1"
-        aria-label="Turn"></div>
-      <div id="buttons">
-        <button id="first" title="First turn (Home)" aria-label="First turn"><svg viewBox="0 0 24 24"><path d="M5 5h3v14H5zM20 5v14L9 12z"/></svg></button>
-        <button id="back" title="One turn back (←)" aria-label="One turn back"><svg viewBox="0 0 24 24"><path d="M16 5v14L6 12z"/></svg></button>
-        <button id="play" title="Play (space)" aria-label="Play" aria-pressed="false"><svg viewBox="0 0 24 24"><path id="icon" d="M7 4v16l13-8z"/></svg></button>
-        <button id="next" title="One turn on (→)" aria-label="One turn on"><svg viewBox="0 0 24 24"><path d="M8 5v14l10-7z"/></svg></button>
-        <button id="last" title="Last turn (End)" aria-label="Last turn"><svg viewBox="0 0 24 24"><path d="M16 5h3v14h-3zM4 5v14l11-7z"/></svg></button>
-        <select id="speed" aria-label="Turns a second"></select>
-        <span id="turn"></span>
-      </div>
-    </div>
-  </section>
-  <aside>
-    <ul id="snakes" class="card"></ul>
-    <p id="hint"><kbd>space</kbd> plays · <kbd>←</kbd> <kbd>→</kbd> step · <kbd>Home</kbd> <kbd>End</kbd> jump ·
-      <kbd>+</kbd> <kbd>−</kbd> speed</p>
-  </aside>
-</main>
-<script type="application/json" id="told">"__DATA__"</script>
-<script>
-"use strict";
+/* A game on its board: step, play, scrub. */
 // What is told: {title, game, events, live, speed}; an event is {Type: "frame" | "game_end", Data}.
-const told = JSON.parse(document.getElementById("told").textContent);
+const told = JSON.parse(document.querySelector("#told script").textContent);
 const at = (id) => document.getElementById(id);
 const W = told.game.Width, H = told.game.Height;
 const SPEEDS = [1, 2, 4, 8, 16, 32];
@@ -90,7 +14,7 @@ let playing = false, over = false, drawn = -1, before = 0;
 const svg = at("board");
 const make = (kind, facts, parent) => {
   const node = document.createElementNS("http://www.w3.org/2000/svg", kind);
-  for (const [name, value] of Object.entries(facts)) node.setAttribute(name, value);
+  for (const [name, value] of Object.entries(facts)) if (name === "style") node.style.cssText = value; else node.setAttribute(name, value);
   if (parent) parent.append(node);
   return node;
 };
@@ -134,7 +58,7 @@ function pointsOf(now, then, part) {    // where a snake lies on the way from on
 function drawSnake(snake, points, fade) {
   const g = make("g", { opacity: fade }, snakeLayer), path = line(points);
   const body = { d: path, fill: "none", "stroke-linecap": "round", "stroke-linejoin": "round" };
-  make("path", { ...body, "stroke-width": 0.8, style: "stroke: var(--edge)" }, g);
+  make("path", { ...body, "stroke-width": 0.8, style: "stroke: var(--board-edge)" }, g);
   make("path", { ...body, "stroke-width": 0.72, stroke: snake.Color }, g);
   const head = points[0], neck = points.find((point) => (point.x !== head.x || point.y !== head.y) && !far(point, head))
     || { x: head.x, y: head.y + 1 };
@@ -143,11 +67,11 @@ function drawSnake(snake, points, fade) {
   for (const side of [-1, 1]) {
     const x = head.x + fx * 0.1 - fy * 0.17 * side, y = head.y + fy * 0.1 + fx * 0.17 * side;
     if (snake.Death) {
-      make("path", { d: `M${x - .09} ${y - .09}l.18 .18m0 -.18l-.18 .18`, stroke: "#fff", "stroke-width": 0.06,
-        "stroke-linecap": "round" }, g);
+      make("path", { d: `M${x - .09} ${y - .09}l.18 .18m0 -.18l-.18 .18`, "stroke-width": 0.06, "stroke-linecap": "round",
+        style: "stroke: var(--eye)" }, g);
     } else {
-      make("circle", { cx: x, cy: y, r: 0.115, fill: "#fff" }, g);
-      make("circle", { cx: x + fx * 0.035, cy: y + fy * 0.035, r: 0.06, fill: "#111" }, g);
+      make("circle", { cx: x, cy: y, r: 0.115, style: "fill: var(--eye)" }, g);
+      make("circle", { cx: x + fx * 0.035, cy: y + fy * 0.035, r: 0.06, style: "fill: var(--pupil)" }, g);
     }
   }
 }
@@ -176,7 +100,7 @@ function drawSquares(now) {
   for (const point of now.Food) {
     const { x, y } = spot(point);
     make("circle", { cx: x, cy: y, r: 0.27, style: "fill: var(--food)" }, foodLayer);
-    make("circle", { cx: x - 0.08, cy: y - 0.09, r: 0.07, fill: "#fff", opacity: 0.6 }, foodLayer);
+    make("circle", { cx: x - 0.08, cy: y - 0.09, r: 0.07, opacity: 0.6, style: "fill: var(--eye)" }, foodLayer);
   }
   const stacks = new Map();
   for (const { X, Y } of now.Hazards) stacks.set(`${X} ${Y}`, (stacks.get(`${X} ${Y}`) || 0) + 1);
@@ -330,6 +254,3 @@ if (!told.live) { over = true; begin(); } else {
     over = true;
   };
 }
-</script>
-</body>
-</html>

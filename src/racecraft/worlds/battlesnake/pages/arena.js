@@ -1,59 +1,4 @@
-__HEAD__:root { --win: 42, 157, 98; --loss: 214, 40, 57; }
-@media (prefers-color-scheme: dark) { :root { --win: 76, 195, 138; --loss: 255, 107, 107; } }
-h2 { font-size: 1rem; margin: 0 0 8px; }
-.card { padding: 14px 16px; min-width: 0; overflow-x: auto; }
-button { font: inherit; color: var(--ink); background: var(--slot); border: 0; border-radius: 10px; padding: 6px 14px;
-  cursor: pointer; }
-button:hover { filter: brightness(.96); }
-button[aria-pressed=true] { background: var(--accent); color: #fff; }
-@media (prefers-color-scheme: dark) { button[aria-pressed=true] { color: #06121b; } }
-#sizes { display: flex; flex-wrap: wrap; gap: 6px; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th { font-weight: 500; font-size: .85rem; color: var(--quiet); text-align: right; padding: 4px 8px; white-space: nowrap; }
-td { text-align: right; padding: 7px 8px; border-top: 1px solid var(--line); white-space: nowrap; }
-th.left, td.left { text-align: left; }
-#ratings td.name { font-weight: 600; max-width: 15em; overflow: hidden; text-overflow: ellipsis; cursor: pointer; }
-#ratings tr.chosen td { background: var(--slot); }
-tr.rests td { color: var(--quiet); }
-.tag { font-size: .72rem; font-weight: 500; color: var(--quiet); border: 1px solid var(--line); border-radius: 99px;
-  padding: 0 7px; margin-left: 6px; }
-.span { position: relative; height: 18px; min-width: 180px; width: 36vw; max-width: 420px; }
-.span i { position: absolute; top: 7px; height: 4px; border-radius: 2px; background: var(--accent); opacity: .45; }
-.span b { position: absolute; top: 3px; width: 12px; height: 12px; margin-left: -6px; border-radius: 50%;
-  background: var(--accent); }
-.span u { position: absolute; top: -8px; bottom: -8px; width: 1px; background: var(--line); }
-#met td { text-align: center; font-size: .85rem; min-width: 4.6em; border: 1px solid var(--card); border-radius: 4px; }
-#met th { text-align: center; max-width: 8em; overflow: hidden; text-overflow: ellipsis; }
-#met th.left { text-align: left; max-width: 14em; }
-#games { list-style: none; margin: 0; padding: 0; }
-#games li { display: flex; flex-wrap: wrap; gap: 2px 12px; padding: 8px 0; border-top: 1px solid var(--line);
-  align-items: baseline; }
-#games li:first-child { border-top: 0; }
-#games .number { color: var(--quiet); min-width: 3.5em; font-variant-numeric: tabular-nums; }
-#games .who { flex: 1 1 16em; min-width: 0; overflow-wrap: anywhere; }
-#games .first { font-weight: 600; }
-a { color: var(--accent); }
-.fault { color: var(--bad); }
-#more { margin-top: 10px; }
-#gone { color: var(--bad); }
-</style>
-</head>
-<body>
-<main>
-  <header><h1>__TITLE__</h1><span id="terms" class="quiet"></span><span id="playing" class="badge" hidden>PLAYING</span>
-    <span id="gone" hidden>The server is gone.</span></header>
-  <div id="sizes" role="group" aria-label="Which games count"></div>
-  <section class="card"><h2>Ratings <span id="scale" class="quiet"></span></h2>
-    <p id="empty" class="quiet" hidden>No game was played yet: <code>racecraft snakes arena play</code></p>
-    <table id="ratings"><thead><tr><th class="left"></th><th class="left">player</th><th class="left">points, 95 %</th>
-      <th></th><th>games</th><th>won</th><th>late</th><th>failed</th></tr></thead><tbody></tbody></table></section>
-  <section class="card"><h2>Who met whom <span class="quiet">won-drawn-lost of the row's player</span></h2>
-    <table id="met"></table></section>
-  <section class="card"><h2>Games <span id="whose" class="quiet"></span></h2>
-    <ul id="games"></ul><button id="more" hidden>Earlier games</button></section>
-</main>
-<script>
-"use strict";
+/* The board of an arena, asked for every two seconds. */
 // What is told stands in worlds/battlesnake/serving/arena_server.py: /api/board and /api/games.
 const at = (id) => document.getElementById(id);
 const EVERY_MS = 2000;
@@ -190,6 +135,3 @@ async function look() {
 }
 at("more").onclick = () => askGames(shown[shown.length - 1].game);
 look();
-</script>
-</body>
-</html>
