@@ -177,9 +177,10 @@ def test_streams_are_told_apart_ordered_and_filtered(model, tmp_path, monkeypatc
     assert len({stream.simulation for stream in found}) == 2
     assert [stream.last_ms for stream in found] == sorted(stream.last_ms for stream in found)
     assert local_streams.streams(local_streams.LEADERBOARDS) == []
-    os.utime(model, (1e9, 1e9))
+    for file in model.rglob("*"):
+        os.utime(file, (1e9, 1e9))
     told = local_streams.download_all_logs(str(tmp_path / "out" / "p-"), local_streams.SIMULATIONS)
-    assert [first for _, _, first, _ in told] == [10**12, 10**12]
+    assert [last for *_, last in told] == [10**12, 10**12]
     old = local_streams.download_all_logs(str(tmp_path / "q-"), local_streams.SIMULATIONS, not_older_than="2002-01-01")
     assert old == []
     with pytest.raises(LogError, match="sim-nothing"):

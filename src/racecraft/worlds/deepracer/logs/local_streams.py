@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,7 @@ SIMULATIONS, LEADERBOARDS = "/aws/robomaker/SimulationJobs", "/aws/deepracer/lea
 PHASES = {SIMULATIONS: ("training", "evaluation"), LEADERBOARDS: ("leaderboard",)}
 ROOT = "RACECRAFT_RUNS"
 """Environment variable that names the folder of runs; without it `runs` in the working folder."""
+DATES = ("%d %B %Y", "%d %b %Y", "%B %d %Y", "%b %d %Y", "%Y/%m/%d", "%d %B %Y %H:%M", "%d %b %Y %H:%M")
 LETTERS = "0123456789abcdfghjklmnpqrstvwxyz"
 
 
@@ -41,7 +43,7 @@ class Stream:
     """The run folder, or a log of somebody's."""
     phase: str
     first_ms: int
-    """Time of its first tick, ms since 1970 (UTC); of a log that does not tell, when its file was written."""
+    """Time of its first tick, ms since 1970 (UTC); of a log that does not tell, by when its files were written."""
     last_ms: int
     """Likewise of its last."""
 
@@ -112,8 +114,8 @@ def download_all_logs(
     Args:
         pathprefix: What the names begin with, folder included.
         log_group: SIMULATIONS or LEADERBOARDS.
-        not_older_than: ISO time; simulations that ended before it are left out.
-        older_than: ISO time; simulations that began at it or later are left out.
+        not_older_than: A time as `iso_to_timestamp` takes it; simulations that ended before it are left out.
+        older_than: Likewise; simulations that began at it or later are left out.
 
     Returns:
         (path, simulation id, first and last time in ms since 1970) of each, ordered by the last.
@@ -131,12 +133,25 @@ def download_all_logs(
 
 
 def iso_to_timestamp(iso: str) -> int:
-    """Return an ISO time in ms since 1970; without a zone it is the computer's own.
+    """Return an ISO time, or an English date such as "19 May 2019", in ms since 1970; without a zone in the local one.
 
     >>> iso_to_timestamp("2019-07-01T00:00:00+00:00")
     1561939200000
+
+    Raises:
+        LogError: It is neither.
     """
-    return int(1000 * datetime.fromisoformat(iso).timestamp())
+    text = " ".join(iso.replace(",", " ").split())
+    for parse in (datetime.fromisoformat, *(partial(_parsed, form) for form in DATES)):
+        try:
+            return int(1000 * parse(text).timestamp())
+        except ValueError:
+            continue
+    raise LogError("time", repr(iso), 'an ISO time such as "2019-05-19", or a date such as "19 May 2019"')
+
+
+def _parsed(form: str, text: str) -> datetime:
+    return datetime.strptime(text, form)
 
 
 def _of(run: Path, phase: str) -> Iterator[Stream]:
@@ -148,9 +163,18 @@ def _of(run: Path, phase: str) -> Iterator[Stream]:
     if not part.height:
         return
     clock = part["wall_clock_s"].drop_nulls().to_numpy()
-    written = run.stat().st_mtime
-    first, last = (float(clock.min()), float(clock.max())) if len(clock) else (written, written)
+    first, last = (float(clock.min()), float(clock.max())) if len(clock) else _written(run, part)
     yield Stream(simulation_id(run, phase), run, phase, int(1000 * first), int(1000 * last))
+
+
+def _written(run: Path, ticks: pl.DataFrame) -> tuple[float, float]:
+    """Return when the first file of ticks, less its simulated time, and the last were written, s since 1970."""
+    names = read(run).files
+    paths = [Path(names[file]) for file in ticks["file"].unique(maintain_order=True)]
+    times = [path.stat().st_mtime for path in paths if path.is_file()] or [run.stat().st_mtime]
+    of_first = ticks.filter(ticks["file"] == ticks["file"][0])["time_s"].drop_nulls()
+    span = float(of_first.max() - of_first.min()) if len(of_first) else 0.0  # type: ignore[operator]
+    return min(times) - span, max(times)
 
 
 def _ticks(run: Path, phase: str) -> pl.DataFrame:
