@@ -178,7 +178,7 @@ def test_a_resumed_unity_run_keeps_its_configuration(tmp_path):
         'env_settings: {env_path: builtin:Basic, env_args: ["--agents", "3"]}\n'
     )
     text = yaml.read_text()
-    said = racecraft("unity", "train", "--config", yaml, "--run", run, "--set", "rollout.horizon=8")
+    said = racecraft("unity", "train", "--config", yaml, "--run", run, "--set", "rollout.horizon=8", "--nearest")
     assert said.index("PPO learns instead") < said.index("or steps=40")  # before the first tick
     assert any("PPO learns instead" in note for note in json.loads((run / "job.json").read_text())["notes"])
     yaml.unlink()
