@@ -59,13 +59,14 @@ async def measure(port: int, rate: float, seconds: float) -> dict[str, float]:
 
 async def _question(port: int) -> bytes:
     """Return a request with one frame, as the policy sees frames."""
-    told = json.loads(await _exchange(port, b"GET / HTTP/1.1\r\nConnection: close\r\n\r\n"))
+    told = json.loads(await _exchange(port, b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"))
     shape = next(iter(told["observations"].values()))["shape"]
     buffer = io.BytesIO()
     np.save(buffer, np.random.default_rng(1).integers(0, 256, (1, *shape), np.uint8))
     frame = buffer.getvalue()
-    head = "POST /invocations HTTP/1.1\r\nContent-Type: application/x-npy\r\nAccept: application/json\r\n"
-    return f"{head}Content-Length: {len(frame)}\r\nConnection: close\r\n\r\n".encode() + frame
+    head = "POST /invocations HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/x-npy\r\n"
+    more = f"Accept: application/json\r\nContent-Length: {len(frame)}\r\nConnection: close\r\n\r\n"
+    return (head + more).encode() + frame
 
 
 async def _ask(port: int, request: bytes, due: float) -> float:
