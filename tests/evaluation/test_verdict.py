@@ -76,6 +76,11 @@ def test_one_group_is_told_with_its_spread():
     assert "interquartile mean of four seeds; the best 6.00 s, the worst 7.00 s." in text
 
 
+def test_a_group_that_does_not_lap_says_so():
+    text = told(laps("a", math.inf, math.inf, 7.0), differing=())
+    assert text == "a: two of three seeds bring no lap; the best 7.00 s, the worst no lap."
+
+
 def test_half_of_the_starts_without_a_lap_are_no_lap():
     assert FreshScores("lap time, s", True, (6.0, 6.2, math.inf, math.inf), 1, 60.0).score == math.inf
     assert FreshScores("lap time, s", True, (6.0, 6.2, 6.4, math.inf), 1, 60.0).score == pytest.approx(6.3)

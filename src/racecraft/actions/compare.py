@@ -16,7 +16,8 @@ class CompareRequest(Request):
     """Which runs are compared."""
 
     runs: tuple[str, ...] = argument(
-        "RUN[:best|last|N], or folders of `train --seeds`. Runs with the same settings are one group.", metavar="RUN…"
+        "RUN[:best|last|N], folders of `train --seeds`, or models of AWS. Runs with the same settings are one group.",
+        metavar="RUN…",
     )
     starts: int = option(20, "Fresh starts from which each checkpoint is judged.", low=1, high=1000)
     page: Path | None = option(None, "Write one page (.html) that works offline.")

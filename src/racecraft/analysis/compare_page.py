@@ -89,9 +89,13 @@ def _curves(compared: Compared) -> Chart:
     for number, group in enumerate(compared.groups, 1):
         named = [(one.name, *curve_of(one.run, column)) for one in group.runs]
         curves = [(steps, values) for _, steps, values in named if len(steps)]
-        series += [Series(*curve, colour=number, faint=True) for curve in named if len(curve[1])]
+        series += [
+            Series(name, steps.tolist(), values.tolist(), colour=number, faint=True)
+            for name, steps, values in named
+            if len(steps)
+        ]
         if len(curves) > 1:
-            steps, low, middle, high = _together(curves)
+            steps, low, middle, high = (part.tolist() for part in _together(curves))
             series.append(Series(f"{group.name}: median", steps, middle, colour=number))
             if len(curves) >= MIN_BAND:
                 bands.append(Band(f"{group.name}: middle half", steps, low, high, colour=number))

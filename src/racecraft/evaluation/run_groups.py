@@ -12,6 +12,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import RunFolder, last_stops
 from racecraft.formats.run_group import RunGroup, is_group
+from racecraft.players.open_run import open_run
 
 NO_SETTINGS = ("runtime",)
 """Groups of settings that decide how a training runs, not what it learns."""
@@ -71,7 +72,7 @@ def group_runs(sources: Iterable[str]) -> list[SeedGroup]:
                 raise SettingError("{path}: none of its seeds has begun; expected one run at least.", path=path)
             groups.append(SeedGroup(group.path.resolve().name, tuple(named), settings_of(named[0].run, which)))
             continue
-        one = NamedRun(RunFolder.open(path), which)
+        one = NamedRun(open_run(path), which)
         settings = settings_of(one.run, which)
         key = json.dumps(settings, sort_keys=True, default=str)
         loose.setdefault(key, []).append((one, settings))

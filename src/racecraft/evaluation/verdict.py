@@ -112,6 +112,11 @@ def _alone(group: ScoredGroup, seeds: Sequence[float], mean: Interval, measure: 
     best, worst = measure.written(ordered[0]), measure.written(ordered[-1])
     if len(seeds) == 1:
         return f"{group.name}: {measure.name} {best} on fresh starts. One seed tells nothing of the next one."
+    if math.isinf(mean.value):
+        missing = _count(sum(math.isinf(one) for one in seeds))
+        return (
+            f"{group.name}: {missing} of {_count(len(seeds))} seeds bring no lap; the best {best}, the worst {worst}."
+        )
     spread = "" if mean.low is None else f" (95 %: {mean.low:.2f} to {measure.written(mean.high or mean.low)})"
     return (
         f"{group.name}: {measure.name} {measure.written(mean.value)}{spread}, interquartile mean of "

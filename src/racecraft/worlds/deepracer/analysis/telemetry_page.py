@@ -133,7 +133,7 @@ def _marks(compared: LapComparison) -> list[Mark]:
 
 
 def _corner_rows(compared: LapComparison) -> list[tuple[str, ...]]:
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             zone.name, _figure(zone.seconds), _figure(zone.reference_seconds), _figure(zone.lost_seconds, "+.2f"),
             _figure(zone.slowest_mps, ".1f"), _figure(zone.reference_slowest_mps, ".1f"),
@@ -188,7 +188,7 @@ def _steadiness(compared: LapComparison) -> Chart:
     place = list(range(1, len(seconds) + 1))
     levels = [Level(timing.theoretical_best_seconds, "best sectors together")]
     return Chart("How steady are the laps?", "lap, in the order of the log", "lap time, s",
-                 [Series("laps", place, seconds, "dots", colour=1)], levels=levels)  # fmt: skip
+                 [Series("laps", place, seconds.tolist(), "dots", colour=1)], levels=levels)  # fmt: skip
 
 
 def frequent_sequences(laps: Laps, ticks: pl.DataFrame) -> list[dict[str, Any]]:
