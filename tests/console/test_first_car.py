@@ -22,7 +22,7 @@ def test_one_click_leads_to_a_car_that_laps(tmp_path):
         browser.click("#train-first")
         browser.until("!!document.querySelector('rc-cars:not([hidden])')", 120)
         browser.until("document.querySelector('[data-live=status]')?.innerText.trim() === 'Ready'", 600)
-        assert re.search(r"\d+\.\d\d s\s", browser.page.inner_text("dl.strip") + " ")
+        assert re.search(r"\d+\.\d\d s\s", browser.page.inner_text(".strip") + " ")
         browser.click("text=Laps")
         browser.until("!!document.querySelector('.lap-map')", 60)
     finally:

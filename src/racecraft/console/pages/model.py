@@ -106,7 +106,7 @@ def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[s
     return {
         "row": dict(row),
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],
-        "tab": here,
+        "here": here,
         "path": address(row["name"]),
     }
 
