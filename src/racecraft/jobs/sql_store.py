@@ -77,7 +77,7 @@ class SqlStore:
         """Return the jobs that have not ended, the oldest first."""
         return self._found(sql.select(_JOBS.c.told).where(_JOBS.c.state.not_in([state.value for state in ENDED])))
 
-    def _found(self, statement: sql.Select[tuple[str]]) -> list[Job]:
+    def _found(self, statement: sql.Select[Any]) -> list[Job]:
         with self._connected() as connection:
             rows = connection.execute(statement.order_by(_JOBS.c.created, _JOBS.c.name)).scalars().all()
         return [_job_in(told) for told in rows]
