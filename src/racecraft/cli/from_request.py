@@ -31,8 +31,8 @@ SECTIONS = re.compile(r"\n\s*\n\s*(Args|Returns|Raises):\n")
 class TerminalProgress(Progress):
     """Prints messages, and a bar for what is counted; on standard error where standard output belongs to `--json`."""
 
-    def __init__(self, *, quiet_stdout: bool) -> None:
-        self.quiet_stdout = quiet_stdout
+    def __init__(self, *, quiet_stdout: bool, json: bool = False) -> None:
+        self.quiet_stdout, self.json = quiet_stdout or json, json
 
     def __call__(self, message: str) -> None:
         """Print a line."""
@@ -60,7 +60,7 @@ def command(
     def run(**typed: Any) -> None:
         json = typed.pop("json")
         request: Any = make_request(action.request, **typed)
-        result = action(request, progress=TerminalProgress(quiet_stdout=json or messages_aside))
+        result = action(request, progress=TerminalProgress(quiet_stdout=messages_aside, json=json))
         print_json(result) if json else show(result)
         if code := getattr(result, "exit_code", 0):
             raise typer.Exit(code)

@@ -12,7 +12,7 @@ from racecraft.settings.request import option
 from racecraft.worlds.battlesnake.actions.play import PlayedGame, PlayRequest, play_before
 from racecraft.worlds.battlesnake.actions.play import play as play_game
 from racecraft.worlds.battlesnake.actions.tournament import fate
-from racecraft.worlds.battlesnake.cli.options import aside
+from racecraft.worlds.battlesnake.cli.options import aside, page_told
 
 if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.evaluation.live import StepObserver
@@ -38,18 +38,18 @@ class WatchedPlayRequest(PlayRequest):
 @action
 def watched(request: WatchedPlayRequest, progress: Progress = quiet) -> PlayedGame:
     """Play one game before those who watch."""
-    json = isinstance(progress, TerminalProgress) and progress.quiet_stdout
+    json = isinstance(progress, TerminalProgress) and progress.json
     in_terminal = request.view and not json
-    observers = _observers(request, progress, in_terminal)
+    observers = _observers(request, in_terminal, json)
     return play_before(request, progress, observers, SHOWN_MS if in_terminal else 0)
 
 
-def _observers(request: WatchedPlayRequest, progress: Progress, in_terminal: bool) -> list[StepObserver]:
+def _observers(request: WatchedPlayRequest, in_terminal: bool, json: bool) -> list[StepObserver]:
     from racecraft.worlds.battlesnake.serving.game_audience import Browser, Showing, Terminal
 
     observers: list[StepObserver] = []
     if request.browser or request.board_url:
-        showing = Showing(request.board_url, announce=lambda address: progress(f"Watch it at {address}"), say=aside)
+        showing = Showing(request.board_url, announce=page_told(json), say=aside)
         observers.append(Browser(request.settings(), showing))
     if in_terminal:
         observers.append(Terminal(request.color))
@@ -80,4 +80,4 @@ def _missed(seat: Seat) -> str:
     return told
 
 
-play = command(watched, _show, help=str(play_game.__doc__))
+play = command(watched, _show, messages_aside=True, help=str(play_game.__doc__))
