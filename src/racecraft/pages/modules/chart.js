@@ -110,7 +110,7 @@ class Chart extends HTMLElement {
   wholeBars(low, high) {   // room for half a bar at both ends, where all are shown
     const xs = this.columns[0];
     if (low == null) return [0, 1];
-    if (low === high || xs.length === 1) return [xs[0] - 1, xs[0] + 1];
+    if (xs.length === 1 || high - low < 1e-6 * Math.max(1, Math.abs(high))) return [xs[0] - 1, xs[0] + 1];
     if (xs.length < 2 || low > xs[0] || high < xs.at(-1) || !this.told.series.some(one => one.look === "bars")) return [low, high];
     const half = (xs.at(-1) - xs[0]) / (xs.length - 1) / 2;
     return [low - half, high + half];
@@ -223,9 +223,9 @@ class Chart extends HTMLElement {
       value.textContent = y == null ? "" : long(y, this.digits);
     });
     this.where.textContent = x == null ? "" : this.told.names?.[x] ? this.told.names[x] : `${this.told.x.split(",")[0]} ${long(x, Number.isInteger(x) ? 0 : 2)}`;
-    this.place.setAttribute("aria-valuemin", this.columns[0][0] ?? 0);
-    this.place.setAttribute("aria-valuemax", this.columns[0].at(-1) ?? 0);
-    this.place.setAttribute("aria-valuenow", x ?? this.columns[0][0] ?? 0);
+    this.place.setAttribute("aria-valuemin", 0);
+    this.place.setAttribute("aria-valuemax", Math.max(1, this.columns[0].length - 1));
+    this.place.setAttribute("aria-valuenow", row ?? 0);
     this.place.setAttribute("aria-valuetext", x == null ? "no place chosen" : this.key.textContent);
   }
 

@@ -169,5 +169,6 @@ def test_a_phone_sees_no_sideways_scrolling(tmp_path):
         browser.show(360, 780)
         assert browser.value("document.documentElement.scrollWidth") == 360
         assert browser.value("document.getElementById('board').getBoundingClientRect().width") > 300
+        assert browser.shut_out() == []
     finally:
         browser.close()

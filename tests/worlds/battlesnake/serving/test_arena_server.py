@@ -91,6 +91,9 @@ def test_the_page_shows_the_board_and_keeps_up(address, store, tmp_path):
         assert page.value("document.querySelectorAll('#met tr').length") == 4
         points = page.value("[...document.querySelectorAll('#ratings tbody tr')].map(tr => tr.cells[2].textContent)")
         assert all(re.fullmatch(r"\d+ ± \d+", one) for one in points), points
+        for dark in (False, True):
+            page.show(1200, 900, dark)
+            assert page.shut_out() == []
         page.click("size-2")
         page.until(
             "[...document.querySelectorAll('#games li')].every(li => li.textContent.split(/[›=]/).length === 2)", 60

@@ -106,6 +106,7 @@ def test_the_page_in_a_browser(browser, address):
     browser.press("ArrowRight")
     assert "step 2:" in browser.value(told)
     assert browser.value("document.documentElement.scrollWidth <= window.innerWidth"), "nothing sticks out sideways"
+    assert browser.shut_out() == []
     assert browser.value("performance.getEntriesByType('resource').length") == 0
     assert browser.complaints == []
 

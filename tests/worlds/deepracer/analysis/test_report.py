@@ -94,6 +94,7 @@ def test_the_page_is_read_on_a_phone(run, tmp_path, reports_along):
         browser.show(390, 844)
         browser.open(page.as_uri())
         assert browser.value("document.documentElement.scrollWidth") == 390
+        assert browser.shut_out() == []
         wide = (
             "[...document.querySelectorAll('body *')].filter(one => one.getBoundingClientRect().right > 390.5).length"
         )

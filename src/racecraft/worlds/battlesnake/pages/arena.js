@@ -63,7 +63,7 @@ function drawRatings() {
 
 function drawMet() {
   const { lines, met } = table(), head = element("tr");
-  head.append(element("th", "", "left"), ...lines.map((_, n) => element("th", n + 1)));
+  head.append(element("th", "player", "left"), ...lines.map((_, n) => element("th", n + 1)));
   at("met").replaceChildren(head, ...met.map((row, n) => {
     const made = element("tr");
     made.append(element("th", `${n + 1} ${lines[n].name}`, "left"), ...row.map(([won, drawn, lost], m) => {
