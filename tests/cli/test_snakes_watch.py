@@ -33,7 +33,7 @@ def desk(tmp_path, monkeypatch):
 def test_a_recorded_game_becomes_a_page(racecraft, game, tmp_path):
     said = racecraft("snakes", "watch", "game.jsonl", "--html", "game.html", "--json")
     assert (said.code, json.loads(said.out)) == (0, {"html": "game.html"})
-    told = json.loads((tmp_path / "game.html").read_text().split('id="told">')[1].split("</script>")[0])
+    told = json.loads((tmp_path / "game.html").read_text().split('type="application/json">')[1].split("</script>")[0])
     assert told["title"] == "Flo – hungry"
     assert told["live"] == ""
     assert len(told["events"]) == json.loads(game.out)["turns"] + 2
@@ -47,7 +47,7 @@ def test_a_game_of_the_official_engine_is_watched_too(racecraft, game, tmp_path)
     last = {key: value for key, value in json.loads(lines[-1]).items() if key != "eliminations"}
     (tmp_path / "game.jsonl").write_text("\n".join([*lines[:-1], json.dumps(last)]))
     assert racecraft("snakes", "watch", "game.jsonl", "--html", "game.html").code == 0
-    told = json.loads((tmp_path / "game.html").read_text().split('id="told">')[1].split("</script>")[0])
+    told = json.loads((tmp_path / "game.html").read_text().split('type="application/json">')[1].split("</script>")[0])
     deaths = [snake["Death"] for snake in told["events"][-2]["Data"]["Snakes"] if snake["Death"]]
     assert deaths == [{"Cause": "eliminated", "Turn": json.loads(game.out)["turns"], "EliminatedBy": ""}]
 
