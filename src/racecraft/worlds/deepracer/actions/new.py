@@ -15,7 +15,9 @@ class NewRequest(Request):
     """Which folder."""
 
     folder: Path = argument("A new or empty folder.")
-    reward: str | None = option(None, "A sample of `racecraft reward samples` or one of an installed package, in place of the example.")
+    reward: str | None = option(
+        None, "A sample of `racecraft reward samples`, or one of an installed package, in place of the example."
+    )
 
 
 @dataclass(frozen=True)

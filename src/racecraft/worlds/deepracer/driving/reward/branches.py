@@ -13,14 +13,20 @@ from racecraft.worlds.deepracer.driving.reward.findings import FAULT, Finding
 Condition = tuple[str, type[ast.cmpop], float]
 """What is compared, how, and with which number."""
 UP, DOWN = (ast.Gt, ast.GtE), (ast.Lt, ast.LtE)
-MIRRORED = {ast.Gt: ast.Lt, ast.GtE: ast.LtE, ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Eq: ast.Eq}
+MIRRORED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Gt: ast.Lt,
+    ast.GtE: ast.LtE,
+    ast.Lt: ast.Gt,
+    ast.LtE: ast.GtE,
+    ast.Eq: ast.Eq,
+}
 
 
 def dead_branches(tree: ast.Module) -> list[Finding]:
     """Return the branches of a parsed file that never run, because one above takes every case of theirs."""
     constants = _constants(tree)
     inside = {id(node.orelse[0]) for node in ast.walk(tree) if isinstance(node, ast.If) and _is_elif(node)}
-    found = []
+    found: list[Finding] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.If) and id(node) not in inside:
             found += list(_dead(node, constants))
@@ -67,7 +73,7 @@ def _constants(tree: ast.Module) -> dict[str, float]:
 def _conditions(test: ast.expr, constants: dict[str, float]) -> list[Condition] | None:
     """Return the comparisons with numbers that a test joins by `and`; None where it is anything else."""
     parts = test.values if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) else [test]
-    found = []
+    found: list[Condition] = []
     for part in parts:
         if not (isinstance(part, ast.Compare) and len(part.ops) == 1):
             return None

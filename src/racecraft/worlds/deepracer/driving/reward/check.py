@@ -11,6 +11,7 @@ ablation    lines without effect, lines that drown others
 from __future__ import annotations
 
 import ast
+import io
 import time
 import types
 from collections.abc import Iterator
@@ -101,22 +102,11 @@ def check_reward(path: str | Path | RewardSource, for_race: bool = False) -> Rew
         RewardError: The function hangs or ends its process.
     """
     source = path if isinstance(path, RewardSource) else read_reward_source(path)
-    process = open_reward(source, output=_Silence())
+    process = open_reward(source, output=io.StringIO())
     try:
         return _Checking(source, process, for_race).result()
     finally:
         process.close()
-
-
-class _Silence:
-    """Takes what a reward function prints, and drops it."""
-
-    def write(self, text: str) -> int:
-        """Drop a text."""
-        return len(text)
-
-    def flush(self) -> None:
-        """Do nothing."""
 
 
 class _Variants:
@@ -140,7 +130,7 @@ class _Variants:
             RewardError: It hangs or ends its process.
         """
         if self._process is None:
-            self._process = open_reward(self._source, output=_Silence(), seconds=VARIANT_SECONDS)
+            self._process = open_reward(self._source, output=io.StringIO(), seconds=VARIANT_SECONDS)
         try:
             return Payer(self._process, self._process.variant(variant)).pay(track, moments).rewards
         except RewardError:
@@ -164,16 +154,17 @@ class _Checking:
     def result(self) -> RewardCheck:
         self._text()
         paid, lines = self._moments()
-        if np.isnan(paid).all():
-            drives = []
-        else:
+        drives: list[Pay] = []
+        if not np.isnan(paid).all():
             drives = [self._fresh().pay(drive.track, drive.reports) for drive in self._stock]
         microseconds = self._cost()
         is_drivable = bool(drives) and not any(pay.failures for pay in drives)
         for drive, pay in zip(self._stock, drives, strict=False):
             self._failures(pay.failures, lambda failure, drive=drive: f"{drive.title}, row {failure.row}")
         tricks: list[Trick] = []
-        speed, cuts, laps = None, [], []
+        speed: SpeedVerdict | None = None
+        cuts: list[Cut] = []
+        laps: list[tuple[str, float, float]] = []
         if is_drivable:
             sums = [float(pay.rewards.sum()) for pay in drives]
             laps = [

@@ -116,7 +116,8 @@ def pay_map(
     before[:, :2] -= speed * TICK_SECONDS * np.column_stack([np.cos(here[:, 2]), np.sin(here[:, 2])])
     rows = _pairs(track, before, here, np.repeat(arcs, LANES))
     paid = payer.pay(track, rows, is_traced=with_terms or term is not None, is_reversed=track.is_reversed)
-    values, terms = paid.rewards[1::2], ()
+    values: Array = paid.rewards[1::2]
+    terms: tuple[str, ...] = ()
     if paid.traces:
         last = [{name: value for _, name, _, value in steps} for steps in paid.traces[1::2]]
         terms = tuple(sorted(set().union(*last)))
