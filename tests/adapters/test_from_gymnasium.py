@@ -6,9 +6,10 @@ import pytest
 from gymnasium import spaces
 from numpy.testing import assert_array_equal
 
-from racecraft.contract.errors import ContractError, EnvironmentFailedError, UserInputError
-from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, allocate
-from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld, action_spec, array_spec, parts_of
+from racecraft.contract.errors import ContractError, EnvironmentFailedError
+from racecraft.contract.world import ArraySpec, DiscreteActions, allocate
+from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
+from racecraft.worlds.gymnasium.env.spaces import Part
 
 
 class Diary(gymnasium.Env):
@@ -169,30 +170,13 @@ def test_a_place_that_was_not_promised_is_a_letter(place, method):
 
 
 def test_boxes_of_doubles_are_shown_as_single_floats_and_others_as_they_are():
-    doubles = array_spec(spaces.Box(-2.0, 3.0, (2, 1), np.float64), "x")
+    doubles = Part((), spaces.Box(-2.0, 3.0, (2, 1), np.float64)).spec("x")
     assert (doubles.shape, np.dtype(doubles.dtype), doubles.low, doubles.high) == ((2, 1), np.float32, -2.0, 3.0)
-    pixels = array_spec(spaces.Box(0, 255, (4, 4), np.uint8), "x")
+    pixels = Part((), spaces.Box(0, 255, (4, 4), np.uint8)).spec("x")
     assert (pixels.dtype, pixels.low, pixels.high) == (np.uint8, 0.0, 255.0)
-    assert array_spec(spaces.Discrete(5, start=7), "x") == ArraySpec(
+    assert Part((), spaces.Discrete(5, start=7)).spec("x") == ArraySpec(
         (5,), np.float32, 0.0, 1.0, doc="x: one-hot of 5 states"
     )
-
-
-def test_actions_are_choices_or_a_row_of_numbers():
-    assert action_spec(spaces.Discrete(4, start=-1), "x") == (DiscreteActions(4), -1)
-    numbers = spaces.Box(np.float32([-1, -2]), np.float32([3, 4]))
-    assert action_spec(numbers, "x") == (ContinuousActions((-1.0, -2.0), (3.0, 4.0)), 0)
-    for strange in (spaces.Box(0, 1, (2, 2)), spaces.Box(0, 1, ()), spaces.MultiDiscrete([2, 2])):
-        with pytest.raises(UserInputError, match="x: actions are .*; expected Discrete or a one-dimensional Box"):
-            action_spec(strange, "x")
-
-
-def test_observations_are_boxes_choices_and_names_of_them():
-    one = spaces.Box(0, 1, (2,))
-    assert parts_of(one, "x") == {"observation": one}
-    assert parts_of(spaces.Dict(a=one, b=spaces.Discrete(3)), "x") == {"a": one, "b": spaces.Discrete(3)}
-    with pytest.raises(UserInputError, match="x: observation 'b' is .*; expected Box, Discrete or a Dict of them"):
-        parts_of(spaces.Dict(a=one, b=spaces.MultiBinary(3)), "x")
 
 
 def test_continuous_actions_are_handed_on_as_a_row_of_floats():

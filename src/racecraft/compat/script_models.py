@@ -23,7 +23,7 @@ from racecraft.compat.stored_models import texts_of
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import ActionSpec, ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions
 from racecraft.training.custom_code import TRAVELS
-from racecraft.worlds.gymnasium.env.from_gymnasium import SOLE_NAME
+from racecraft.worlds.gymnasium.env.spaces import SOLE_NAME
 
 MODULE, NAME = "script_model_", "Model"
 """How the modules are called in which registered models are found, and what each is called there."""

@@ -35,7 +35,7 @@ from racecraft.contract.world import (
     allocate,
     mask_width,
 )
-from racecraft.worlds.gymnasium.env.from_gymnasium import action_spec, array_spec, parts_of
+from racecraft.worlds.gymnasium.env.spaces import action_translation, parts_of
 from racecraft.worlds.gymnasium.env.user_env import asked, made, reward_given, unfit
 
 MASK, ALL, SOLE_AGENT = "action_mask", "__all__", "agent_0"
@@ -322,10 +322,10 @@ class _Kind:
         seen = words.observation_space or _space_of(env, "observation_space", agent)
         does = words.action_space or _space_of(env, "action_space", agent)
         what = f"{told.name}, policy {name}"
-        self.name, self.seen, self.is_dict = name, seen, isinstance(seen, spaces.Dict)
-        self.actions, self.first = action_spec(does, what)
+        self.name, self.seen, self._translation = name, seen, action_translation(does, what)
+        self.actions = self._translation.actions
         parts = parts_of(seen, what)
-        mask = parts.get(MASK)
+        mask = parts[MASK].space if MASK in parts else None
         self.has_mask = (
             told.takes_mask
             and isinstance(mask, spaces.Box)
@@ -334,7 +334,7 @@ class _Kind:
             and len(parts) > 1
         )
         self.parts = {key: part for key, part in parts.items() if key != MASK or not self.has_mask}
-        self.observations = {key: array_spec(part, f"{what}, observation '{key}'") for key, part in self.parts.items()}
+        self.observations = {key: part.spec(f"{what}, observation '{key}'") for key, part in self.parts.items()}
 
     def group(self) -> AgentGroup:
         """Return the kind as the contract knows it."""
@@ -343,17 +343,12 @@ class _Kind:
     def action(self, action: Array, grouped: bool) -> Any:
         """Return an action as the environment wants it."""
         own = narrow(np.asarray(action), group_spec(self.name, self.group(), 1)) if grouped else action
-        return int(own) + self.first if isinstance(self.actions, DiscreteActions) else np.array(own, np.float32)
+        return self._translation.tell(own)
 
     def show(self, seen: Any, into: dict[str, Array], row: tuple[int, int], before: str) -> None:
         """Write what an agent sees into its row."""
-        for name, space in self.parts.items():
-            value = seen[name] if self.is_dict else seen
-            if isinstance(space, spaces.Discrete):
-                into[before + name][row] = 0.0
-                into[before + name][row][int(value) - int(space.start)] = 1.0
-            else:
-                into[before + name][row] = value
+        for name, part in self.parts.items():
+            part.show(seen, into[before + name][row])
 
     def show_mask(self, seen: Any, into: Array) -> None:
         """Write what an agent may do; where nothing is allowed, everything is, for somebody must act."""

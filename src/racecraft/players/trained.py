@@ -10,15 +10,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from racecraft.algorithms.learner import Compilable, Learner, greedy_policy_of
 from racecraft.algorithms.multi_policy import MultiPolicy, of_member
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.stacking import load_stacked
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import RunFolderError
+from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.contract.policy import Policy
-from racecraft.contract.world import Array
+from racecraft.contract.world import Array, ArraySpec, DiscreteActions
 from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
 from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
@@ -67,10 +69,41 @@ class TrainedPolicy:
     metadata: Mapping[str, Any]
     """All that the checkpoint says of itself, the training's settings among it."""
 
-    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Choose an action for every row (R, …); observations that it does not know are ignored."""
-        actions: Array = self.policy.act(observations, action_mask)
-        return actions
+    def act(
+        self, observations: Any, action_mask: Array | None = None, *, sample: np.random.Generator | None = None
+    ) -> Array:
+        """Choose an action for every row (R, …), or for one bare observation as an environment gives it.
+
+        Args:
+            observations: Arrays (R, …) by name; what the policy does not know is ignored. A bare observation: parts by
+                name without rows, or the only part itself; of a one-hot part also the number that it stands for.
+            action_mask: bool (R, A), or (A,) beside a bare observation.
+            sample: Draw each choice by its probability with this generator, instead of taking the most probable one.
+
+        Returns:
+            (R, *action shape); for a bare observation (*action shape).
+
+        Raises:
+            SettingError: One array for several parts, or actions that are no single choices are to be sampled.
+        """
+        rows, is_bare = rows_of(observations, self.spec.observations)
+        if is_bare and action_mask is not None:
+            action_mask = np.asarray(action_mask)[None]
+        chosen: Array = (
+            self.policy.act(rows, action_mask) if sample is None else self._sampled(rows, action_mask, sample)
+        )
+        return chosen[0] if is_bare else chosen
+
+    def _sampled(self, rows: Mapping[str, Array], action_mask: Array | None, sample: np.random.Generator) -> Array:
+        if not isinstance(self.spec.actions, DiscreteActions):
+            raise SettingError(
+                "actions of this policy are {actions}; expected single choices to sample. Leave out `sample`: it then "
+                "gives the most probable action.",
+                actions=self.spec.actions,
+            )
+        likely = self.probabilities(rows, action_mask).astype(float).cumsum(axis=1)
+        draws = sample.random(len(likely))[:, None] * likely[:, -1:]
+        return np.asarray((likely <= draws).sum(axis=1), np.int64)
 
     def forget(self, rows: Array) -> None:
         """Begin anew for the rows (bool, (R,)) whose episode ended."""
@@ -84,6 +117,33 @@ class TrainedPolicy:
         """Return how likely each choice is, float32 (R, A); of policies over single choices."""
         likely: Array = self.policy.probabilities(observations, action_mask)
         return likely
+
+
+def rows_of(observations: Any, parts: Mapping[str, ArraySpec]) -> tuple[Mapping[str, Array], bool]:
+    """Return observations with rows, and whether they are of one bare observation; what is neither is returned as is.
+
+    Raises:
+        SettingError: One array is given, and the policy sees several.
+    """
+    if not isinstance(observations, Mapping):
+        if len(parts) != 1:
+            raise SettingError(
+                "one array was given, and the policy sees {names}; expected each by its name.", names=", ".join(parts)
+            )
+        observations = {next(iter(parts)): observations}
+    elif all(np.ndim(observations.get(name)) == len(part.shape) + 1 for name, part in parts.items()):
+        return observations, False
+    rows = {}
+    for name, part in parts.items():
+        if name not in observations:
+            return observations, False
+        value = np.asarray(observations[name])
+        if value.ndim > len(part.shape):
+            return observations, False
+        if value.shape == () and value.dtype.kind in "iu" and part.shape != (1,) and len(part.shape) == 1:
+            value = np.eye(part.shape[0])[int(value)]
+        rows[name] = value.reshape(1, *part.shape).astype(part.dtype)
+    return rows, bool(parts)
 
 
 def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:

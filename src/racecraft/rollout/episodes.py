@@ -40,6 +40,7 @@ def play_episodes(
     observers: Iterable[StepObserver] = (),
     spare: int = 0,
     max_ticks: int | None = None,
+    poll: Callable[[], None] | None = None,
 ) -> list[EpisodeRecord]:
     """Let every agent play until it has finished so many episodes; those that are done earlier play on unwatched.
 
@@ -53,6 +54,7 @@ def play_episodes(
             back to a start.
         max_ticks: Ticks in all; what goes on then is cut, and counts with what it has earned so far. An agent that was
             never active is not waited for. None: as long as it takes, every agent.
+        poll: Called before every tick; what it raises ends the play.
 
     Returns:
         The episodes that count, agent by agent, world by world.
@@ -70,6 +72,8 @@ def play_episodes(
     unfinished = np.ones(rows, bool)
     tick = 0
     while (unfinished & present).any() and tick != max_ticks:
+        if poll is not None:
+            poll()
         seen = {name: part.reshape(rows, *part.shape[2:]) for name, part in buffers.observations.items()}
         mask = None if buffers.action_mask is None else buffers.action_mask.reshape(rows, -1)
         actions = policy.act(seen, mask).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)

@@ -7,11 +7,12 @@ and so does a stop file in the run folder; whatever was written stays, and a bro
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from racecraft.algorithms.learner import EPISODES, HasSchedules, Learner
 from racecraft.algorithms.rollout_batch import RolloutBatch
@@ -24,9 +25,9 @@ from racecraft.training.callbacks import EvaluationResult, IterationReport, Trai
 from racecraft.training.settings import EvaluationConfig
 from racecraft.training.stopping import LATEST_EPISODES, Progress, StopCondition, reached, share_done
 
-GRACE_SECONDS, OVERTIME = 2.0, 0.1
+GRACE_SECONDS, OVERTIME, LAST_EVALUATION_SECONDS = 2.0, 0.1, 60.0
 """An iteration under way when its minutes are over may take so long, and this share of them, to be finished; then it is
-broken off: with a slow reward function one may take hours."""
+broken off: with a slow reward function one may take hours. The last evaluation may take a minute."""
 LOOK_SECONDS = 0.5
 """How often, within an iteration, the clock and the stop file are looked at."""
 
@@ -88,6 +89,15 @@ class Writer(Protocol):
 
     def close(self) -> None:
         """Wait until all that was written is on the disk."""
+        ...
+
+
+@runtime_checkable
+class PollsWhileJudging(Protocol):
+    """An evaluator that can be broken off."""
+
+    def set_poll_callback(self, poll: Callable[[], None]) -> None:
+        """Have something called while it plays; what it raises ends the evaluation."""
         ...
 
 
@@ -173,13 +183,20 @@ class TrainingLoop:
         """Steps of training at the latest evaluation in its turn, and what it took itself."""
         self._is_stable = False
         self._episodes, self._latest_rewards = 0, deque[float](maxlen=LATEST_EPISODES)
+        self._mean_steps: float | None = None
+        """Of an episode, in the latest iteration in which some ended."""
         self._best: EvaluationResult | None = None
         self._last: EvaluationResult | None = None
         self._report: IterationReport | None = None
         self._first_goal: float | None = None
         self._stable: float | None = None
         self._began = self._seconds_before = self._seconds_writing = self._looked = 0.0
+        self._is_judging_over = False
+        """An evaluation was broken off: no time is left for another."""
+        self._is_last_evaluation = False
         collector.set_poll_callback(self._look_at_clock)
+        if isinstance(evaluator, PollsWhileJudging):
+            evaluator.set_poll_callback(self._look_at_clock)
 
     def run(self, title: str) -> Outcome:
         """Train until a stop condition holds or Ctrl-C; tell what came of it.
@@ -227,6 +244,7 @@ class TrainingLoop:
             "solved_in_a_row": self._solved_in_a_row,
             "is_stable": self._is_stable,
             "episodes": self._episodes,
+            "mean_steps": self._mean_steps,
             "latest_rewards": [float(reward) for reward in self._latest_rewards],
             "evaluated_at": self._evaluated_at,
             "evaluation_steps": self._evaluation_steps,
@@ -248,7 +266,7 @@ class TrainingLoop:
         """Go on from what `state` gave."""
         self._iteration, self._solved_in_a_row = state["iteration"], state["solved_in_a_row"]
         self._is_stable = state["is_stable"]
-        self._episodes = state.get("episodes", 0)
+        self._episodes, self._mean_steps = state.get("episodes", 0), state.get("mean_steps")
         self._latest_rewards.extend(state.get("latest_rewards", ()))
         self._evaluated_at, self._evaluation_steps = state.get("evaluated_at", 0), state.get("evaluation_steps", 0)
         if (best := state["best"]) is not None:
@@ -271,6 +289,8 @@ class TrainingLoop:
         self._evaluator.watch(episodes)
         self._episodes += len(episodes)
         self._latest_rewards.extend(one.reward for one in episodes)
+        if episodes:
+            self._mean_steps = sum(one.steps for one in episodes) / len(episodes)
         self._note_first_goal(any(map(self._evaluator.goal_reached, episodes)))
         marks.append(time.perf_counter())
         losses = self._update(batch)
@@ -278,9 +298,12 @@ class TrainingLoop:
         self._iteration += 1
         result, is_best = None, False
         if self._is_due():
-            result, is_best = self._evaluate()
-            self._evaluated_at, self._evaluation_steps = self._collector.steps_taken, result.steps
-            self._note_stability(result)
+            try:
+                result, is_best = self._evaluate()
+                self._evaluated_at, self._evaluation_steps = self._collector.steps_taken, result.steps
+                self._note_stability(result)
+            except _BrokenOff:
+                self._is_judging_over = True
         marks.append(time.perf_counter())
         steps = self._collector.steps_taken
         ended = [(one.status, one.reward, self._evaluator.score(one), one.facts.get("seconds")) for one in episodes]
@@ -338,7 +361,18 @@ class TrainingLoop:
         if self._iteration % self._evaluation.every:
             return False
         trained, share = self._collector.steps_taken - self._evaluated_at, self._evaluation.share
-        return share is None or trained * share >= self._evaluation_steps
+        if share is None:
+            return True
+        return trained * share >= (self._evaluation_steps or self._steps_of_first_evaluation(share))
+
+    def _steps_of_first_evaluation(self, share: float) -> float:
+        """Return what the first evaluation will take, by the length of training's episodes, where it has to be small.
+
+        Before any has ended nobody knows, and nothing is judged.
+        """
+        if share >= 1.0:
+            return 0.0
+        return self._evaluation.episodes * self._mean_steps if self._mean_steps is not None else math.inf
 
     def _evaluate(self) -> tuple[EvaluationResult, bool]:
         """Evaluate the policy; tell whether it is the best so far (of equals the newer, as at AWS)."""
@@ -365,9 +399,13 @@ class TrainingLoop:
         It counts for nothing in a row, so that a run that goes on from here takes the way of an unbroken one.
         """
         report = self._report
-        if report is None or report.result is not None or report.iteration != self._iteration:
+        if self._is_judging_over or report is None or report.result is not None or report.iteration != self._iteration:
             return
-        result, is_best = self._evaluate()
+        self._is_last_evaluation = True
+        try:
+            result, is_best = self._evaluate()
+        except _BrokenOff:
+            return
         judged = IterationReport(**{**vars(report), "result": result, "is_best": is_best})
         self._writer.write_evaluation(judged, self.state)
         self._callback.iteration(judged)
@@ -409,10 +447,11 @@ class TrainingLoop:
             return
         self._looked = now
         minutes = [stop for stop in self._stops if stop.kind == "minutes"]
-        over = [one for one in minutes if self._seconds() > 60.0 * one.amount * (1.0 + OVERTIME) + GRACE_SECONDS]
+        grace = LAST_EVALUATION_SECONDS if self._is_last_evaluation else GRACE_SECONDS
+        over = [one for one in minutes if self._seconds() > 60.0 * one.amount * (1.0 + OVERTIME) + grace]
         if over:
             raise _BrokenOff(str(over[0]))
-        if self._writer.stop_requested():
+        if self._writer.stop_requested() and not self._is_last_evaluation:
             raise _BrokenOff("asked to stop")
 
     def _end(self, reason: str) -> None:

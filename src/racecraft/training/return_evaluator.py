@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord, World
@@ -12,6 +12,8 @@ from racecraft.rollout.statistics import summarise
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.training.stopping import SCORE
 
+SHORTEST_PATIENCE, PATIENCE = 10_000, 3
+"""A judged episode may last so many steps, or so many times the longest training episode, whichever is more."""
 CONFIRMING_EPISODES = 100
 """A score that meets the threshold is confirmed over so many episodes, Gymnasium's own measure."""
 
@@ -33,6 +35,12 @@ class ReturnEvaluator:
     def __init__(self, world: World, confirming: World, policy: Policy, episodes: int, threshold: float | None) -> None:
         self._world, self._confirming, self._policy = world, confirming, policy
         self._episodes, self._threshold = episodes, threshold
+        self._longest = 0
+        self._poll: Callable[[], None] | None = None
+
+    def set_poll_callback(self, poll: Callable[[], None]) -> None:
+        """Have something looked at while episodes are played; what it raises ends an evaluation."""
+        self._poll = poll
 
     def score(self, episode: EpisodeRecord) -> float:
         """Return an episode's return."""
@@ -43,7 +51,8 @@ class ReturnEvaluator:
         return self._threshold is not None and episode.reward >= self._threshold
 
     def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
-        """Training's episodes change nothing here."""
+        """Learn how long training episodes get."""
+        self._longest = max([self._longest, *(episode.steps for episode in episodes)])
 
     def evaluate(self) -> EvaluationResult:
         """Play; a mean that meets the threshold is confirmed over CONFIRMING_EPISODES."""
@@ -68,7 +77,10 @@ class ReturnEvaluator:
 
     def _play(self, world: World, count: int, seed: int) -> list[EpisodeRecord]:
         each = -(-count // world.spec.num_worlds)
-        return play_episodes(self._policy, world, episodes_each=each, seed=seed)[:count]
+        patience = max(SHORTEST_PATIENCE, PATIENCE * self._longest)
+        return play_episodes(
+            self._policy, world, episodes_each=each, seed=seed, max_ticks=each * patience, poll=self._poll
+        )[:count]
 
     def _meets(self, episodes: list[EpisodeRecord]) -> bool:
         return self._threshold is not None and summarise(episodes).mean_reward >= self._threshold

@@ -65,12 +65,21 @@ def open_judging_world(environment: str, num_worlds: int) -> World:
         UserInputError: As `open_world`.
     """
     _require_its_script(environment)
-    if own_class(environment) is None and has_vector_version(_spec_of(environment)):
+    if is_judged_as_rows(environment):
         envs = made(gymnasium.make_vec, environment, num_worlds, vectorization_mode="vector_entry_point")
         if fits(envs):
             return VectorEnvWorld(environment, envs)
         envs.close()
     return open_world(environment, num_worlds)
+
+
+def is_judged_as_rows(environment: str) -> bool:
+    """Tell whether an environment registers a vector version, in which it is judged.
+
+    Raises:
+        UserInputError: There is no such environment.
+    """
+    return own_class(environment) is None and has_vector_version(_spec_of(environment))
 
 
 def _require_num_worlds(own: type, environment: str) -> None:

@@ -7,7 +7,8 @@ whatever runs beside it, and the world can be saved without any pickle: a saved 
 actions taken since it began, and loading it plays them again. That asks one thing of the environment: an episode must
 depend on nothing but its seed and its actions.
 
-Spaces: observations Box, Discrete (shown as one-hot) and Dict of them; actions Discrete and one-dimensional Box.
+An episode of more than MAX_HISTORY actions is not kept: after loading, that copy begins its next episode. `spaces.py`
+says which spaces there are.
 """
 
 from __future__ import annotations
@@ -17,23 +18,15 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
 
 from racecraft.contract.errors import ContractError, UserInputError
 from racecraft.contract.random_streams import stream_keys
-from racecraft.contract.world import (
-    Array,
-    ArraySpec,
-    ContinuousActions,
-    DiscreteActions,
-    SingleActions,
-    StepBuffers,
-    WorldSpec,
-)
+from racecraft.contract.world import Array, StepBuffers, WorldSpec
+from racecraft.worlds.gymnasium.env.spaces import action_translation, parts_of
 from racecraft.worlds.gymnasium.env.user_env import asked, asked_to_step, call_reset, made, reward_given, unfit
 
-SOLE_NAME = "observation"
-"""Name of the observation where the environment has only one and gives it none."""
+MAX_HISTORY = 20_000
+"""Actions of one episode that are kept, to play it again after loading."""
 
 
 class GymnasiumWorld:
@@ -53,13 +46,13 @@ class GymnasiumWorld:
         first = self._envs[0]
         name = make if isinstance(make, str) else type(first.unwrapped).__name__
         self._parts = parts_of(first.observation_space, name)
-        actions, self._first_action = action_spec(first.action_space, name)
-        observations = {key: array_spec(space, f"{name}, observation '{key}'") for key, space in self._parts.items()}
-        self._spec = WorldSpec(name, num_worlds, 1, observations, actions)
-        self._is_dict = isinstance(first.observation_space, spaces.Dict)
+        self._translation = action_translation(first.action_space, name)
+        observations = {key: part.spec(f"{name}, observation '{key}'") for key, part in self._parts.items()}
+        self._spec = WorldSpec(name, num_worlds, 1, observations, self._translation.actions)
         self._seed = 0
         self._episode = np.zeros(num_worlds, np.int64)
         self._history: list[list[Any]] = [[] for _ in range(num_worlds)]
+        self._steps = np.zeros(num_worlds, np.int64)
         self._keys = stream_keys(0, "gymnasium episodes", num_worlds)
         self._parked = np.zeros(num_worlds, bool)
         self._seen: list[Any] = [None] * num_worlds
@@ -89,9 +82,8 @@ class GymnasiumWorld:
             if self._parked[n]:
                 self._stand(n, buffers)
                 continue
-            action = self._told(actions[n, 0])
-            seen, reward, terminated, truncated, _ = asked_to_step(env, action)
-            self._history[n].append(action)
+            seen, reward, terminated, truncated, _ = asked_to_step(env, self._translation.tell(actions[n, 0]))
+            self._note(n, actions[n, 0])
             buffers.reward[n, 0] = reward_given(env, reward)
             buffers.terminated[n, 0] = terminated
             buffers.truncated[n, 0] = truncated
@@ -105,14 +97,18 @@ class GymnasiumWorld:
         """Leave copies (bool (N, 1)) standing until the next reset: they are not stepped and show what they showed."""
         self._parked[:] = rows[:, 0]
 
+    def rest(self, rows: Array) -> None:
+        """Leave copies standing whose episodes have been judged; see `park`."""
+        self.park(rows)
+
     def save_state(self) -> dict[str, Array]:
-        """Return the seed, each copy's episode and the actions taken in it."""
-        lengths = np.array([len(taken) for taken in self._history], np.int64)
+        """Return the seed, each copy's episode and the actions taken in it; length -1: too many to keep."""
+        lengths = np.where(self._steps > MAX_HISTORY, -1, self._steps)
         actions = self._spec.actions
-        taken = np.zeros((len(lengths), int(lengths.max()), *actions.shape), actions.dtype)
+        taken = np.zeros((len(lengths), int(max(0, lengths.max())), *actions.shape), actions.dtype)
         for n, history in enumerate(self._history):
             if history:
-                taken[n, : len(history)] = np.asarray(history) - self._first_action
+                taken[n, : len(history)] = np.asarray(history)
         return {
             "seed": np.array(self._seed, np.int64),
             "episode": self._episode.copy(),
@@ -123,13 +119,12 @@ class GymnasiumWorld:
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
         """Begin the saved episodes again and play their actions up to where they were."""
         self._set_seed(int(state["seed"]))
-        self._episode[:] = state["episode"]
+        self._episode[:] = state["episode"] + (state["lengths"] < 0)
         for n, env in enumerate(self._envs):
             seen = self._begin(n)
             for k in range(int(state["lengths"][n])):
-                action = self._told(state["actions"][n, k])
-                seen = asked_to_step(env, action)[0]
-                self._history[n].append(action)
+                seen = asked_to_step(env, self._translation.tell(state["actions"][n, k]))[0]
+                self._note(n, state["actions"][n, k])
             self._show(seen, buffers.observations, n)
         buffers.active[:] = True
         self._parked[:] = False
@@ -148,7 +143,7 @@ class GymnasiumWorld:
 
     def _begin(self, n: int) -> Any:
         """Begin the present episode of copy n and return what it shows."""
-        self._history[n] = []
+        self._history[n], self._steps[n] = [], 0
         key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
         seen, _ = call_reset(self._envs[n], key >> 33)
         return seen
@@ -159,26 +154,21 @@ class GymnasiumWorld:
         buffers.terminated[n, 0] = buffers.truncated[n, 0] = False
         self._show(self._seen[n], buffers.observations, n)
 
-    def _told(self, action: Any) -> Any:
-        """Return an action as the environment wants it."""
-        if isinstance(self._spec.actions, DiscreteActions):
-            return int(action) + self._first_action
-        return np.array(action, np.float32)
+    def _note(self, n: int, action: Any) -> None:
+        """Keep an action, so that the episode can be played again; forget an episode that is too long for that."""
+        self._steps[n] += 1
+        if self._steps[n] > MAX_HISTORY:
+            self._history[n].clear()
+        else:
+            self._history[n].append(np.copy(action))
 
     def _show(self, seen: Any, named: dict[str, Array], n: int) -> None:
         self._seen[n] = seen
         try:
-            for name, space in self._parts.items():
-                value = seen[name] if self._is_dict else seen
-                if isinstance(space, spaces.Discrete):
-                    if value < space.start:
-                        raise ValueError(f"{value} is below {space.start}")
-                    named[name][n, 0] = 0.0
-                    named[name][n, 0, int(value) - int(space.start)] = 1.0
-                else:
-                    named[name][n, 0] = value
+            for name, part in self._parts.items():
+                part.show(seen, named[name][n, 0])
         except (LookupError, TypeError, ValueError) as error:
-            env, method = self._envs[n], "step" if self._history[n] else "reset"
+            env, method = self._envs[n], "step" if self._steps[n] else "reset"
             raise unfit(env, method, "observation", seen, env.observation_space, error) from error
 
 
@@ -197,46 +187,6 @@ def _registered(name: str, settings: dict[str, Any]) -> gymnasium.Env:
             name=name,
             error=error,
         ) from error
-
-
-def parts_of(space: spaces.Space, name: str) -> dict[str, spaces.Box | spaces.Discrete]:
-    """Return the named boxes and choices that an observation space is made of."""
-    named = dict(space.spaces) if isinstance(space, spaces.Dict) else {SOLE_NAME: space}
-    known: dict[str, spaces.Box | spaces.Discrete] = {}
-    for key, part in named.items():
-        if isinstance(part, spaces.Box | spaces.Discrete):
-            known[key] = part
-        else:
-            raise UserInputError(
-                "{name}: observation '{key}' is {part}; expected Box, Discrete or a Dict of them. "
-                "gymnasium.wrappers.FlattenObservation makes a Box of most others.",
-                name=name,
-                key=key,
-                part=part,
-            )
-    return known
-
-
-def array_spec(space: spaces.Box | spaces.Discrete, what: str) -> ArraySpec:
-    """Return how a box or a choice is shown."""
-    if isinstance(space, spaces.Discrete):
-        return ArraySpec((int(space.n),), np.float32, 0.0, 1.0, doc=f"{what}: one-hot of {space.n} states")
-    # Doubles are shown as float32: networks read no more, and the storage is half.
-    kind = np.dtype(np.float32) if space.dtype == np.float64 else np.dtype(space.dtype)
-    low, high = float(np.min(space.low)), float(np.max(space.high))
-    return ArraySpec(space.shape, kind, low, high, doc=f"{what}: {space}")
-
-
-def action_spec(space: spaces.Space, name: str) -> tuple[SingleActions, int]:
-    """Return the actions and the number of the first discrete one."""
-    if isinstance(space, spaces.Discrete):
-        return DiscreteActions(int(space.n)), int(space.start)
-    if isinstance(space, spaces.Box) and len(space.shape) == 1:
-        low, high = (tuple(float(x) for x in bound) for bound in (space.low, space.high))
-        return ContinuousActions(low, high), 0
-    raise UserInputError(
-        "{name}: actions are {space}; expected Discrete or a one-dimensional Box.", name=name, space=space
-    )
 
 
 def make_world(environment: str | Callable[[], gymnasium.Env], num_worlds: int = 1, **settings: Any) -> GymnasiumWorld:

@@ -19,7 +19,7 @@ from gymnasium.vector import AutoresetMode
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, DiscreteActions, EpisodeRecord, StepBuffers, WorldSpec
-from racecraft.worlds.gymnasium.env.from_gymnasium import SOLE_NAME, action_spec, array_spec
+from racecraft.worlds.gymnasium.env.spaces import SOLE_NAME, Part, action_translation
 from racecraft.worlds.gymnasium.env.user_env import asked, unfit
 
 
@@ -36,7 +36,9 @@ def fits(envs: gymnasium.vector.VectorEnv) -> bool:
     """Tell whether its rows show one array and are told one choice or a row of numbers."""
     actions = envs.single_action_space
     plain = isinstance(actions, spaces.Discrete) or (isinstance(actions, spaces.Box) and len(actions.shape) == 1)
-    return isinstance(envs.single_observation_space, spaces.Box) and plain
+    seen = envs.single_observation_space
+    is_array = isinstance(seen, spaces.Box) and bool(seen.shape) and not Part((), seen).is_channel_first
+    return is_array and plain
 
 
 class VectorEnvWorld:
@@ -51,8 +53,9 @@ class VectorEnvWorld:
         self._envs, count = envs, envs.num_envs
         space = envs.single_observation_space
         assert isinstance(space, spaces.Box), "`fits` was not asked"
-        actions, self._first_action = action_spec(envs.single_action_space, name)
-        observations = {SOLE_NAME: array_spec(space, f"{name}, observation '{SOLE_NAME}'")}
+        actions = action_translation(envs.single_action_space, name).actions
+        self._first_action = int(getattr(envs.single_action_space, "start", 0))
+        observations = {SOLE_NAME: Part((), space).spec(f"{name}, observation '{SOLE_NAME}'")}
         self._spec = WorldSpec(name, count, 1, observations, actions)
         self._seed = 0
         self._taken: list[Array] = []
