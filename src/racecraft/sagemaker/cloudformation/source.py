@@ -73,7 +73,7 @@ def read_source(path: str | Path) -> Source:
     source = Source(Path(path))
     text = _text(source)
     try:
-        node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
     except (yaml.YAMLError, ValueError, RecursionError) as cause:
         mark = getattr(cause, "problem_mark", None)
         raise TemplateError(

@@ -16,6 +16,8 @@ from racecraft.formats.user_file import read_user_text
 
 Params = dict[str, str | list[str]]
 
+MAX_CHARACTERS = 1 << 17
+"""Of a file of settings; PyYAML takes seconds for more."""
 _KIND = "lines of KEY: 'value', or KEY: and a list of - 'value'"
 
 
@@ -60,8 +62,10 @@ def parse_params(text: str, name: str | Path) -> Params:
     """
     import yaml  # type: ignore[import-untyped,unused-ignore]
 
+    if len(text) > MAX_CHARACTERS:
+        raise ParamsFileError(name, Message("{count:,} characters", count=len(text)), _KIND)
     try:
-        params = yaml.load(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
+        params = yaml.load(text, Loader=yaml.BaseLoader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         raise ParamsFileError(name, str(error.problem), _KIND, line=mark.line + 1 if mark else None) from error

@@ -36,6 +36,10 @@ from racecraft.worlds.unity.files.trainer_config import (
 __all__ = ["BehaviorConfig", "Sampler", "TrainerConfig", "TrainerConfigError", "read_trainer_yaml"]
 
 
+MAX_CHARACTERS = 1 << 17
+"""Of a file that a person wrote; PyYAML takes seconds for more."""
+
+
 class TrainerConfigError(InputFileError):
     """An ML-Agents trainer configuration cannot be used."""
 
@@ -145,11 +149,14 @@ class _Reader:
             raise TrainerConfigError(
                 self.path, Message("cannot be read ({cause})", cause=cause), "a YAML file"
             ) from cause
-        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # in C where PyYAML has it: ten times as fast
+        if len(text) > MAX_CHARACTERS:
+            raise TrainerConfigError(
+                self.path, Message("{count:,} characters", count=len(text)), "a trainer configuration"
+            )
         try:
-            tree = yaml.compose(text, Loader=loader)
+            tree = yaml.compose(text, Loader=yaml.SafeLoader)
             self._remember_lines(tree, ())
-            value = yaml.load(text, Loader=loader)
+            value = yaml.safe_load(text)
         except (yaml.YAMLError, ValueError, RecursionError) as cause:
             line = getattr(getattr(cause, "problem_mark", None), "line", None)
             raise TrainerConfigError(
