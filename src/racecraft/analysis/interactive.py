@@ -116,7 +116,7 @@ def _scatter(axes: Any) -> Iterator[Series]:
 
     for one in axes.collections:
         if isinstance(one, PathCollection):
-            places = np.ma.filled(np.ma.asarray(one.get_offsets(), float), np.nan)
+            places: Any = np.ma.filled(np.ma.asarray(one.get_offsets(), float), np.nan)
             yield Series(_name(one), places[:, 0], places[:, 1], "dots")
 
 

@@ -47,7 +47,7 @@ def _first_picture(data: bytes) -> bytes:
     import av
 
     out = io.BytesIO()
-    with av.open(io.BytesIO(data)) as container:
+    with av.open(io.BytesIO(data), "r") as container:
         next(container.decode(video=0)).to_image().save(out, "JPEG", quality=75)
     return out.getvalue()
 

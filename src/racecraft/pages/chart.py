@@ -13,6 +13,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from racecraft.contract.world import Array
+
 Look = Literal["line", "both", "dots", "dashed", "bars", "steps"]
 """How a series is drawn; "both": a line with its points."""
 MOST_ROWS = 60
@@ -24,8 +26,8 @@ class Series:
     """One line of a chart."""
 
     name: str
-    x: Sequence[float]
-    y: Sequence[float | None]
+    x: Sequence[float] | Array
+    y: Sequence[float | None] | Array
     look: Look = "line"
     right: bool = False
     """Whether it is read from the axis on the right."""
@@ -40,9 +42,9 @@ class Band:
     """A band between two lines, as an interval around a median."""
 
     name: str
-    x: Sequence[float]
-    low: Sequence[float | None]
-    high: Sequence[float | None]
+    x: Sequence[float] | Array
+    low: Sequence[float | None] | Array
+    high: Sequence[float | None] | Array
     colour: int = 1
 
 

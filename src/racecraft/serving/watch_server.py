@@ -68,9 +68,8 @@ def watch_routes(run: RunFolder, base: str = "/") -> list[Route]:
     news = Topic("run", facts.read, LOOK_SECONDS)
 
     def page(request: Request) -> Response:
-        return page_answer(
-            request, source.template, title=run.path.name, **{"from": base}, instead=facts.read()["instead"]
-        )
+        told: dict[str, Any] = {"from": base, "instead": facts.read()["instead"]}
+        return page_answer(request, source.template, title=run.path.name, **told)
 
     async def events(request: Request) -> Response:
         return events_answer(request, [news])
