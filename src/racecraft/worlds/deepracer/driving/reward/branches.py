@@ -59,15 +59,13 @@ def _constants(tree: ast.Module) -> dict[str, float]:
     """Return the names that are set once in the whole file, and to a number."""
     stores = [node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
     once = {node.id for node in stores if sum(other.id == node.id for other in stores) == 1}
-    return {
-        node.targets[0].id: float(node.value.value)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Assign)
-        and isinstance(node.targets[0], ast.Name)
-        and node.targets[0].id in once
-        and isinstance(node.value, ast.Constant)
-        and type(node.value.value) in (int, float)
-    }
+    found: dict[str, float] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id in once:
+            value = _number(node.value, {})
+            if value is not None:
+                found[node.targets[0].id] = value
+    return found
 
 
 def _conditions(test: ast.expr, constants: dict[str, float]) -> list[Condition] | None:
@@ -88,7 +86,7 @@ def _conditions(test: ast.expr, constants: dict[str, float]) -> list[Condition] 
 
 
 def _number(node: ast.expr, constants: dict[str, float]) -> float | None:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
         return float(node.value)
     return constants.get(node.id) if isinstance(node, ast.Name) else None
 
