@@ -5,7 +5,6 @@ axe (tests/vendor) looks for what shuts people out: `Browser.shut_out`.
 
 from __future__ import annotations
 
-import atexit
 import re
 import shutil
 import time
@@ -29,12 +28,20 @@ needs_chromium = pytest.mark.skipif(
 
 @cache
 def _driver() -> Any:
-    """Return Playwright, started once: it bears no second one beside it."""
+    """Return Playwright, started once while browsers are open: it bears no second one beside it."""
     from playwright.sync_api import sync_playwright
 
-    started = sync_playwright().start()
-    atexit.register(started.stop)
-    return started
+    return sync_playwright().start()
+
+
+_OPEN: set[Browser] = set()
+
+
+def _stop_without_browsers() -> None:
+    """Stop Playwright where no browser is open: while it is there, no other event loop runs in this thread."""
+    if not _OPEN and _driver.cache_info().currsize:
+        _driver().stop()
+        _driver.cache_clear()
 
 
 class Browser:
@@ -48,6 +55,7 @@ class Browser:
     """
 
     def __init__(self, width: int = 1200, height: int = 900, dark: bool = False, touch: bool = False) -> None:
+        _OPEN.add(self)
         self._browser = _driver().chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
         self.page = self._browser.new_page(
             viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light",
@@ -64,6 +72,8 @@ class Browser:
     def close(self) -> None:
         """End the browser."""
         self._browser.close()
+        _OPEN.discard(self)
+        _stop_without_browsers()
 
     def open(self, address: str) -> None:
         """Go to a page; wait until it is loaded."""
