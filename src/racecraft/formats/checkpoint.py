@@ -268,6 +268,8 @@ class Checkpoints:
         try:
             index = parse_json(read_regular(path).decode())
             known = index["version"] == VERSION and {"best", "last", "checkpoints"} <= set(index)
+            if known and not all(isinstance(entry["iteration"], int) for entry in index["checkpoints"]):
+                raise ValueError("an iteration is no whole number")
         except OSError as error:
             if isinstance(error, FileNotFoundError):
                 return self._index_of_files()

@@ -99,7 +99,11 @@ def read_laps(path: Path = TABLE) -> list[KnownLap]:
     """
     laps = []
     text = read_user_text(path, InputFileError, "a table of laps")
-    for line, row in enumerate(csv.DictReader(text.splitlines(keepends=True)), 2):
+    try:
+        rows = list(csv.DictReader(text.splitlines(keepends=True)))
+    except csv.Error as error:
+        raise InputFileError(path, str(error), "a table of laps") from error
+    for line, row in enumerate(rows, 2):
         try:
             values: dict[str, Any] = {**row}
             values |= {name: float(row[name]) for name in ("top_speed_mps", "lap_seconds")}
