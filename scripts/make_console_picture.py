@@ -1,4 +1,4 @@
-"""Draw the README's picture of the console: `python scripts/make_console_picture.py WORKSPACE docs/pictures/console.png`.
+"""Draw a picture of the console: `python scripts/make_console_picture.py WORKSPACE docs/pictures/console.png [PATH]`.
 
 The workspace is a real one, with at least one trained model; the page is its garage in Chromium, 1280 pixels wide.
 """

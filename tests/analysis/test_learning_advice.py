@@ -153,7 +153,9 @@ def test_a_car_that_runs_into_boxes_is_not_told_of_the_road(tmp_path):
         r"takes (\d+) of \1 exits of the last two fifths, \1 of them crashes; .* where they crash\.", found.found
     )
     assert not told(crashed, "the right line")
-    many = pl.concat([crashed.with_columns(pl.col("unique_episode", "episode") + 24 * k) for k in range(50)])
+    many = pl.concat([
+        crashed.with_columns(pl.col("unique_episode", "episode") + 24 * k, pl.col("iteration") + k) for k in range(50)
+    ])  # fmt: skip
     assert told(many, "where it crashes")
     assert not told(many, "leaves the road")
 
@@ -163,7 +165,8 @@ ROUND, SHORT = Judged((0.3, 1.0, 1.0), 21.5), Judged((0.3, 1.0, 0.9), 21.5)
 
 def test_what_a_car_that_gets_round_did_while_it_explored_is_no_fault(tmp_path):
     """Exits at one corner and a reward against progress, in training; whether they matter the evaluations say."""
-    same = ticks_of(tmp_path, [makers.episode(k, 0.3, ticks=20, reward=1.0 - k / 24) for k in range(24)])
+    same = ticks_of(tmp_path, [makers.episode(k, 0.3, ticks=20, reward=1.0 - k / 40) for k in range(40)])
+    same = same.with_columns(iteration=pl.col("episode") // 20)
     for words in ("Pay for the right line or less speed in", "It is early"):
         assert told(same, words, SHORT)
         assert not told(same, words, ROUND)

@@ -168,7 +168,7 @@ CASES = {  # name: what is changed, what is asked, what the message holds
     "a trace that is not there": (without("t.csv"), REPLAY, ["t.csv", "no such file"]),
     "a folder without traces": (nothing, ["replay", "library_", "--track", "own.npy"], ["library_"]),
     "a model folder without traces": (
-        put("car/notes.txt", "x"), ["replay", "car", "--track", "own.npy"], ["car", "without any *-iteration.csv"],
+        put("car/notes.txt", "x"), ["replay", "car", "--track", "own.npy"], ["car", "no log was found there"],
     ),
     "a replay by an unknown car": (nothing, [*REPLAY, "--car", "v5"], ["There is no car 'v5'"]),
     "a replay on an unknown track": (nothing, ["replay", "t.csv", "--track", "Oval_trak"], ["mean 'Oval_track'"]),

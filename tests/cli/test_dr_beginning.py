@@ -111,7 +111,7 @@ sys.argv = ["racecraft", "dr", "start-training"]
 try:
     main()
 except SystemExit as ended:
-    print(ended.code, [name for name in ("numpy", "torch", "numba", "sqlalchemy", "boto3") if name in sys.modules])
+    print(ended.code, [name for name in ("numpy", "torch", "numba", "boto3") if name in sys.modules])
 """
 
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import pytest
 from typer.testing import CliRunner
 
-from racecraft.cli.app import app
 from racecraft.actions.training_options import TrainingOptions
+from racecraft.cli.app import app
 from racecraft.cli.training import Road
 
 

@@ -38,7 +38,8 @@ def commands():
 def options(function):
     """Return every spelling of every option of a command."""
     typed = [row[0] for row in generate_docs.options_of(function)]
-    return {word for cell in typed if cell.startswith("-") for word in cell.replace(",", " ").split()} | {"--help"}
+    cells = [cell.replace(",", " ").replace("/", " ") for cell in typed if cell.startswith("-")]
+    return {word for cell in cells for word in cell.split()} | {"--help"}
 
 
 def lines_that_call_racecraft(text):
@@ -123,10 +124,10 @@ def test_every_track_has_a_row():
 
 def test_every_key_of_a_racers_files_is_spoken_of():
     from racecraft.worlds.deepracer.files.model_metadata import KEYS
-    from racecraft.worlds.deepracer.training.presets import FROM_JSON, UNUSED
+    from racecraft.worlds.deepracer.training.presets import FROM_JSON
 
     page = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8")
-    keys = [*FROM_JSON, *UNUSED, "exploration_type", *KEYS]
+    keys = [*FROM_JSON, "term_cond_max_episodes", "term_cond_avg_score", "exploration_type", *KEYS]
     assert [key for key in keys if f"`{key}`" not in page] == []
 
 
@@ -203,6 +204,7 @@ def test_the_check_says_what_is_stale(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(generate_docs, "DOCS", tmp_path)
     monkeypatch.setattr(generate_docs, "PAGES", {"one.md": lambda: "one", "two.md": lambda: "two"})
     monkeypatch.setattr(generate_docs, "track_pictures", dict)
+    monkeypatch.setattr(generate_docs, "package_pages", dict)
     assert generate_docs.main([]) == 0
     assert generate_docs.main(["--check"]) == 0
     (tmp_path / "two.md").write_text("three")

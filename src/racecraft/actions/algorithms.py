@@ -25,6 +25,13 @@ class AlgorithmRow:
     settings: str
     """Its group of settings."""
 
+    @property
+    def action_kinds_text(self) -> str:
+        """What it decides, for people."""
+        from racecraft.algorithms.registry import action_kinds_text
+
+        return action_kinds_text(self.acts)
+
 
 @dataclass(frozen=True)
 class AlgorithmList:

@@ -8,7 +8,7 @@ act.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +28,11 @@ from racecraft.settings.composition import Settings
 CHOICES, BRANCHES, NUMBERS, BOTH = "one choice", "several choices", "numbers", "numbers and choices"
 """Kinds of actions, in words."""
 EVERYTHING = (CHOICES, BRANCHES, NUMBERS, BOTH)
+
+
+def action_kinds_text(acts: Iterable[str]) -> str:
+    """Return kinds of action for people: all of them are any."""
+    return "any action" if set(acts) == set(EVERYTHING) else ", ".join(acts)
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,7 @@ class Algorithm:
     @property
     def action_kinds_text(self) -> str:
         """What it decides, in words for people."""
-        return "any action" if set(self.acts) == set(EVERYTHING) else ", ".join(self.acts)
+        return action_kinds_text(self.acts)
 
     def learner_class(self, settings: Settings | None = None) -> Any:
         """Return the learner's class, or that of the variant that the settings ask for."""

@@ -9,7 +9,7 @@ from racecraft.cli.output import table
 
 
 def _show(found: AlgorithmList) -> None:
-    rows = [(one.name, ", ".join(one.acts), one.title) for one in found.algorithms]
+    rows = [(one.name, one.action_kinds_text, one.title) for one in found.algorithms]
     table(("algorithm", "decides", "what it is"), rows, left=("algorithm", "decides", "what it is"))
     print("\nYour own: --algorithm module:Class. Settings of one: racecraft settings --algorithm NAME")
 

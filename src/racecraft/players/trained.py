@@ -131,7 +131,7 @@ def rows_of(observations: Any, parts: Mapping[str, ArraySpec]) -> tuple[Mapping[
                 "one array was given, and the policy sees {names}; expected each by its name.", names=", ".join(parts)
             )
         observations = {next(iter(parts)): observations}
-    elif all(np.ndim(observations.get(name)) == len(part.shape) + 1 for name, part in parts.items()):
+    elif all(np.ndim(observations.get(name, 0)) == len(part.shape) + 1 for name, part in parts.items()):
         return observations, False
     rows = {}
     for name, part in parts.items():

@@ -209,8 +209,11 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
         told.append((name, trace, retold))
     candidates = [car] if car else list(RECORDED_CARS)
     driven = {name: [drive_open_loop(trace, retold, name) for _, trace, retold in told] for name in candidates}
-    verdict = None if car else _verdict(driven, recordings)
-    chosen = car or verdict.car or _likely(verdict, recordings)
+    if car:
+        verdict, chosen = None, car
+    else:
+        verdict = _verdict(driven, recordings)
+        chosen = verdict.car or _likely(verdict, recordings)
     files = tuple(FileReplay(*parts, windows) for parts, windows in zip(told, driven[chosen], strict=True))
     strayed = {name: _rounded(_strayed(windows)) for name, windows in driven.items()}
     return ReplayReport(circuit, _is_route_file(track), chosen, files, strayed, verdict)

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from racecraft.contract.errors import nearest
 from racecraft.contract.message import Message
@@ -142,7 +144,8 @@ def iso_to_timestamp(iso: str) -> int:
         LogError: It is neither.
     """
     text = " ".join(iso.replace(",", " ").split())
-    for parse in (datetime.fromisoformat, *(partial(_parsed, form) for form in DATES)):
+    parsers: list[Callable[[str], datetime]] = [datetime.fromisoformat, *(partial(_parsed, form) for form in DATES)]
+    for parse in parsers:
         try:
             return int(1000 * parse(text).timestamp())
         except ValueError:
@@ -173,7 +176,7 @@ def _written(run: Path, ticks: pl.DataFrame) -> tuple[float, float]:
     paths = [Path(names[file]) for file in ticks["file"].unique(maintain_order=True)]
     times = [path.stat().st_mtime for path in paths if path.is_file()] or [run.stat().st_mtime]
     of_first = ticks.filter(ticks["file"] == ticks["file"][0])["time_s"].drop_nulls()
-    span = float(of_first.max() - of_first.min()) if len(of_first) else 0.0  # type: ignore[operator]
+    span = float(np.ptp(of_first.to_numpy())) if len(of_first) else 0.0
     return min(times) - span, max(times)
 
 

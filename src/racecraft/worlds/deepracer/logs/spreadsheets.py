@@ -44,7 +44,10 @@ def as_plain_text(source: Source, head: bytes) -> tuple[Source, str]:
             told.append("writes decimal commas")
         text = text.replace(",", ".").replace(sign, ",")
     file = source.file
-    place = (Path(file).parent, Path(file).name) if isinstance(file, str) else (file.archive, file.name)
+    if isinstance(file, MemberFile):
+        place = (file.archive, file.name)
+    else:
+        place = (Path(str(file)).parent, Path(str(file)).name)
     plain = replace(source, file=MemberFile(*place, text.encode()))
     by, hint = ("a spreadsheet", CURE) if sign else ("PowerShell", "")
     return plain, f"{' and '.join(told)}, as {by} saves it; read as such{hint}"

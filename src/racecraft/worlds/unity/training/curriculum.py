@@ -63,9 +63,9 @@ class Curriculum:
             self._steps[base] += sum(one.steps for one in episodes if rows.start <= one.world < rows.stop)
         for name, lessons in self._lessons.items():
             lesson = lessons[self._at[name]]
-            rows = self._rows_of.get(lesson.behavior.split("?")[0])
-            if rows is not None:
-                self._returns[name] += [one.reward for one in episodes if rows.start <= one.world < rows.stop]
+            taught = self._rows_of.get(lesson.behavior.split("?")[0])
+            if taught is not None:
+                self._returns[name] += [one.reward for one in episodes if taught.start <= one.world < taught.stop]
             if self._at[name] + 1 < len(lessons) and self._is_learned(name, lesson):
                 self._begin_next(name)
 

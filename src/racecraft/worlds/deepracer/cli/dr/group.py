@@ -1,4 +1,4 @@
-"""`racecraft dr VERB`: one command for each dr- command; bin/activate.sh puts the prefix before the folder's shell."""
+"""`racecraft dr`: one command for each dr- command; bin/activate.sh puts the prefix before the folder's shell."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ class Payer:
                 paid, told = self._copies.ask(course, np.zeros(len(rows), np.int64), rows)
                 count = len(paid)
             except FailedRowError as error:
-                paid, told, count = error.paid, error.told, len(error.paid) + 1
+                paid, told, count = error.paid, dict(error.told), len(error.paid) + 1
                 failures.append(_failure(first + len(paid), str(error)))
             rewards[first : first + len(paid)] = paid
             traces += [tuple((int(a), str(b), c, float(d)) for a, b, c, d in row) for row in told.get("traces", ())]

@@ -7,6 +7,7 @@ so a lap of a log and a lap of ours are paid alike.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.race import IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, TICK_REPORT
@@ -60,7 +61,7 @@ def locate_rows(track: Track, rows: Array) -> None:
 
 
 def place_on_road(
-    track: Track, arcs: Array, offsets: Array, heading_errors: Array, steering: Array | float, speed: Array | float
+    track: Track, arcs: ArrayLike, offsets: ArrayLike, heading_errors: ArrayLike, steering: ArrayLike, speed: ArrayLike
 ) -> Array:
     """Return the drive (T, 5) whose front points stand at places of the road.
 
@@ -73,7 +74,7 @@ def place_on_road(
         speed: Commanded speed, m/s.
     """
     poses = np.array([track.pose_at(arc) for arc in np.asarray(arcs, float)])
-    yaw = (poses[:, 2] + heading_errors + np.pi) % (2.0 * np.pi) - np.pi
+    yaw = (poses[:, 2] + np.asarray(heading_errors) + np.pi) % (2.0 * np.pi) - np.pi
     front = poses[:, :2] + np.asarray(offsets)[:, None] * np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
     base = front - FRONT_POINT_M * np.column_stack([np.cos(yaw), np.sin(yaw)])
     told = (np.broadcast_to(steering, len(poses)), np.broadcast_to(speed, len(poses)))

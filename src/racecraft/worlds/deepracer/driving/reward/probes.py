@@ -137,7 +137,8 @@ class Probes:
 
     def _wrap(self) -> Finding | None:
         """Place cars where heading and road lie on both sides of 180 degrees, and where they do not."""
-        crossing, plain = [], []
+        crossing: list[tuple[float, float]] = []
+        plain: list[tuple[float, float]] = []
         for arc in np.linspace(0.0, self._track.length, 240, endpoint=False):
             road = np.degrees(self._track.pose_at(arc).yaw)
             for turn in (-6.0, 6.0):

@@ -63,11 +63,11 @@ def try_tricks(payer: Payer, stock: tuple[Drive, ...], sums: list[float]) -> lis
     tricks = []
     for name, track, drive in ((STANDING, narrow, _stand(narrow)), (CREEPING, narrow, _creep(narrow)),
                                (CIRCLING, wide, _circle(wide))):  # fmt: skip
-        laps = [
+        rates = [
             total / one.seconds for one, total in zip(stock, sums, strict=True) if one.is_lap and one.track is track
         ]
         calm = _calm_lap(track)
-        best = max([*laps, _sum(payer, track, calm) / (len(calm) * TICK_SECONDS)])
+        best = max([*rates, _sum(payer, track, calm) / (len(calm) * TICK_SECONDS)])
         tricks.append(Trick(name, _sum(payer, track, drive) / (TICKS * TICK_SECONDS), best, is_sum=False))
     laps = [(total, one) for one, total in zip(stock, sums, strict=True) if one.is_lap and one.track is narrow]
     failed = [total for one, total in zip(stock, sums, strict=True) if not one.is_lap and one.track is narrow]
