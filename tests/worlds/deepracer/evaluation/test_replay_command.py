@@ -65,7 +65,7 @@ def test_one_command_leaves_one_page_that_answers_the_question(ask, tmp_path):
         assert figure in page
     assert page.count("<img") == 1
     assert "data:image/png;base64," in page
-    fetched = re.findall(r"""(?:src|href)=["'](?!data:|#)[^"']+|@import|url\((?!#)""", page)
+    fetched = re.findall(r"""(?:src|href)=["'](?!data:|#)[^"']+|@import|url\(["']?(?!#|data:|["'])""", page)
     assert fetched == [], "nothing on the page is fetched from anywhere"
 
 
