@@ -16,6 +16,8 @@ from pathlib import Path
 import pytest
 
 os.environ.setdefault("GOMP_SPINCOUNT", "2000")
+collect_ignore = ["src/racecraft/database/migrations/env.py"]
+"""Alembic alone can run it."""
 if (root := str(Path(__file__).parent)) not in sys.path:
     sys.path.insert(0, root)
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:

@@ -54,7 +54,10 @@ FILES = {"video": "lap.mp4", "picture": "path.png", "curves": "curves.png", "rep
 def test_every_line_that_the_first_page_shows_is_printed(printed):
     shown = [line for sample in SAMPLES for line in sample.splitlines() if line.strip() and not line.startswith("$ ")]
     assert len(shown) > 20
-    constant = {"Filming the best policy's lap …"}  # of `paint_run`, after a training that is not --no-pictures
+    constant = {
+        "Filming the best policy's lap …",  # of `paint_run`, after a training that is not --no-pictures
+        "Filming # ticks …",  # on standard error
+    }
     laps = {"# # # % lap complete", "fastest lap # s; best known lap # s; gap +# %"}  # who learned nothing drives none
     assert [line for line in shown if shape(line) not in printed | constant | laps] == []
 

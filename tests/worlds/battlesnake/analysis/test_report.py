@@ -19,7 +19,7 @@ def test_a_snakes_page_tells_its_rating_and_whom_it_beat(tmp_path):
     Checkpoints(run.checkpoints).save(2, 20, {}, {}, score=1606.94, best=True)
     reader = Reader()
     reader.feed(write_report(run, tmp_path / "report.html").read_text(encoding="utf-8"))
-    words = " ".join(reader.words)
+    words = " ".join(" ".join(reader.words).split())
     for expected in (
         "snakes: duel",
         "1607 best checkpoint, rating",
@@ -36,4 +36,4 @@ def test_a_run_that_was_not_judged_has_a_page_without_an_empty_chart(tmp_path):
     run = RunFolder.create(tmp_path / "run", {"kind": "battlesnake", "settings": {}})
     run.append_metrics({"iteration": 1, "steps": 10, "seconds": 0.5, "entropy": 0.5})
     text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
-    assert text.count("<svg") == 1, "the entropy alone"
+    assert text.count("<rc-chart ") == 1, "the entropy alone"

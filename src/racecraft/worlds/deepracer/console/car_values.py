@@ -88,8 +88,8 @@ def read_actions(text: str) -> list[dict[str, float]]:
     Raises:
         SettingError: A line cannot be used; the message names it.
 
-    >>> read_actions("-30, 1.5")
-    [{'steering_angle': -30.0, 'speed': 1.5, 'index': 0}]
+    >>> read_actions("-30, 1.5; 0, 3".replace("; ", chr(10)))[1]
+    {'steering_angle': 0.0, 'speed': 3.0, 'index': 1}
     """
     found: list[dict[str, float]] = []
     for number, line in enumerate(text.splitlines(), 1):
