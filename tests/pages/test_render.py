@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from importlib.resources import files
+from pathlib import Path
 
 import jinja2
 import pytest
@@ -12,6 +13,8 @@ from racecraft.pages.assets import PREFIX, find_served, imported
 from racecraft.pages.every_part import every_part
 from racecraft.pages.render import render, render_file, render_served, script_sum
 
+SOURCE = Path(str(files("racecraft")))
+FOR_FILES_ONLY = {"logs_explorer.html"}
 SECTION = {"heading": "It's <here>", "body": ["<i>no</i>"]}
 
 
@@ -94,3 +97,9 @@ def test_vendored_files_are_those_of_the_record():
     sums = json.loads((vendor / "sums.json").read_text())
     assert {name: hashlib.sha256((vendor / name).read_bytes()).hexdigest() for name in sums} == sums
     assert {path.name for path in vendor.iterdir()} - {"README.md", "sums.json"} == set(sums)
+
+
+def test_no_template_styles_inline_which_served_pages_forbid():
+    templates = [path for path in SOURCE.rglob("*.html") if path.name not in FOR_FILES_ONLY]
+    assert len(templates) > 20
+    assert [path.name for path in templates if "style=" in path.read_text(encoding="utf-8")] == []
