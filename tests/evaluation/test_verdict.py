@@ -27,7 +27,7 @@ def test_three_clean_seeds_against_three_are_once_in_twenty_and_one_setting_is_t
     assert "Better: speed (lap time 6.10 s against 8.92 s, by 2.82 s)." in text
     assert "Each of its three seeds beats every seed of centre." in text
     assert "luck alone does that once in 20." in text
-    assert text.endswith("One setting differs, reward function: the difference is its doing.")
+    assert text.endswith("One setting differs, reward function: where it is not luck, that made the difference.")
 
 
 def test_where_two_settings_differ_the_cause_cannot_be_told():

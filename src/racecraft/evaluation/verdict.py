@@ -182,7 +182,7 @@ def _cause(comparison: GroupComparison, differing: Sequence[Difference]) -> tupl
         told = ", ".join(names[:MAX_NAMED]) + (" …" if len(names) > MAX_NAMED else "")
         return (f"{_count(len(names)).capitalize()} settings differ ({told}): the cause cannot be told.",)
     if comparison.luck <= BY_LUCK:
-        return (f"One setting differs, {names[0]}: the difference is its doing.",)
+        return (f"One setting differs, {names[0]}: where it is not luck, that made the difference.",)
     return (f"One setting differs, {names[0]}.",)
 
 
