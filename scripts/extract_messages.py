@@ -1,7 +1,7 @@
 """Write the catalogue of every sentence that may be translated: `python scripts/extract_messages.py messages.pot`.
 
 Errors and `Message`s of Python (their templates; of a file's errors what was found, what is expected, the hint),
-`_("…")` and `{% trans %}` of the templates of pages, `t("…")` of their modules in JavaScript. A translator writes
+and what templates (`_("…")`) and modules of pages (`t("…")`) mark; none marks anything yet. A translator writes
 LANGUAGE/LC_MESSAGES/racecraft.po from it, and `pybabel compile` makes the .mo that is read (src/racecraft/i18n).
 """
 
