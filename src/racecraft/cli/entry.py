@@ -44,6 +44,7 @@ def print_errors(command: Callable[..., object]) -> None:
             _print_json_error(error)
         sys.exit(2 if isinstance(error, UserInputError) else 1)
     except KeyboardInterrupt:
+        end_at_once_on_interrupt()
         print("racecraft: stopped.", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:
