@@ -3,6 +3,8 @@
 import errno
 import json
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -12,6 +14,14 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 REWARD = "def reward_function(params):\n    return 1.0\n"
+PAYS_AN_OBJECT = """\
+import os, sys
+class Pay:
+    def __float__(self):
+        {}
+def reward_function(params):
+    return Pay()
+"""
 METADATA = {
     "action_space": [{"steering_angle": -30, "speed": 0.6}, {"steering_angle": 30, "speed": 0.6}],
     "sensor": ["FRONT_FACING_CAMERA"],
@@ -91,6 +101,26 @@ CASES = {
     "a reward that returns NaN": (
         ["returned nan"],
         lambda t: ["train", folder(t, reward_function__py="def reward_function(params):\n    return float('nan')\n")],
+    ),
+    "a reward whose number raises": (
+        ["reward_function.py:4: reward_function raised RuntimeError: none", "Mend this line"],
+        lambda t: ["train", folder(t, reward_function__py=PAYS_AN_OBJECT.format("raise RuntimeError('none')"))],
+    ),
+    "a reward whose number leaves the program": (
+        ["reward_function.py:4: reward_function raised SystemExit: 0", "Mend this line"],
+        lambda t: ["train", folder(t, reward_function__py=PAYS_AN_OBJECT.format("sys.exit(0)"))],
+    ),
+    "a reward whose number ends its process": (
+        ["reward_function.py:5: reward_function's process ended (exit code 0)", "Take out what ends it"],
+        lambda t: ["train", folder(t, reward_function__py=PAYS_AN_OBJECT.format("os._exit(0)"))],
+    ),
+    "a checked reward whose number raises": (
+        ["reward_function.py:4: reward_function raised RuntimeError: none", "Mend this line"],
+        lambda t: ["check", folder(t, reward_function__py=PAYS_AN_OBJECT.format("raise RuntimeError('none')"))],
+    ),
+    "a checked reward whose number leaves the program": (
+        ["reward_function.py:4: reward_function raised SystemExit: 0", "Mend this line"],
+        lambda t: ["check", folder(t, reward_function__py=PAYS_AN_OBJECT.format("sys.exit(0)"))],
     ),
     "a reward that is too large": (
         ["returned 1e+06", "-1e5 to 1e5"],
@@ -226,6 +256,16 @@ def test_the_letter_says_where_and_what(name, racecraft, tmp_path):
     assert "Traceback" not in said.err
     for part in wanted:
         assert part in " ".join(said.err.split()), said.err
+
+
+def test_a_reward_that_ends_its_process_is_told_by_the_check(tmp_path):
+    """In a process of the test's own, which the reward shall not end."""
+    car = folder(tmp_path, reward_function__py=PAYS_AN_OBJECT.format("os._exit(0)"))
+    words = [sys.executable, "-m", "racecraft", "check", str(car)]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 2, ended.stderr
+    assert "reward_function.py:5: reward_function's process ended (exit code 0)" in ended.stderr
+    assert "Traceback" not in ended.stderr
 
 
 def test_what_was_trained_before_a_reward_failed_is_kept(racecraft, tmp_path):

@@ -182,6 +182,22 @@ def test_a_process_that_ends_is_an_error_with_file_and_line(opened, statement):
         reward.call(PARAMS)
 
 
+@pytest.mark.parametrize(
+    ("statement", "found"),
+    [
+        ("raise RuntimeError('none')", "3: reward_function raised RuntimeError: none"),
+        ("__import__('sys').exit(0)", "3: reward_function raised SystemExit: 0"),
+        ("__import__('os')._exit(0)", r"4: reward_function's process ended \(exit code 0\)"),
+        ("while True: pass", r"3: reward_function had not returned after 0\.3 s"),
+    ],
+)
+def test_an_object_that_fails_as_a_number_is_an_error_with_file_and_line(opened, statement, found):
+    text = f"class Pay:\n    def __float__(self):\n        {statement}\ndef reward_function(p):\n    return Pay()\n"
+    reward = opened(text, seconds=0.3)
+    with pytest.raises(RewardError, match=rf"reward_function\.py:{found}"):
+        reward.call(PARAMS)
+
+
 def test_a_file_that_ends_its_process_or_hangs_while_it_is_imported_is_refused(opened, monkeypatch):
     with pytest.raises(RewardFileError, match=r"its process ended \(exit code 0\) while it was imported"):
         opened("import os\nos._exit(0)\n")

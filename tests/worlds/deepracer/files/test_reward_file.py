@@ -154,6 +154,52 @@ def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body,
     assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
 
 
+ANSWERING = """\
+class Pay:
+    def {method}(self, *names):
+        {statement}
+def reward_function(params):
+    {answer}
+"""
+OBJECTS = [  # method, statement, line, found
+    ("__float__", "raise RuntimeError('none')", 3, "raised RuntimeError: none"),
+    ("__float__", "raise ValueError('none')", 3, "raised ValueError: none"),
+    ("__float__", "raise KeyboardInterrupt", 3, "raised KeyboardInterrupt"),
+    ("__float__", "import sys; sys.exit(0)", 3, "raised SystemExit: 0"),
+    ("__float__", "return 'fast'", 4, "returned <"),
+    ("__float__", "return 1e6", 4, "returned 1e+06"),
+    ("__getattr__", "raise RuntimeError(names)", 3, "raised RuntimeError: ('size',)"),
+    ("__repr__", "raise RuntimeError('none')", 4, "returned a value that cannot be shown (RuntimeError), of type Pay"),
+    ("__repr__", "import sys; sys.exit(0)", 4, "returned a value that cannot be shown (SystemExit), of type Pay"),
+]
+
+
+@pytest.mark.parametrize(("method", "statement", "line", "found"), OBJECTS)
+def test_an_object_that_fails_as_a_number_gets_a_letter(tmp_path, method, statement, line, found):
+    path = written(tmp_path, ANSWERING.format(method=method, statement=statement, answer="return Pay()"))
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(path).call({"x": 1.25})
+    assert str(caught.value).startswith(f"{path}:{line}: reward_function {found}")
+    assert "x = 1.25" in str(caught.value)
+
+
+@pytest.mark.parametrize("answer", ["params['x'] = Pay(); return 1 / 0", "params['x'] = [Pay()] * 7; return 1 / 0"])
+def test_a_parameter_that_cannot_be_shown_hides_no_fault(tmp_path, answer):
+    text = ANSWERING.format(method="__repr__", statement="raise SystemExit", answer=answer)
+    with pytest.raises(RewardError, match=r"reward_function\.py:5: reward_function raised ZeroDivisionError") as caught:
+        loaded(tmp_path, text).call({"x": 1.25})
+    assert "a value that cannot be shown (SystemExit)" in str(caught.value)
+
+
+def test_an_exception_that_cannot_be_shown_gets_a_letter(tmp_path):
+    text = (
+        "class Fault(Exception):\n    def __str__(self):\n        raise SystemExit\n"
+        "def reward_function(params):\n    raise Fault\n"
+    )
+    with pytest.raises(RewardError, match=r"\.py:5: reward_function raised Fault: a value that cannot be shown"):
+        loaded(tmp_path, text).call({})
+
+
 @pytest.fixture
 def heeded():
     """Ctrl-C is heard, even where the tests run in the background, which turns it off."""
@@ -169,6 +215,10 @@ def test_a_persons_ctrl_c_is_no_fault_of_the_reward(tmp_path):
         loaded(tmp_path, press).call({})
     with pytest.raises(KeyboardInterrupt):
         loaded(tmp_path, press + "reward_function(1)\n")
+    statement = "import signal; signal.raise_signal(signal.SIGINT)"
+    for method in ("__float__", "__repr__"):
+        with pytest.raises(KeyboardInterrupt):
+            loaded(tmp_path, ANSWERING.format(method=method, statement=statement, answer="return Pay()")).call({})
 
 
 def test_a_ctrl_c_that_the_rewards_own_code_raises_is_a_fault_of_it(tmp_path):

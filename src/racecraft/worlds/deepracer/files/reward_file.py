@@ -1,7 +1,7 @@
 """`reward_function.py`: what a car is paid for. The user's own file, run unchanged.
 
-`load_reward_function` runs it in this process, with all rights of the user; a training asks `env/reward_process.py`,
-which does so in a process that has none, and keeps the clock.
+`load_reward_function` runs it in this process, with all rights of the user; a training and `racecraft check` ask
+`env/reward_process.py`, which does so in a process that has none, and keeps the clock.
 
 A `RewardFunction`'s `call` turns one dictionary of parameters into one number or into a `RewardError`: file, line,
 exception, and the parameters of that moment. `copies` gives each car one of its own, with globals, class state and
@@ -114,7 +114,7 @@ class RewardFunction:
         try:
             value = self._function(params)
         except BaseException as error:
-            if isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error):
+            if _is_a_persons(error):
                 raise
             self._report(error, params)
         if type(value) is float and -MAX_REWARD <= value <= MAX_REWARD:
@@ -143,9 +143,7 @@ class RewardFunction:
             self._function = _find_function(self.source, module)
         except BaseException as error:
             sys.modules.pop(name, None)
-            if isinstance(error, RewardFileError) or (
-                isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error)
-            ):
+            if isinstance(error, RewardFileError) or _is_a_persons(error):
                 raise
             self._refuse_import(error)
 
@@ -163,16 +161,20 @@ class RewardFunction:
         ) from error
 
     def _as_reward(self, value: Any, params: Params) -> float:
-        found = f"returned {_short(value)}, of type {type(value).__name__}"
+        found = f"returned {_short(value)}"
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # NumPy's of arrays of one number, which float() takes
                 number = float(value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value)
             found = f"returned {number:g}"
-        except (TypeError, ValueError):
+        except BaseException as error:
+            if _is_a_persons(error):
+                raise
+            if _lines_in(error, self.path) or not isinstance(error, TypeError | ValueError | OverflowError):
+                self._report(error, params)  # what was returned has methods of the file's own
             number = math.nan
-        except OverflowError:
-            number, found = math.inf, f"returned {_short(value)}, too large for a number"
+            too_large = isinstance(error, OverflowError)
+            found += ", too large for a number" if too_large else f", of type {type(value).__name__}"
         if -MAX_REWARD <= number <= MAX_REWARD:
             return number
         raise RewardError(
@@ -208,7 +210,9 @@ class RewardFunction:
 
     def _denied(self, error: BaseException) -> str:
         """Return what to know of an exception that restrictions may have raised; "" of any other."""
-        is_likely = isinstance(error, PermissionError | MemoryError | BlockingIOError) or "new thread" in str(error)
+        is_likely = isinstance(error, PermissionError | MemoryError | BlockingIOError) or "new thread" in _said(
+            error, str
+        )
         return DENIED if self.is_restricted and is_likely else ""
 
     @property
@@ -292,8 +296,23 @@ def _how_to_name(module: types.ModuleType) -> str:
 
 
 def _what_was_raised(error: BaseException) -> str:
-    said = str(error)
+    said = _said(error, str)
     return f"raised {type(error).__name__}{': ' * bool(said)}{said}"
+
+
+def _said(value: Any, say: Callable[[Any], str]) -> str:
+    """Return what an object of the file's own says of itself, in which its code may fail."""
+    try:
+        return say(value)
+    except BaseException as error:
+        if _is_a_persons(error):
+            raise
+        return f"a value that cannot be shown ({type(error).__name__})"
+
+
+def _is_a_persons(error: BaseException) -> bool:
+    """Tell a person's Ctrl-C from all that the code raised."""
+    return isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error)
 
 
 def _raised_by_its_author(error: BaseException) -> bool:
@@ -330,9 +349,6 @@ def _short(value: Any) -> str:
     '[(0.0, 1.0), (0.0, 1.0), ... 119 in all]'
     """
     if isinstance(value, list | tuple) and len(value) > 6:
-        return f"[{value[0]!r}, {value[1]!r}, ... {len(value)} in all]"
-    try:
-        text = repr(value)
-    except Exception as error:
-        return f"a value that cannot be shown ({error})"
+        return f"[{_said(value[0], repr)}, {_said(value[1], repr)}, ... {len(value)} in all]"
+    text = _said(value, repr)
     return text if len(text) <= 200 else f"{text[:200]}..."

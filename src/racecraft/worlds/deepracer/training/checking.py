@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import Faults
+from racecraft.worlds.deepracer.env.reward_process import open_reward
 from racecraft.worlds.deepracer.files.racer_files import find_racer_files
-from racecraft.worlds.deepracer.files.reward_file import load_reward_function, validate
+from racecraft.worlds.deepracer.files.reward_file import validate
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 from racecraft.worlds.deepracer.training.plan import CarPlan, RaceRequest, plan_car
 
@@ -48,4 +50,5 @@ def check_folder(folder: Path) -> CheckedFolder:
 
 
 def _rewards(reward: Path | RewardSource) -> dict[str, float]:
-    return validate(load_reward_function(reward, io.StringIO()))
+    with contextlib.closing(open_reward(reward, io.StringIO())) as process:  # as a training has it
+        return validate(process)
