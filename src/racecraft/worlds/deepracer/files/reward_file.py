@@ -114,7 +114,7 @@ class RewardFunction:
         try:
             value = self._function(params)
         except BaseException as error:
-            if _is_a_persons(error):
+            if _is_interrupt(error):
                 raise
             self._report(error, params)
         if type(value) is float and -MAX_REWARD <= value <= MAX_REWARD:
@@ -143,7 +143,7 @@ class RewardFunction:
             self._function = _find_function(self.source, module)
         except BaseException as error:
             sys.modules.pop(name, None)
-            if isinstance(error, RewardFileError) or _is_a_persons(error):
+            if isinstance(error, RewardFileError) or _is_interrupt(error):
                 raise
             self._refuse_import(error)
 
@@ -168,7 +168,7 @@ class RewardFunction:
                 number = float(value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value)
             found = f"returned {number:g}"
         except BaseException as error:
-            if _is_a_persons(error):
+            if _is_interrupt(error):
                 raise
             if _lines_in(error, self.path) or not isinstance(error, TypeError | ValueError | OverflowError):
                 self._report(error, params)  # what was returned has methods of the file's own
@@ -305,12 +305,12 @@ def _said(value: Any, say: Callable[[Any], str]) -> str:
     try:
         return say(value)
     except BaseException as error:
-        if _is_a_persons(error):
+        if _is_interrupt(error):
             raise
         return f"a value that cannot be shown ({type(error).__name__})"
 
 
-def _is_a_persons(error: BaseException) -> bool:
+def _is_interrupt(error: BaseException) -> bool:
     """Tell a person's Ctrl-C from all that the code raised."""
     return isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error)
 
