@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 
 from starlette.applications import Starlette
@@ -12,12 +12,14 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.console.index import Index
-from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model
+from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model, settings
 from racecraft.console.parts import parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
 from racecraft.contract.errors import RacecraftError
+from racecraft.contract.kinds import kinds
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.preload import keep_warm
 from racecraft.web.access import ONLY_HERE, Access
@@ -25,6 +27,17 @@ from racecraft.web.application import make_application
 from racecraft.web.push import events_answer
 
 MOST_UPLOAD_BYTES = 4 * 1024**3
+SECTIONS: tuple[Section, ...] = (
+    garage.SECTION,
+    compare.SECTION,
+    create.SECTION,
+    imports.SECTION,
+    jobs.SECTION,
+    settings.SECTION,
+    kept.SECTION,
+    model.SECTION,
+)
+"""Whose routes are asked in this order, behind those of the worlds."""
 
 
 def make_console(
@@ -45,9 +58,11 @@ def make_console(
     workspace = Workspace.open(folder)
     index, home = Index(workspace, database or None), home or JobPaths.of_user()
     watcher = Watcher(index, home)
-    console = Console(workspace, index, watcher, home)
+    sections = [*(one for kind in kinds() for one in parts_of(kind.name).sections()), *SECTIONS]
+    entries = sorted((one for one in sections if one.label), key=lambda one: one.order)
+    console = Console(workspace, index, watcher, home, tuple(entries))
     watcher.told = lambda names: console.news.publish({"changed": names, "version": index.version})
-    made = make_application(_routes(console), access, most_body={"/import": MOST_UPLOAD_BYTES})
+    made = make_application(_routes(console, sections), access, most_body={"/import": MOST_UPLOAD_BYTES})
     made.router.lifespan_context = lambda app: _running(console)
     made.state.console = console
     return made
@@ -67,7 +82,7 @@ async def _running(console: Console) -> AsyncIterator[None]:
         console.index.close()
 
 
-def _routes(console: Console) -> list[BaseRoute]:
+def _routes(console: Console, sections: Sequence[Section]) -> list[BaseRoute]:
     def picture(request: Request) -> Response:
         kind, key = request.path_params["kind"], request.path_params["key"]
         svg = parts_of(kind).picture(key)
@@ -77,13 +92,7 @@ def _routes(console: Console) -> list[BaseRoute]:
         return events_answer(request, [console.news])
 
     return [
-        *garage.routes(console),
-        *compare.routes(console),
-        *create.routes(console),
-        *imports.routes(console),
-        *jobs.routes(console),
-        *kept.routes(console),
-        *model.routes(console),
+        *(route for section in sections for route in section.routes(console)),
         Route("/pictures/{kind}/{key}.svg", picture),
         Route("/events", events),
     ]

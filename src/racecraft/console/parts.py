@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
+from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kind import WorldKind
@@ -109,6 +110,10 @@ class WorldParts:
             UserInputError: There is no such page, or the run cannot be read.
         """
         raise SettingError("{tab}: {title} has no such page.", tab=tab[:40], title=self.kind.title)
+
+    def sections(self) -> Sequence[Section]:
+        """Return further pages of the console that belong to no model: tracks, driving by hand."""
+        return ()
 
     def picture(self, key: str) -> str:
         """Return a place as the text of an SVG file.

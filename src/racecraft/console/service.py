@@ -18,6 +18,7 @@ from starlette.routing import Route
 from racecraft.console.index import Index
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
+from racecraft.console.section import Section
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
 from racecraft.jobs.job_paths import JobPaths
@@ -50,6 +51,8 @@ class Console:
     index: Index
     watcher: Watcher
     home: JobPaths
+    entries: tuple[Section, ...] = ()
+    """Of the side bar, in order."""
     news: Topic = field(default_factory=lambda: Topic("models"))
     """Names of the models whose rows changed."""
 
@@ -104,9 +107,8 @@ def shown(console: Console, request: Request, page: Page | Response) -> Response
     if isinstance(page, Response):
         return page
     menu = [
-        {"label": "Garage", "href": "/", "icon": "car", "here": page.here == "/"},
-        {"label": "Jobs", "href": "/jobs", "icon": "pulse", "here": page.here == "/jobs"},
-        {"label": "Settings", "href": "/settings", "icon": "gear", "here": page.here == "/settings"},
+        {"label": one.label, "href": one.href, "icon": one.icon, "here": page.here == one.href}
+        for one in console.entries
     ]
     return page_answer(
         request,

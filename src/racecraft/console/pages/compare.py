@@ -13,6 +13,7 @@ from starlette.routing import BaseRoute
 
 from racecraft.console.commands import run_command
 from racecraft.console.parts import parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
 from racecraft.contract.errors import RacecraftError, SettingError
 from racecraft.evaluation.run_groups import differences, group_runs
@@ -117,3 +118,6 @@ def _charts(rows: list[dict[str, Any]]) -> list[Chart]:
 def _shown(value: Any) -> str:
     text = value if isinstance(value, str) else json.dumps(value)
     return "–" if value is None else text if len(text) <= 60 else f"{text[:57]}…"
+
+
+SECTION = Section(routes=routes)

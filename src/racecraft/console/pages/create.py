@@ -17,6 +17,7 @@ from racecraft.console.drafts import Draft, DraftChangedError, DraftError, Draft
 from racecraft.console.form import Field, Step, read_fields
 from racecraft.console.pages.model import address
 from racecraft.console.parts import WorldParts, parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, form_fields, one, page_routes
 from racecraft.console.training import begin_training
 from racecraft.contract.errors import SettingError, UserInputError
@@ -229,3 +230,6 @@ def _step(steps: list[Step], key: str) -> Step:
 
 def _at(draft: Draft, step: str) -> str:
     return f"/drafts/{draft.id}/{step}"
+
+
+SECTION = Section(routes=routes)

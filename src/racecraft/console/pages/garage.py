@@ -17,6 +17,7 @@ from starlette.routing import BaseRoute
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import ERROR, QUEUED, READY, STOPPING, TRAINING
 from racecraft.console.parts import parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
 from racecraft.console.training import begin_training
 from racecraft.console.workspace import Note
@@ -175,3 +176,6 @@ def _address(asked: Mapping[str, str], **changes: str) -> str:
     """Return the address of the list with some of its words changed; "" takes one out."""
     words = {name: value for name, value in {**asked, **changes}.items() if value}
     return f"/models?{urlencode(words)}" if words else "/"
+
+
+SECTION = Section(routes=routes, label="Garage", href="/", icon="car", order=0)

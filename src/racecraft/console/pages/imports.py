@@ -15,6 +15,7 @@ from starlette.routing import BaseRoute, Route
 from racecraft.console.commands import CommandError, run_command
 from racecraft.console.pages.model import address
 from racecraft.console.parts import parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Page, form_fields, page_routes, shown
 from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError
@@ -96,3 +97,6 @@ def imported_page(console: Console, request: Request) -> Page:
         model.name,
         {"row": row, "notes": row["text"].splitlines(), "path": address(model.name)},
     )
+
+
+SECTION = Section(routes=routes)

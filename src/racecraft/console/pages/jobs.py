@@ -1,4 +1,4 @@
-"""What runs, what waits, what was done; and the settings of the console."""
+"""What runs, what waits, what was done."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import psutil
 from starlette.requests import Request
 from starlette.routing import BaseRoute
 
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
 from racecraft.jobs.submit import request_stop
 
@@ -19,11 +20,10 @@ SHOWN = 50
 
 
 def routes(console: Console) -> list[BaseRoute]:
-    """Return the routes of jobs and settings."""
+    """Return the routes of jobs."""
     return [
         *page_routes(console, "/jobs", jobs_page),
         act_route(console, "/jobs/{job}/stop", stop),
-        *page_routes(console, "/settings", settings_page),
     ]
 
 
@@ -64,24 +64,6 @@ def stop(console: Console, request: Request, fields: Fields) -> str:
     return "/jobs"
 
 
-def settings_page(console: Console, request: Request) -> Page:
-    """Return where everything lies, how much room it takes, and what is kept in the bin."""
-    return Page(
-        "settings.html",
-        "Settings",
-        {
-            "folder": str(console.workspace.path),
-            "index": console.index.url,
-            "jobs": str(console.home.path),
-            "room_gb": shutil.disk_usage(console.workspace.path).free / 1e9,
-            "bin": [
-                {"place": place, "name": name, "deleted": deleted} for place, name, deleted in console.workspace.bin()
-            ],
-        },
-        here="/settings",
-    )
-
-
 def _model(console: Console, run: Path | None) -> str:
     """Return the name of the model a job trains; "": none of this workspace."""
     if run is None:
@@ -90,3 +72,6 @@ def _model(console: Console, run: Path | None) -> str:
         if folder.parent.parent == console.workspace.path:
             return folder.name if console.workspace.find(folder.name) else ""
     return ""
+
+
+SECTION = Section(routes=routes, label="Jobs", href="/jobs", icon="pulse", order=80)

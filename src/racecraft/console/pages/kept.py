@@ -16,6 +16,7 @@ from racecraft.analysis.evaluations import return_table
 from racecraft.console.commands import run_command
 from racecraft.console.pages.model import address, frame, model_of
 from racecraft.console.parts import parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
 from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint_ranking import MERITS, ranked
@@ -160,3 +161,6 @@ def _run_of(console: Console, request: Request) -> tuple[dict[str, Any], RunFold
 def _page(row: Mapping[str, Any], here: str, template: str, data: Mapping[str, Any]) -> Page:
     parts = parts_of(row["kind"]) if row["kind"] else None
     return Page(template, f"{here}: {row['name']}", {**frame(row, here, parts), **data})
+
+
+SECTION = Section(routes=routes)

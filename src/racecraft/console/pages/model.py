@@ -16,6 +16,7 @@ from starlette.routing import BaseRoute, Mount
 
 from racecraft.console.model_row import ERROR, NEW, QUEUED, STOPPING, TRAINING
 from racecraft.console.parts import Figure, WorldParts, parts_of
+from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
 from racecraft.console.training import stop_training
 from racecraft.console.watching import Watching
@@ -240,3 +241,6 @@ def rename(console: Console, request: Request, fields: Fields) -> str:
     renamed = console.workspace.rename(model, one(fields, "name").strip())
     console.watcher.look()
     return address(renamed.name)
+
+
+SECTION = Section(routes=routes)
