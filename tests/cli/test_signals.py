@@ -46,6 +46,27 @@ main()
 """
 """Ctrl-C comes again while the command tells of the first."""
 
+PRESSED_IN_A_CALLBACK = """\
+import signal, sys, time, weakref
+from racecraft.cli import table
+from racecraft.cli.entry import main
+from racecraft.cli.signals import sigterm_interrupts
+
+class Dropped:
+    pass
+
+def command(**options):
+    with sigterm_interrupts():
+        dropped = Dropped()
+        watched = weakref.ref(dropped, lambda _: signal.raise_signal(int(sys.argv[1])))
+        del dropped
+        time.sleep(20)
+
+table.app_for = lambda words: command
+main()
+"""
+"""The signal comes while Python calls back for a weak reference, and forgets the exceptions that come of it."""
+
 
 def begin(place, *words, way_in=("-m", "racecraft")):
     """Start a training, and wait until it has written an iteration."""
@@ -101,3 +122,11 @@ def test_a_second_ctrl_c_while_the_first_is_told_is_silent():
     ended = subprocess.run([sys.executable, "-c", PRESSED_TWICE], capture_output=True, text=True, timeout=120)
     assert ended.stderr == ""
     assert ended.returncode == -signal.SIGINT
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_a_callback_that_forgets_exceptions_ends_the_command_too(number):
+    command = [sys.executable, "-c", PRESSED_IN_A_CALLBACK, str(int(number))]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    assert ended.stderr == "racecraft: stopped.\n"
+    assert ended.returncode == 130

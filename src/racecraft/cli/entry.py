@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 
-from racecraft.cli.signals import end_at_once_on_interrupt
+from racecraft.cli.signals import end_at_once_on_interrupt, forgotten_interrupts_return
 from racecraft.contract.errors import RacecraftError, UserInputError
 
 
@@ -24,7 +24,7 @@ def main() -> None:
     if "RACECRAFT_LIFELINE" in os.environ:  # a job's process; everybody else is spared the imports
         _become_a_job()
     words = sys.argv[1:]
-    with _head_start(words):
+    with forgotten_interrupts_return(), _head_start(words):
         from racecraft.cli.table import app_for
 
         try:

@@ -1,20 +1,25 @@
 """What the signals of a terminal or an operating system do to a command.
 
 Ctrl-C and SIGTERM end a training, which saves what it learned; a second one ends the process at once, without a
-traceback.
+traceback. Python forgets an exception that leaves a finaliser or the callback of a weak reference; a signal that
+arrived there is sent again.
 """
 
 from __future__ import annotations
 
 import contextlib
 import signal
+import sys
 import threading
+from _thread import interrupt_main
 from collections.abc import Iterator
 from types import FrameType
 
 SIGTERM = "SIGTERM"
 TERMINATED = 128 + signal.SIGTERM
 """Exit code of a process that SIGTERM ended, as shells report it."""
+SECONDS_TO_RESEND = 0.01
+"""After which a forgotten signal is sent again: by then Python has left the callback that forgot it."""
 
 
 class TerminatedError(KeyboardInterrupt):
@@ -34,6 +39,30 @@ def sigterm_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
+@contextlib.contextmanager
+def forgotten_interrupts_return() -> Iterator[None]:
+    """Send Ctrl-C and SIGTERM to the main thread again where Python forgot the exception that they raised."""
+    before = sys.unraisablehook
+
+    def resend(unraisable: sys.UnraisableHookArgs) -> None:
+        if not isinstance(unraisable.exc_value, KeyboardInterrupt):
+            before(unraisable)
+            return
+        number = signal.SIGINT
+        if isinstance(unraisable.exc_value, TerminatedError):
+            number = signal.SIGTERM
+            signal.signal(number, _raise_terminated)
+        timer = threading.Timer(SECONDS_TO_RESEND, _signal_main_thread, [number])
+        timer.daemon = True
+        timer.start()
+
+    sys.unraisablehook = resend
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+
+
 def end_at_once_on_interrupt() -> None:
     """Let the next Ctrl-C end the process as the operating system does; the command has said its last word."""
     if threading.current_thread() is threading.main_thread():
@@ -43,3 +72,11 @@ def end_at_once_on_interrupt() -> None:
 def _raise_terminated(number: int, frame: FrameType | None) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends the process
     raise TerminatedError(SIGTERM)
+
+
+def _signal_main_thread(number: signal.Signals) -> None:
+    main = threading.main_thread().ident
+    if main is not None and hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(main, number)  # ends a system call that waits, too
+    else:
+        interrupt_main(number)
