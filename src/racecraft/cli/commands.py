@@ -23,6 +23,7 @@ GENERAL = (
     Command("record", "racecraft.cli.runs.record:record", EXCHANGE),
     Command("bucket", "racecraft.cli.buckets.buckets:app", EXCHANGE),
     Command("jobs", "racecraft.cli.jobs.jobs:app", WORKSHOP),
+    Command("people", "racecraft.cli.people.people:app", WORKSHOP),
     Command("run", "racecraft.cli.run:run", WORKSHOP),
     Command("sandbox", "racecraft.cli.jobs.sandbox:sandbox", WORKSHOP),
     Command("schema", "racecraft.cli.schema:schema", WORKSHOP),

@@ -1,0 +1,1 @@
+"""`racecraft people`."""
