@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
@@ -39,7 +39,7 @@ def seconds_to_laps(seeds: int, place: Path, minutes: float, **request: Any) -> 
     for seed in range(1, seeds + 1):
         stops = ("laps", f"minutes={minutes:g}")
         trained = train(
-            RaceRequest(run=place / str(seed), seed=seed, stops=stops, **request), Silent(), lambda text: None
+            RaceRequest(run=place / str(seed), seed=seed, stops=stops, **request), NullCallback(), lambda text: None
         )
         stable = trained.outcome.seconds_to_stable
         reached.append(None if stable is None else round(stable, 1))
@@ -65,7 +65,7 @@ def aws(seeds: int, place: Path, minutes: float) -> dict[str, Any]:
     """The original's networks and figures."""
     train(
         RaceRequest(run=place / "run", seed=1, preset="aws", stops=(f"minutes={minutes:g}",)),
-        Silent(),
+        NullCallback(),
         lambda text: None,
     )
     rows = [json.loads(line) for line in (place / "run" / "metrics.jsonl").read_text("utf-8").splitlines()]

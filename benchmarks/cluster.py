@@ -214,7 +214,7 @@ def twice() -> float:
 def trained(name: str, workers: str | None, times: int) -> Measured:
     """Train for some iterations with so many times the worlds, and return what the later ones took."""
     from racecraft.cluster.distribute import distribute
-    from racecraft.training.callbacks import Silent
+    from racecraft.training.callbacks import NullCallback
     from racecraft.training.worlds import train
 
     gatherers: list[Any] = []
@@ -230,7 +230,7 @@ def trained(name: str, workers: str | None, times: int) -> Measured:
     before: list[Any] = []
     worked: list[float] = []
 
-    class Warm(Silent):
+    class Warm(NullCallback):
         def iteration(self, report: Any) -> None:
             """Keep what passed until the clock starts."""
             worked.append(time.process_time())

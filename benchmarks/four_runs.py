@@ -208,7 +208,7 @@ class RandomMoves:
         liking = self._rng.random((len(next(iter(observations.values()))), 4))
         return np.asarray((liking if action_mask is None else liking * action_mask).argmax(axis=1))
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         pass
 
 

@@ -25,7 +25,7 @@ from torch.utils import tensorboard
 from greedy_returns import CONFIRMED, JUDGED, mean_return
 
 
-def likeliest(script: dict[str, Any], seen: torch.Tensor) -> torch.Tensor:
+def argmax_action(script: dict[str, Any], seen: torch.Tensor) -> torch.Tensor:
     """Return the likeliest actions of `ppo.py`."""
     return script["agent"].actor(seen).argmax(dim=1)
 
@@ -35,7 +35,7 @@ def middle(script: dict[str, Any], seen: torch.Tensor) -> torch.Tensor:
     return script["actor"].get_action(seen)[2]
 
 
-PPO, SAC = ("ppo.py", likeliest, 2048), ("sac_continuous_action.py", middle, 1024)
+PPO, SAC = ("ppo.py", argmax_action, 2048), ("sac_continuous_action.py", middle, 1024)
 FILES: dict[str, tuple[str, Callable[[dict[str, Any], torch.Tensor], torch.Tensor], int]] = {
     "CartPole-v1": PPO,
     "Acrobot-v1": PPO,

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.rollout.episodes import play_episodes
-from racecraft.training.callbacks import IterationReport, Silent
+from racecraft.training.callbacks import IterationReport, NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.driving.smoothness import smoothness_of
 from racecraft.worlds.deepracer.env import race
@@ -30,7 +30,7 @@ from racecraft.worlds.deepracer.training.plan import RaceRequest
 STARTS, LAPS = 100, 3
 
 
-class Curve(Silent):
+class Curve(NullCallback):
     """Keeps what every evaluation came to."""
 
     def __init__(self) -> None:

@@ -26,7 +26,7 @@ from torch import nn
 
 from racecraft.adapters.sb3_vec_env import sb3_vec_env
 from racecraft.algorithms.compiled_policy import Layer, end_to_end
-from racecraft.algorithms.kernels.plain_look import NO_BEND, RELU
+from racecraft.algorithms.kernels.greedy_action import NO_BEND, RELU
 from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.evaluation.laps import judge_starts
 from racecraft.worlds.deepracer.training.bench_laps import bench_laps
@@ -80,10 +80,10 @@ class Stable(BaseCallback):
     def act(self, observations, action_mask=None):
         return self.model.predict(observations["FRONT_FACING_CAMERA"], deterministic=True)[0]
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
-    def plain_look(self, name, frame):
+    def compile_policy(self, name, frame):
         """Return the policy for compiled code, so that it is judged as quickly as ours."""
         net, head = self.model.policy.features_extractor.net, self.model.policy.action_net
         seen, dense = [one for one in net if isinstance(one, nn.Conv2d)], net[-2]

@@ -16,7 +16,7 @@ from racecraft.worlds.gymnasium.training.trainer import GymRequest
 class HillClimbing(ReinforceLearner):
     """Acts as REINFORCE does, and learns by trying."""
 
-    eats, figures = "rollout", {"best": "The least share of ticks that ended an episode, negated."}
+    experience, figures = "rollout", {"best": "The least share of ticks that ended an episode, negated."}
     best, kept = float("-inf"), []
 
     @classmethod

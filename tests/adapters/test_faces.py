@@ -195,7 +195,7 @@ def test_a_parked_copy_stands_until_the_next_reset():
     world.reset(one, 4)
     alone.reset(other, 4)
     stood = one.observations["observation"][1].copy()
-    world.park(np.array([[False], [True], [False]]))
+    world.freeze(np.array([[False], [True], [False]]))
     for _ in range(30):
         world.step(np.ones((3, 1), np.int64), one)
         alone.step(np.ones((3, 1), np.int64), other)

@@ -109,7 +109,7 @@ def test_every_episode_of_every_copy_has_a_seed_of_its_own_that_does_not_ask_for
 def test_a_saved_world_is_its_seed_its_episodes_and_what_was_done_in_them():
     world, buffers, ours = diaries(2)
     world.reset(buffers, 8)
-    world.park(np.array([[False], [True]]))
+    world.freeze(np.array([[False], [True]]))
     for action in (0, 2, 1, 2):
         world.step(np.full((2, 1), action), buffers)
     state = world.save_state()
@@ -137,7 +137,7 @@ def test_a_saved_world_is_its_seed_its_episodes_and_what_was_done_in_them():
 def test_of_a_parked_copy_nothing_comes_whatever_the_buffers_held():
     world, buffers, made = diaries(2)
     world.reset(buffers, 0)
-    world.park(np.array([[False], [True]]))
+    world.freeze(np.array([[False], [True]]))
     dirty = allocate(world.spec)
     dirty.reward[:], dirty.terminated[:], dirty.truncated[:], dirty.active[:] = 9.0, True, True, False
     world.step(np.array([[0], [0]]), dirty)

@@ -106,7 +106,7 @@ class Always:
     def act(self, observations, mask=None):
         return np.full(len(next(iter(observations.values()))), self.action)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

@@ -82,5 +82,5 @@ def test_with_a_memory_it_is_a_policy_that_remembers_and_without_it_follows_its_
     with torch.no_grad():
         one.policy_head.bias.copy_(torch.tensor([0.0, 50.0, 0.0]))
     assert (policy.act(seen()) == 1).all()
-    assert set(policy.fed(seen())) == {"x"}
-    assert policy.eyes is one.policy_body
+    assert set(policy.inputs(seen())) == {"x"}
+    assert policy.encoder is one.policy_body

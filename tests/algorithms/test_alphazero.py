@@ -83,7 +83,7 @@ def test_without_a_mask_all_moves_count_and_figures_are_means_over_rows():
 def test_the_network_does_not_see_the_search_and_a_world_without_one_is_refused():
     made = learner()
     assert list(made.spec.observations) == list(made.policy_spec.observations) == ["x"]
-    assert (made.policy_spec.algorithm, made.eats, made.columns) == ("alphazero", "rollout", {})
+    assert (made.policy_spec.algorithm, made.experience, made.columns) == ("alphazero", "rollout", {})
     with pytest.raises(SettingError, match="brings none along"):
         AlphaZeroLearner(made.spec, Architecture(), AlphaZeroConfig(), 1)
 

@@ -39,7 +39,7 @@ class Expert:
     def act(self, observations, action_mask=None):
         return observations["number"].argmax(axis=1) if observations["number"].ndim > 1 else observations["number"]
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 
@@ -49,7 +49,7 @@ class Up:
     def act(self, observations, action_mask=None):
         return np.full((len(observations["clock"]), 1), 0.8, np.float32)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 
@@ -60,7 +60,7 @@ class UpByChoice:
         assert action_mask is not None
         return np.full(len(observations["clock"]), 2)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

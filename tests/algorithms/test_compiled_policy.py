@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from racecraft.algorithms import compiled_policy as page
-from racecraft.algorithms.compiled_policy import CompiledPolicy, Layer, end_to_end, plain_look
-from racecraft.algorithms.kernels.plain_look import NO_BEND, RELU, TANH, likeliest
+from racecraft.algorithms.compiled_policy import CompiledPolicy, Layer, compile_policy, end_to_end
+from racecraft.algorithms.kernels.greedy_action import NO_BEND, RELU, TANH, argmax_action
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
@@ -41,7 +41,7 @@ def slowly(layers, frame):
 def looked(look, frame):
     """Return the choice, and the numbers it was chosen by: the two maps are written in turn."""
     room = np.full((3, look.room), 7.0, np.float32)
-    choice = likeliest(look.layers, look.weights, look.scale, frame, room)
+    choice = argmax_action(look.layers, look.weights, look.scale, frame, room)
     return choice, room[len(look.layers) % 2, : look.layers[-1, 6]]
 
 
@@ -119,7 +119,7 @@ def test_a_look_gives_what_pytorch_gives(network):
     learner = learner_of(**network)
     for part in learner.network.parameters():
         torch.nn.init.normal_(part, std=0.4, generator=torch.Generator().manual_seed(1))
-    look = learner.plain_look("eye", FRAME)
+    look = learner.compile_policy("eye", FRAME)
     for seed in range(3):
         frame = np.random.default_rng(seed).integers(0, 256, FRAME).astype(np.uint8)
         choice, numbers = looked(look, frame)
@@ -131,7 +131,7 @@ def test_a_look_gives_what_pytorch_gives(network):
 
 def test_weights_are_copies():
     learner = learner_of()
-    look = learner.plain_look("eye", FRAME)
+    look = learner.compile_policy("eye", FRAME)
     before = look.weights.copy()
     with torch.no_grad():
         for part in learner.network.parameters():
@@ -141,13 +141,13 @@ def test_weights_are_copies():
 
 def test_only_one_choice_over_one_grey_frame_is_looked_at_so():
     eye, other = ArraySpec(FRAME, np.uint8), ArraySpec((2,), np.float32)
-    assert isinstance(learner_of().plain_look("eye", FRAME), CompiledPolicy)
-    assert learner_of().plain_look("front", FRAME) is None
-    assert learner_of({"eye": eye, "state": other}).plain_look("eye", FRAME) is None
-    assert learner_of({"eye": ArraySpec((*FRAME, 2), np.uint8)}).plain_look("eye", (*FRAME, 2)) is None
-    assert learner_of({"eye": other}).plain_look("eye", (2,)) is None
-    assert learner_of(actions=ContinuousActions((-1.0,), (1.0,))).plain_look("eye", FRAME) is None
+    assert isinstance(learner_of().compile_policy("eye", FRAME), CompiledPolicy)
+    assert learner_of().compile_policy("front", FRAME) is None
+    assert learner_of({"eye": eye, "state": other}).compile_policy("eye", FRAME) is None
+    assert learner_of({"eye": ArraySpec((*FRAME, 2), np.uint8)}).compile_policy("eye", (*FRAME, 2)) is None
+    assert learner_of({"eye": other}).compile_policy("eye", (2,)) is None
+    assert learner_of(actions=ContinuousActions((-1.0,), (1.0,))).compile_policy("eye", FRAME) is None
     hidden = {"eye": eye, "truth": ArraySpec((2,), np.float32, privileged=True)}
-    assert learner_of(hidden).plain_look("eye", FRAME) is not None  # the policy sees one frame all the same
+    assert learner_of(hidden).compile_policy("eye", FRAME) is not None  # the policy sees one frame all the same
     recurrent = learner_of(memory="gru", memory_units=3)
-    assert plain_look(recurrent.network, recurrent.distribution, "eye", FRAME) is None
+    assert compile_policy(recurrent.network, recurrent.distribution, "eye", FRAME) is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.demonstrations import Shown, read_demonstration_batch, shown_tensors
+from racecraft.algorithms.demonstrations import DemonstrationBatch, read_demonstration_batch, shown_tensors
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import (
@@ -35,7 +35,7 @@ def test_what_is_asked_for_becomes_tensors_and_rows_of_them_are_taken():
     assert (taken.actions.tolist(), taken.action_mask.tolist()) == ([1, 2], mask[[2, 0]].tolist())
     bare = shown_tensors(recorded(), SPEC, [], torch.device("cpu"), "bc.demonstrations")
     assert (bare.action_mask, bare.take(torch.tensor([1])).action_mask) == (None, None)
-    assert isinstance(bare, Shown)
+    assert isinstance(bare, DemonstrationBatch)
 
 
 def test_other_actions_and_other_or_missing_observations_are_refused_with_both():

@@ -136,8 +136,8 @@ def test_numbers_are_as_dense_and_as_undecided_as_pytorch_says(of_each_row):
     told, entropy = ours.log_prob_and_entropy(mean, log_std, None, drawn)
     torch.testing.assert_close(told, log_prob)
     torch.testing.assert_close(entropy, twin.entropy())
-    likeliest, at_most = ours.mode(mean, log_std, None)
-    assert likeliest is mean
+    argmax_action, at_most = ours.mode(mean, log_std, None)
+    assert argmax_action is mean
     torch.testing.assert_close(at_most, twin.log_prob(mean))
 
 
@@ -191,10 +191,10 @@ def test_numbers_and_choices_at_once_are_the_two_side_by_side(numbers):
     torch.testing.assert_close(again, told)
     spread = gaussian.log_prob_and_entropy(given[:, :2], log_std, None, drawn)[1]
     torch.testing.assert_close(entropy, spread + choices.log_prob_and_entropy(given[:, 2:], None, None, chosen)[1])
-    likeliest, at_most = ours.mode(given, log_std, None)
-    assert torch.equal(likeliest[:, :2], given[:, :2])
-    assert torch.equal(likeliest[:, 2:].long(), choices.mode(given[:, 2:], None, None)[0])
-    torch.testing.assert_close(at_most, ours.log_prob_and_entropy(given, log_std, None, likeliest)[0])
+    argmax_action, at_most = ours.mode(given, log_std, None)
+    assert torch.equal(argmax_action[:, :2], given[:, :2])
+    assert torch.equal(argmax_action[:, 2:].long(), choices.mode(given[:, 2:], None, None)[0])
+    torch.testing.assert_close(at_most, ours.log_prob_and_entropy(given, log_std, None, argmax_action)[0])
     assert torch.equal(ours.to_actions(raw), torch.cat([gaussian.to_actions(drawn), chosen.float()], dim=1))
 
 

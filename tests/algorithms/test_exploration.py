@@ -117,7 +117,7 @@ def test_without_strength_nothing_is_laid_round():
 class Fixed:
     """Learns nothing and keeps what it is rewarded with; its bonus is what is seen afterwards."""
 
-    eats, device, columns = "rollout", torch.device("cpu"), {}
+    experience, device, columns = "rollout", torch.device("cpu"), {}
 
     def __init__(self, spec):
         self.spec = spec
@@ -127,7 +127,7 @@ class Fixed:
 
         return Decision(torch.randint(0, 3, (len(observations["clock"]),), generator=generator).numpy(), {})
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
     def update(self, batch):
@@ -237,7 +237,7 @@ def test_an_intrinsic_run_goes_on_bit_by_bit(name):
 
 def test_a_replay_gets_no_bonus():
     class Eater(Fixed):
-        eats = REPLAY
+        experience = REPLAY
 
     with pytest.raises(SettingError, match="clock.strength"):
         IntrinsicReward(Eater(Walk(2).spec), ClockModel())
@@ -380,7 +380,7 @@ def test_random_distillation_has_two_layers_behind_what_is_seen():
 
 def test_a_bonus_from_a_replay_is_refused_in_words():
     class Eater(Fixed):
-        eats = REPLAY
+        experience = REPLAY
 
     with pytest.raises(SettingError, match=r"clock\.strength is 0\.5; .*Leave it at 0, or use ppo"):
         IntrinsicReward(Eater(Walk(2).spec), ClockModel())

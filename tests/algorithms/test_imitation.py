@@ -29,7 +29,7 @@ class Expert:
     def act(self, observations, action_mask=None):
         return observations["number"].argmax(axis=1)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

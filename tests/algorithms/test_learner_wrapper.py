@@ -13,10 +13,10 @@ class Annealed(SimpleNamespace):
 
 
 def test_schedules_and_rows_that_ended_reach_the_inner_learner_and_one_without_schedules_is_left_alone():
-    inner = Annealed(spec="spec", eats="rollout", device="cpu", forget=lambda rows: forgotten.append(rows))
+    inner = Annealed(spec="spec", experience="rollout", device="cpu", reset_state=lambda rows: forgotten.append(rows))
     forgotten, laid = [], LearnerWrapper(inner)
     laid.anneal(0.25)
-    laid.forget("rows")
+    laid.reset_state("rows")
     assert (inner.heard, forgotten) == (0.25, ["rows"])
-    assert (laid.spec, laid.eats, laid.device) == ("spec", "rollout", "cpu")
-    LearnerWrapper(SimpleNamespace(spec="spec", eats="rollout", device="cpu")).anneal(0.5)
+    assert (laid.spec, laid.experience, laid.device) == ("spec", "rollout", "cpu")
+    LearnerWrapper(SimpleNamespace(spec="spec", experience="rollout", device="cpu")).anneal(0.5)

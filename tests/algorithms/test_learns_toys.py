@@ -20,7 +20,7 @@ class Up:
     def act(self, observations, action_mask=None):
         return np.full(len(observations["clock"]), 2)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

@@ -195,7 +195,7 @@ class Notes:
     def __init__(self, spec):
         self.spec, self.told = spec, []
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.told.append(rows.tolist())
 
     def act(self, observations, action_mask=None, *, generator=None, rows=None):
@@ -212,7 +212,7 @@ class Scheduled(Notes):
 def test_schedules_and_ends_reach_every_member():
     learner = MultiPolicyLearner(JOINT, {"A": Notes(A), "B": Scheduled(B)})
     learner.anneal(0.5)
-    learner.forget(np.array([True, False]))
+    learner.reset_state(np.array([True, False]))
     assert [one.told for one in learner.members.values()] == [[[True, False]], [0.5, [True, False]]]
     assert learner.figures == {"loss": "of something"}
 
@@ -236,7 +236,7 @@ class Greedy:
     def act(self, observations, action_mask=None):
         return np.zeros(len(next(iter(observations.values()))))
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgotten = rows.tolist()
 
 
@@ -244,9 +244,9 @@ def test_a_policy_forgets_for_its_members_by_their_own_rows():
     policy = MultiPolicy(together().policy_spec, {"A": Greedy(), "B": Greedy()})
     shown, allowed = seen(np.random.default_rng(0))
     policy.act(shown, allowed)
-    policy.forget(np.array([True, False, False, True, True]))
+    policy.reset_state(np.array([True, False, False, True, True]))
     assert [policy.members[name].forgotten for name in "AB"] == [[True, False, True], [False, True]]
-    policy.forget(np.array([False, True, True]))  # the first rows of all
+    policy.reset_state(np.array([False, True, True]))  # the first rows of all
     assert [policy.members[name].forgotten for name in "AB"] == [[False, True], [True]]
 
 

@@ -64,7 +64,7 @@ def test_in_any_portions_they_are_the_mean_and_deviation_of_all():
     for part in np.split(rows, [0, 1, 40, 600]):
         statistics.take(torch.from_numpy(part))
     everything = rows.astype(np.float64)
-    mean, deviation = (part.numpy() for part in statistics.told())
+    mean, deviation = (part.numpy() for part in statistics.mean_and_deviation())
     np.testing.assert_allclose(mean, everything.mean(axis=0), rtol=1e-6)
     squares = ((everything - everything.mean(axis=0)) ** 2).sum(axis=0) + 1.0
     np.testing.assert_allclose(deviation, np.sqrt(squares / 901), rtol=1e-6)

@@ -99,7 +99,7 @@ class Up:
     def act(self, observations, action_mask=None):
         return np.full((len(observations["clock"]), 1), 0.8, np.float32)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

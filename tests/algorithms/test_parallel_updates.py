@@ -9,7 +9,7 @@ import torch
 
 from racecraft.algorithms import ppo as ppo_page
 from racecraft.algorithms.networks import NetworkConfig
-from racecraft.algorithms.parallel_updates import side_by_side
+from racecraft.algorithms.parallel_updates import run_in_parallel
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
@@ -92,9 +92,9 @@ def test_with_one_thread_both_go_on_in_the_one_that_calls(two_threads):
 
     torch.set_num_threads(1)
     here = [(threading.get_ident(), 1)]
-    assert side_by_side(steps(), steps()) == (here, here)
+    assert run_in_parallel(steps(), steps()) == (here, here)
     torch.set_num_threads(2)
-    mine, theirs = side_by_side(steps(), steps())
+    mine, theirs = run_in_parallel(steps(), steps())
     assert mine == here
     assert theirs != here
     assert theirs[0][1] == 1
@@ -109,7 +109,7 @@ def test_both_go_on_at_the_same_time_each_with_its_share_of_the_threads(two_thre
             yield name, number, torch.get_num_threads()
 
     torch.set_num_threads(3)
-    mine, theirs = side_by_side(steps("mine"), steps("theirs"))
+    mine, theirs = run_in_parallel(steps("mine"), steps("theirs"))
     assert mine == [("mine", number, 2) for number in range(3)]
     assert theirs == [("theirs", number, 1) for number in range(3)]
     assert torch.get_num_threads() == 3
@@ -132,6 +132,6 @@ def test_where_one_fails_the_other_is_left_and_the_error_is_told(two_threads, wh
 
     both = {"mine": (failing(), endless()), "theirs": (endless(), failing())}[who]
     with pytest.raises(ValueError, match="no number"):
-        side_by_side(*both)
+        run_in_parallel(*both)
     assert len(made) < 10**6
     assert torch.get_num_threads() == 2

@@ -140,8 +140,8 @@ def test_branches_are_chosen_each_by_its_own_part_of_the_mask():
     torch.testing.assert_close(log_prob, torch.full((400,), math.log(0.25)))
     told, entropy = several.log_prob_and_entropy(even, None, mask, drawn)
     torch.testing.assert_close((told, entropy), (log_prob, -log_prob))
-    likeliest, _ = several.mode(torch.tensor([[1.0, 9.0, 2.0, 9.0, 1.0, 1.0, 2.0]]), None, mask[:1])
-    assert likeliest.tolist() == [[2, 1, 1]]
+    argmax_action, _ = several.mode(torch.tensor([[1.0, 9.0, 2.0, 9.0, 1.0, 1.0, 2.0]]), None, mask[:1])
+    assert argmax_action.tolist() == [[2, 1, 1]]
 
 
 def test_continuous_samples_are_stretched_linearly_and_cut_at_the_bounds():

@@ -80,11 +80,11 @@ def test_the_policy_takes_the_best_that_is_allowed_every_time():
     likely = policy.probabilities(seen, mask)
     assert likely.tolist() == [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     assert likely.dtype == np.float32
-    scores = policy.scores(policy.fed(seen))
+    scores = policy.scores(policy.inputs(seen))
     assert scores.are_worths
     assert scores.branches[0].tolist() == [[1.0, 3.0, 2.0]] * 2
     assert (scores.numbers.shape, scores.deviations.shape) == ((2, 0), (2, 0))
-    assert policy.eyes.names == ("x",)  # nothing privileged
+    assert policy.encoder.names == ("x",)  # nothing privileged
 
 
 @pytest.mark.parametrize("dueling", [True, False])

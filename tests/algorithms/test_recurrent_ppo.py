@@ -200,7 +200,7 @@ def test_the_policy_of_a_checkpoint_remembers_and_forgets():
     before = policy.probabilities(last)
     assert not np.allclose(before, anew)
     np.testing.assert_array_equal(before, policy.probabilities(last))  # looking moves nothing on
-    policy.forget(np.array([True, False, True, False]))
+    policy.reset_state(np.array([True, False, True, False]))
     after = policy.probabilities(last)
     np.testing.assert_allclose(after[[0, 2]], anew[[0, 2]], atol=1e-7)
     np.testing.assert_array_equal(after[[1, 3]], before[[1, 3]])
@@ -209,7 +209,7 @@ def test_the_policy_of_a_checkpoint_remembers_and_forgets():
 def test_parked_rows_keep_their_own_state():
     learner = made(Walk(4))
     seen = {"square": np.eye(9, dtype=np.float32)[:2], "clock": np.zeros((2, 1), np.uint8)}
-    learner.forget(np.ones(4, bool))
+    learner.reset_state(np.ones(4, bool))
     learner.act(seen, rows=np.array([1, 3]))
     carried = learner.states.table
     assert (carried[[0, 2]] == 0).all()
@@ -259,10 +259,10 @@ def test_rows_carry_their_own_and_begin_with_noughts():
     assert states.of(np.array([1, 4]), 2).tolist() == [[1, 1.5], [0, 0]]
     assert len(states.table) == 5
     states.keep(None, torch.tensor([[9.0, 9.5]]))
-    states.forget(np.array([False, True]))
+    states.reset_state(np.array([False, True]))
     assert states.table.tolist() == [[9, 9.5], [0, 0], [0, 0], [3, 3.5], [0, 0]]
     assert states.of(np.zeros(0, np.int64), 0).shape == (0, 2)
-    states.forget(np.ones(6, bool))
+    states.reset_state(np.ones(6, bool))
     assert (states.table.shape, bool(states.table.any())) == ((6, 2), False)
 
 

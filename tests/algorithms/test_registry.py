@@ -193,14 +193,14 @@ def test_those_that_learn_what_choices_are_worth_have_no_critic_beside():
 def test_what_an_entry_says_of_whole_episodes_and_replays_is_what_its_learner_eats():
     for one in ALGORITHMS.values():
         if one.name != "bc":  # it collects nothing
-            eats = one.learner_class().eats
-            assert (one.replay, one.whole_episodes) == (eats == "replay", eats == "episodes"), one.name
+            experience = one.learner_class().experience
+            assert (one.replay, one.whole_episodes) == (experience == "replay", experience == "episodes"), one.name
     assert dict(find_algorithm("apex").replay_values) == {"prioritised": True}
     assert dict(find_algorithm("dqn").replay_values) == {}
 
 
-@pytest.mark.parametrize("eats", ["rollout", "episodes", "replay"])
-def test_a_users_own_algorithm_is_what_its_class_says(eats):
+@pytest.mark.parametrize("experience", ["rollout", "episodes", "replay"])
+def test_a_users_own_algorithm_is_what_its_class_says(experience):
     class Own(ReinforceLearner):
         """Learns my way.
 
@@ -209,20 +209,20 @@ def test_a_users_own_algorithm_is_what_its_class_says(eats):
 
         acts = [registry.NUMBERS]
 
-    Own.eats = eats
+    Own.experience = experience
     one = algorithm_of(Own, "mine")
     assert (one.name, one.learner, one.title, one.own) == ("mine", "Own", "Learns my way.", Own)
     assert one.acts == (registry.NUMBERS,)
     assert one.learner_class() is Own
     assert (one.config, one.group, one.config_class()) == ("", "", None)
     told = one.replay, one.whole_episodes, one.reward_signals
-    assert told == (eats == "replay", eats == "episodes", eats != "replay")
+    assert told == (experience == "replay", experience == "episodes", experience != "replay")
     assert (one.critic, one.several_groups, one.searches, one.stays) == (True, False, False, "")
 
 
 def test_what_is_no_class_or_lacks_a_promise_is_refused():
     class Half:
-        eats, figures = "rollout", {}
+        experience, figures = "rollout", {}
 
     with pytest.raises(SettingError, match="algorithm mine: Half lacks build, load_policy, act, forget, choose"):
         algorithm_of(Half, "mine")

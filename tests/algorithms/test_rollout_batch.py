@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
+from racecraft.algorithms.rollout_batch import RolloutBatch, concat_rows
 
 
 def rollout(ticks, rows, finals=(), begin=0, mask=False, **more):
@@ -78,7 +78,7 @@ def test_chosen_rows_are_taken_out_of_everything():
 
 def test_rows_side_by_side_are_the_whole_they_were_taken_from():
     whole = rollout(3, 5, finals=(0, 4, 6, 8, 12), mask=True)
-    again = side_by_side([whole.of_rows(np.array(rows)) for rows in ([0, 1], [2], [3, 4])])
+    again = concat_rows([whole.of_rows(np.array(rows)) for rows in ([0, 1], [2], [3, 4])])
     assert again.final_index.tolist() == [0, 4, 6, 8, 12]
     for name, value in vars(whole).items():
         told = getattr(again, name)
@@ -92,7 +92,7 @@ def test_rows_side_by_side_are_the_whole_they_were_taken_from():
 
 def test_rows_with_fewer_ticks_stand_still_at_the_end_and_may_do_anything():
     short, long = rollout(2, 1, finals=(1,), begin=1, mask=True), rollout(4, 2, finals=(3, 4), begin=20, mask=True)
-    both = side_by_side([short, long])
+    both = concat_rows([short, long])
     assert both.shape == (4, 3)
     assert both.reward[:, 0].tolist() == [1.0, 2.0, 0.0, 0.0]
     assert both.reward[:, 1].tolist() == [20.0, 22.0, 24.0, 26.0]
@@ -103,7 +103,7 @@ def test_rows_with_fewer_ticks_stand_still_at_the_end_and_may_do_anything():
     # The short one's (1, 0) stays so; the long one's (1, 1) and (2, 0) are rows 2 and 1 of three now.
     assert both.final_index.tolist() == [3, 5, 7]
     assert both.final_observations["x"][:, 0].tolist() == [502.0, 523.0, 524.0]
-    turned = side_by_side([long, short])
+    turned = concat_rows([long, short])
     np.testing.assert_array_equal(turned.action_mask[:, :2], long.action_mask)
     np.testing.assert_array_equal(turned.action_mask[:, 2], both.action_mask[:, 0])
     np.testing.assert_array_equal(turned.reward, both.reward[:, [1, 2, 0]])
@@ -111,7 +111,7 @@ def test_rows_with_fewer_ticks_stand_still_at_the_end_and_may_do_anything():
 
 @pytest.mark.parametrize("finals", [((), ()), ((), (3,)), ((1,), ())])
 def test_those_without_a_cut_add_no_final_observation(finals):
-    both = side_by_side([rollout(2, 1, finals[0]), rollout(2, 2, finals[1])])
+    both = concat_rows([rollout(2, 1, finals[0]), rollout(2, 2, finals[1])])
     expected = {(): [], (3,): [5], (1,): [3]}[finals[0] or finals[1]]  # (1, 1) of two rows is (1, 2) of three
     assert both.final_index.tolist() == expected
     assert both.final_index.dtype == np.int64
@@ -121,7 +121,7 @@ def test_those_without_a_cut_add_no_final_observation(finals):
 
 def test_side_by_side_are_copies():
     one = rollout(2, 1)
-    both = side_by_side([one])
+    both = concat_rows([one])
     both.reward[:] = 99.0
     both.last_observations["x"][:] = 99.0
     assert one.reward.ravel().tolist() == [0.0, 1.0]

@@ -162,7 +162,7 @@ def test_gradient_steps_go_with_what_was_collected_and_fractions_are_carried_ove
 
 def test_correlated_noise_remembers_each_row_and_each_number_is_still_standard_normal():
     learner = a_learner(noise_correlation=0.8)
-    learner.forget(np.ones(4000, bool))
+    learner.reset_state(np.ones(4000, bool))
     fresh = torch.zeros(4000, 2)
     before = learner.noise.clone()
     torch.testing.assert_close(learner._carried(fresh, None), 0.8 * before)
@@ -174,7 +174,7 @@ def test_correlated_noise_remembers_each_row_and_each_number_is_still_standard_n
     over = np.zeros(4000, bool)
     over[7] = True
     before = learner.noise.clone()
-    learner.forget(over)
+    learner.reset_state(over)
     changed = (learner.noise != before).any(dim=1).numpy()
     assert np.array_equal(changed, over)
     kept = learner.noise.clone()
@@ -195,7 +195,7 @@ def test_before_anything_was_carried_noise_is_standard_normal_too():
 
 def test_without_correlation_nothing_is_carried():
     learner = a_learner()
-    learner.forget(np.ones(3, bool))
+    learner.reset_state(np.ones(3, bool))
     learner.act({"state": np.zeros((3, 5), np.float32)})
     assert learner.state_dict()["exploration"]["noise"].shape == (0, 2)
 
@@ -379,7 +379,7 @@ class Up:
     def act(self, observations, action_mask=None):
         return np.ones((len(observations["clock"]), 1), np.float32)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

@@ -40,7 +40,7 @@ from racecraft.training.settings import RuntimeConfig
 class Notes:
     """Walks at random and notes the stack it saw; keeps the rollouts it is to learn from."""
 
-    eats, device = ROLLOUT, torch.device("cpu")
+    experience, device = ROLLOUT, torch.device("cpu")
 
     def __init__(self, spec):
         self.spec, self.batches = spec, []
@@ -51,7 +51,7 @@ class Notes:
         actions = torch.randint(0, 3, (count,), generator=generator).numpy()
         return Decision(actions, {"saw": observations["square"], "clocks": observations["clock"]})
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
     def update(self, batch):
@@ -167,7 +167,7 @@ def test_the_policy_of_a_checkpoint_stacks_by_itself():
         seen = {"square": rng.random((4, 9), np.float32), "clock": rng.integers(0, 9, (4, 1)).astype(np.uint8)}
         np.testing.assert_array_equal(policy.act(seen), greedy.act(seen))
         if tick == 3:
-            policy.forget(odd), greedy.forget(odd)
+            policy.reset_state(odd), greedy.reset_state(odd)
 
 
 def test_what_is_drawn_from_a_replay_is_what_was_seen():
@@ -259,7 +259,7 @@ def test_a_past_is_kept_for_each_row_and_its_age_counted_up_to_its_size():
     stacks, age = frames.push(shown(7, 6), np.array([3, 0]))
     assert (stacks["x"].tolist(), age.tolist()) == ([[7, -7] * 3, [1, -1, 1, -1, 6, -6]], [0, 1])
     assert frames.age.tolist() == [2, 2, 0, 1]
-    frames.forget(np.array([True, False]))
+    frames.reset_state(np.array([True, False]))
     assert frames.age.tolist() == [0, 2, 0, 1]
     stacks, age = frames.push(shown(8, 9))
     assert (stacks["x"].tolist(), age.tolist()) == ([[8, -8] * 3, [4, -4, 5, -5, 9, -9]], [0, 2])
@@ -295,12 +295,12 @@ def test_a_learner_hands_on_what_has_nothing_to_do_with_stacks():
         def anneal(self, done):
             self.annealed.append(done)
 
-        def forget(self, rows):
+        def reset_state(self, rows):
             self.forgotten.append(rows.tolist())
 
     learner = StackedLearner(Walk(2).spec, 3, Told)
     learner.anneal(0.25)
-    learner.forget(np.array([True, False]))
+    learner.reset_state(np.array([True, False]))
     assert (learner.inner.annealed, learner.inner.forgotten) == ([0.25], [[True, False]])
     assert (learner.figures, learner.discount, learner.n_step) == ({"loss": "of something"}, 0.9, 3)
     note = learner.columns[AGE]
@@ -316,12 +316,12 @@ def test_a_policy_forgets_with_its_own():
             self.seen = observations["x"].tolist()
             return np.zeros(len(observations["x"]))
 
-        def forget(self, rows):
+        def reset_state(self, rows):
             self.forgotten = rows.tolist()
 
     policy = StackedPolicy(VECTOR, 2, Told())
     policy.act(shown(1, 2))
-    policy.forget(np.array([False, True]))
+    policy.reset_state(np.array([False, True]))
     policy.act(shown(3, 4))
     assert policy.policy.forgotten == [False, True]
     assert policy.policy.seen == [[1, -1, 3, -3], [4, -4, 4, -4]]

@@ -14,7 +14,7 @@ from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.sac_policy import SacPolicy
 from racecraft.algorithms.stacking import StackedPolicy, stacked_specs
 from racecraft.algorithms.twin_critics import SoftActorCritic
-from racecraft.analysis.attribution import AttentionError, Question, attend, cam, confidence
+from racecraft.analysis.attribution import AttentionError, ExplainTarget, attribute, cam, confidence
 from racecraft.contract.world import (
     ArraySpec,
     ContinuousActions,
@@ -99,7 +99,7 @@ def test_the_parts_of_a_decision_add_up_to_it(kind):
     make, specs = POLICIES[kind]
     policy = make()
     policy.act(seen(specs, seed=8))  # so that whoever remembers has something to remember
-    told = attend(policy, seen(specs), steps=400)
+    told = attribute(policy, seen(specs), steps=400)
     added = sum(part.reshape(3, -1).sum(axis=1) for part in told.parts.values())
     assert np.abs(told.score - told.baseline).max() > 0.01
     assert_allclose(added, told.score - told.baseline, atol=0.02 * np.abs(told.score - told.baseline).max() + 1e-4)
@@ -112,7 +112,7 @@ def test_looking_changes_nothing_and_tells_what_the_policy_would_do(kind):
     looked, plain = make(), make()
     for seed in range(3):
         rows = seen(specs, seed=seed)
-        told = attend(looked, rows)
+        told = attribute(looked, rows)
         acted = plain.act(rows)
         assert_allclose(looked.act(rows), acted)
         if acted.ndim == 1:
@@ -141,10 +141,10 @@ def test_worths_have_a_margin_and_no_probability():
 
 def test_a_forbidden_option_is_neither_best_nor_asked():
     policy, rows = actor(ONE, DiscreteActions(5)), seen(ONE)
-    likeliest = confidence(policy, rows).best
+    argmax_action = confidence(policy, rows).best
     allowed = np.ones((3, 5), bool)
-    allowed[np.arange(3), likeliest] = False
-    assert attend(policy, rows, action_mask=allowed).confidence.best.tolist() == policy.act(rows, allowed).tolist()
+    allowed[np.arange(3), argmax_action] = False
+    assert attribute(policy, rows, action_mask=allowed).confidence.best.tolist() == policy.act(rows, allowed).tolist()
 
 
 class Linear(torch.nn.Module):
@@ -156,7 +156,7 @@ class Linear(torch.nn.Module):
 
     eyes = property(lambda self: self)
 
-    def fed(self, observations):
+    def inputs(self, observations):
         return {"numbers": torch.from_numpy(observations["numbers"])}
 
     def scores(self, fed):
@@ -166,7 +166,7 @@ class Linear(torch.nn.Module):
 
 def test_integrated_gradients_of_a_linear_policy_by_hand():
     """Logits x0 + 2 x1 and 3 x0 - x1 at x = (2, 5): 12 and 1. The first above the mean of both: -x0 + 1.5 x1."""
-    told = attend(Linear([[1.0, 3.0], [2.0, -1.0]]), {"numbers": np.array([[2.0, 5.0]], np.float32)})
+    told = attribute(Linear([[1.0, 3.0], [2.0, -1.0]]), {"numbers": np.array([[2.0, 5.0]], np.float32)})
     assert told.confidence.best.tolist() == [0]
     assert told.confidence.margin.tolist() == [11.0]
     assert_allclose(told.parts["numbers"], [[-2.0, 7.5]], rtol=1e-6)
@@ -194,7 +194,7 @@ def test_grad_cam_of_a_small_network_by_hand():
         network.policy_head.bias[:] = 0.0
     pictures = np.zeros((2, 3, 3), np.uint8)
     pictures[0, 1, 1] = pictures[1, 0, 0] = 255
-    told = attend(policy, {"camera": pictures})
+    told = attribute(policy, {"camera": pictures})
     assert told.confidence.best.tolist() == [1, 1]
     assert_allclose(told.maps["camera"][0], np.ones((3, 3)), rtol=1e-6)
     # The map of the second is 1, 0 over 0, 0; at 3 x 3 the middle lies between all four.
@@ -208,21 +208,21 @@ def test_a_policy_made_to_look_at_one_region_only_is_found_out(rows, columns):
     blind[rows, columns] = True
     scores = policy.scores
     policy.scores = lambda fed: scores({"camera": fed["camera"] * torch.from_numpy(blind)})
-    heat = attend(policy, seen(ONE), steps=64).heat("camera")
+    heat = attribute(policy, seen(ONE), steps=64).heat("camera")
     assert heat[:, ~blind].max() == 0.0
     assert heat[:, blind].min(axis=0).max() > 0.0
 
 
 def test_one_asks_for_a_number_or_an_option_of_a_policy_that_has_it():
     policy = actor(ONE, HybridActions(NUMBERS, MultiDiscreteActions((3,))))
-    speed = attend(policy, seen(ONE), Question(1))
+    speed = attribute(policy, seen(ONE), ExplainTarget(1))
     assert_allclose(speed.score, np.abs(speed.confidence.numbers[:, 1]), rtol=1e-5)
     for option in range(3):
-        attend(policy, seen(ONE), Question(2, option))
+        attribute(policy, seen(ONE), ExplainTarget(2, option))
     with pytest.raises(AttentionError, match="expected 0 to 2: 2 numbers, then 1 choices"):
-        attend(policy, seen(ONE), Question(3))
+        attribute(policy, seen(ONE), ExplainTarget(3))
     with pytest.raises(AttentionError, match="expected 0 to 2"):
-        attend(policy, seen(ONE), Question(2, 3))
+        attribute(policy, seen(ONE), ExplainTarget(2, 3))
 
 
 def test_a_network_that_takes_bytes_for_something_else_is_refused():
@@ -235,9 +235,9 @@ def test_a_network_that_takes_bytes_for_something_else_is_refused():
 
     policy.scores = by_type
     with pytest.raises(AttentionError, match="scales by value, not by type"):
-        attend(policy, seen(ONE))
+        attribute(policy, seen(ONE))
 
 
 def test_a_policy_that_shows_nothing_is_refused():
     with pytest.raises(AttentionError, match="does not show what it decides by"):
-        attend(object(), seen(ONE))
+        attribute(object(), seen(ONE))

@@ -14,7 +14,7 @@ from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
 from racecraft.analysis.run_facts import read_facts
-from racecraft.analysis.run_summary import asked_words, happened_words
+from racecraft.analysis.run_summary import happened_words, request_text
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.overrides import as_dictionary
@@ -248,7 +248,7 @@ def test_what_a_car_was_asked_is_told_in_plain_words(car, tmp_path):
     for row in metrics_of(evaluation_score=np.linspace(1, 100, COUNT), best_lap_seconds=np.full(COUNT, 20.0)):
         run.append_metrics(row)
     facts = read_facts(run)
-    assert asked_words(facts) == words
+    assert request_text(facts) == words
     assert happened_words(facts).endswith("Its fastest lap took 20.00 s. It does not get round yet.")
     fell = [{**row, "evaluation_score": 101.0 - row["evaluation_score"]} for row in facts.metrics]
     assert "came to 100 % of a lap in iteration 1.0, its first judgement and its best; the last was 1 % of a lap." in (

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from typer.testing import CliRunner
 
-from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
+from racecraft.algorithms.rollout_batch import RolloutBatch, concat_rows
 from racecraft.cli.app import app
 from racecraft.cluster.cluster_options import ClusterOptions, read_cluster
 from racecraft.cluster.distribute import distribute
@@ -16,7 +16,7 @@ from racecraft.cluster.shares import shares_of
 from racecraft.cluster.transport import ClusterError
 from racecraft.compat.shims import foreign_names
 from racecraft.contract.errors import MissingExtraError, SettingError
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
@@ -51,7 +51,7 @@ def test_shares_are_even_and_have_chance_of_their_own():
 
 def train_over(cluster, run, *settings):
     request = GymRequest("CartPole-v1", run=run, overrides=("rollout.num_worlds=2", *settings))
-    train(request, Silent(), lambda text: None, distribute(cluster))
+    train(request, NullCallback(), lambda text: None, distribute(cluster))
 
 
 def test_a_missing_ray_is_named_with_what_installs_it(tmp_path, monkeypatch):
@@ -113,7 +113,7 @@ def a_batch(ticks, rows, cut=()):
 def test_side_by_side_is_the_reverse_of_taking_rows():
     whole = a_batch(5, 6, cut=((1, 0), (1, 4), (3, 2), (4, 5)))
     parts = [whole.of_rows(np.arange(first, last)) for first, last in ((0, 2), (2, 3), (3, 6))]
-    again = side_by_side(parts)
+    again = concat_rows(parts)
     for name, value in vars(whole).items():
         other = getattr(again, name)
         if isinstance(value, dict):
@@ -126,7 +126,7 @@ def test_side_by_side_is_the_reverse_of_taking_rows():
 
 def test_rows_that_ended_sooner_stand_still_and_are_not_learned_from():
     long, short = a_batch(4, 2, cut=((3, 1),)), a_batch(2, 1, cut=((1, 0),))
-    both = side_by_side([short, long])
+    both = concat_rows([short, long])
     assert both.shape == (4, 3)
     assert_array_equal(both.active[:, 0], [True, True, False, False])
     assert both.action_mask.all()  # who stands still may do anything

@@ -17,7 +17,7 @@ from racecraft.formats import live_ticks
 from racecraft.formats.episodes import columns_of_all
 from racecraft.formats.live_ticks import request_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.analysis.watching.reels import iteration_reel, live_reel
 from racecraft.worlds.deepracer.players.run_courses import cars_on, courses_of_run
@@ -50,7 +50,7 @@ def request(name, run, *more, stops="iterations=2"):
 
 def trained(name, run, workers=None, *more, stops="iterations=2", **words):
     spread = None if workers is None else spread_here(workers, **words)[0]
-    train(request(name, run, *more, stops=stops), Silent(), lambda text: None, spread)
+    train(request(name, run, *more, stops=stops), NullCallback(), lambda text: None, spread)
     return polars.read_parquet(run / "episodes" / "1.parquet")
 
 
@@ -99,7 +99,7 @@ def test_lost_workers_change_nothing_and_a_run_goes_on(tmp_path):
     trained("groups", wild, 2, stops="iterations=4", lost_at=(1, 3))
     assert_same(quiet, wild)
     trained("groups", broken, 2)
-    resume(broken, ("iterations=4",), Silent(), lambda text: None, spread=spread_here(2)[0])
+    resume(broken, ("iterations=4",), NullCallback(), lambda text: None, spread=spread_here(2)[0])
     assert_same(quiet, broken)
 
 
@@ -107,7 +107,7 @@ def test_a_page_is_told_of_every_car_on_its_course(tmp_path, monkeypatch):
     monkeypatch.setattr(live, "PART_SECONDS", 1e6)
     monkeypatch.setattr(live_ticks, "LIVE_SECONDS", 1e6)
 
-    class Watcher(Silent):
+    class Watcher(NullCallback):
         def run_made(self, path):
             self.run, self.reels = RunFolder(path), []
             self.wish()

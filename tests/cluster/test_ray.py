@@ -17,7 +17,7 @@ from tests.cluster.test_spread_training import assert_same, curve
 from tests.cluster.workers_here import spread_here
 
 from racecraft.cluster.distribute import distribute
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
@@ -90,7 +90,10 @@ def undisturbed(tmp_path):
     run = tmp_path / "undisturbed"
     stops = (f"iterations={ITERATIONS}",)
     train(
-        GymRequest("CartPole-v1", run=run, stops=stops, overrides=SMALL), Silent(), lambda text: None, spread_here(2)[0]
+        GymRequest("CartPole-v1", run=run, stops=stops, overrides=SMALL),
+        NullCallback(),
+        lambda text: None,
+        spread_here(2)[0],
     )
     return run
 
@@ -131,7 +134,7 @@ def test_a_head_that_is_ended_leaves_no_process_and_goes_on_to_the_same_curve(tm
     training.wait(PATIENCE)
     until(lambda: are_gone(training.pid), "the end of every process")
     assert iterations(run) < ITERATIONS
-    resume(run, (f"iterations={ITERATIONS}",), Silent(), lambda text: None, spread=spread_here(2)[0])
+    resume(run, (f"iterations={ITERATIONS}",), NullCallback(), lambda text: None, spread=spread_here(2)[0])
     assert [row for row in curve(run) if row["evaluation_score"] is None or row["iteration"] % 5 == 0]
     assert_same_but_for_the_last_look(undisturbed, run)
 
@@ -189,12 +192,12 @@ def test_cars_on_two_nodes_learn_what_they_learn_here(tmp_path):
         return RaceRequest(run=run, stops=("iterations=3",), overrides=(*small, "runtime.threads=1"))
 
     said = []
-    train(asked(tmp_path / "here"), Silent(), lambda text: None, spread_here(2)[0])
+    train(asked(tmp_path / "here"), NullCallback(), lambda text: None, spread_here(2)[0])
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
     try:
         for _ in range(2):
             cluster.add_node(num_cpus=1)
-        train(asked(tmp_path / "there"), Silent(), said.append, distribute(f"2@{cluster.address}"))
+        train(asked(tmp_path / "there"), NullCallback(), said.append, distribute(f"2@{cluster.address}"))
     finally:
         cluster.shutdown()
     assert_same(tmp_path / "here", tmp_path / "there")

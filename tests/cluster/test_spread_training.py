@@ -9,12 +9,12 @@ import torch
 from tests.cluster.workers_here import spread_here
 
 from racecraft.cluster import worker_pool
-from racecraft.cluster.deadlines import patience
+from racecraft.cluster.deadlines import load_scaled
 from racecraft.cluster.transport import ClusterError
 from racecraft.cluster.worker_pool import LOST_IN_A_ROW
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
@@ -85,9 +85,9 @@ ALIKE = {
 @pytest.mark.parametrize("name", ALIKE)
 def test_one_worker_gives_the_curve_of_one_process(tmp_path, name):
     here, there = tmp_path / "here", tmp_path / "there"
-    train(ALIKE[name](here), Silent(), lambda text: None)
+    train(ALIKE[name](here), NullCallback(), lambda text: None)
     spread, transport = spread_here(1)
-    train(ALIKE[name](there), Silent(), lambda text: None, spread)
+    train(ALIKE[name](there), NullCallback(), lambda text: None, spread)
     assert transport.asked.count("collect") >= 4
     assert transport.closed
     assert_same(here, there)
@@ -99,7 +99,7 @@ def test_what_remembers_takes_its_new_weights_a_collecting_later(tmp_path, name)
     spread, _ = spread_here(2)
     environment = "Pendulum-v1" if name == "sac" else "CartPole-v1"
     request = cart(tmp_path / "run", "replay.learning_starts=64", algorithm=name, environment=environment)
-    trained = train(request, Silent(), lambda text: None, spread)
+    trained = train(request, NullCallback(), lambda text: None, spread)
     assert trained.outcome.steps == 6 * 4 * 16
     untrained = Checkpoints(tmp_path / "run" / "checkpoints").load_policy("0")[0]
     assert any(not np.array_equal(part, untrained[name]) for name, part in weights(tmp_path / "run").items())
@@ -116,7 +116,7 @@ def test_apex_has_its_ladder_over_the_rows_of_all_workers(tmp_path, monkeypatch)
 
     monkeypatch.setattr(ApexLearner, "act", noted)
     spread, _ = spread_here(2)
-    train(cart(tmp_path / "run", algorithm="apex"), Silent(), lambda text: None, spread)
+    train(cart(tmp_path / "run", algorithm="apex"), NullCallback(), lambda text: None, spread)
     assert len(shares) == 4
     assert max(shares) == pytest.approx(0.4)
 
@@ -127,10 +127,10 @@ def test_apex_has_its_ladder_over_the_rows_of_all_workers(tmp_path, monkeypatch)
 )
 def test_lost_workers_change_nothing(tmp_path, name, lost):
     quiet, wild = tmp_path / "quiet", tmp_path / "wild"
-    train(ALIKE[name](quiet), Silent(), lambda text: None, spread_here(2)[0])
+    train(ALIKE[name](quiet), NullCallback(), lambda text: None, spread_here(2)[0])
     spread, transport = spread_here(2, lost_at=lost)
     told = []
-    train(ALIKE[name](wild), Silent(), told.append, spread)
+    train(ALIKE[name](wild), NullCallback(), told.append, spread)
     assert transport.ended == len(lost)
     assert sum("was lost" in line for line in told) == len(lost)
     assert_same(quiet, wild)
@@ -138,9 +138,11 @@ def test_lost_workers_change_nothing(tmp_path, name, lost):
 
 def test_lost_workers_of_a_learner_that_remembers_change_nothing(tmp_path):
     quiet, wild = tmp_path / "quiet", tmp_path / "wild"
-    train(cart(quiet, "replay.learning_starts=64", algorithm="dqn"), Silent(), lambda text: None, spread_here(2)[0])
+    train(
+        cart(quiet, "replay.learning_starts=64", algorithm="dqn"), NullCallback(), lambda text: None, spread_here(2)[0]
+    )
     spread, transport = spread_here(2, lost_at=(2, 5, 8))
-    train(cart(wild, "replay.learning_starts=64", algorithm="dqn"), Silent(), lambda text: None, spread)
+    train(cart(wild, "replay.learning_starts=64", algorithm="dqn"), NullCallback(), lambda text: None, spread)
     assert transport.ended == 3
     assert_same(quiet, wild)
 
@@ -148,7 +150,7 @@ def test_lost_workers_of_a_learner_that_remembers_change_nothing(tmp_path):
 def test_a_place_that_loses_every_worker_is_named(tmp_path):
     spread, transport = spread_here(1, lost_at=tuple(range(2, 2 + LOST_IN_A_ROW)))
     with pytest.raises(ClusterError, match=f"{LOST_IN_A_ROW} workers one after the other were lost in place 0"):
-        train(cart(tmp_path / "run"), Silent(), lambda text: None, spread)
+        train(cart(tmp_path / "run"), NullCallback(), lambda text: None, spread)
     assert transport.closed
     assert len(curve(tmp_path / "run")) == 2  # what was learned until then stands
 
@@ -156,7 +158,7 @@ def test_a_place_that_loses_every_worker_is_named(tmp_path):
 def test_workers_that_never_come_are_named(tmp_path):
     spread, transport = spread_here(2, come_seconds=0.0, never_come=True)
     with pytest.raises(ClusterError, match="0 of 2 workers came, and for 0 s no other"):
-        train(cart(tmp_path / "run"), Silent(), lambda text: None, spread)
+        train(cart(tmp_path / "run"), NullCallback(), lambda text: None, spread)
     assert transport.closed
     assert not (tmp_path / "run").exists()
 
@@ -164,24 +166,27 @@ def test_workers_that_never_come_are_named(tmp_path):
 @pytest.mark.parametrize("name", ["ppo", "ppo with a memory", "snakes", "cars"])
 def test_a_run_of_workers_goes_on_to_the_same_curve(tmp_path, name):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
-    train(ALIKE[name](whole), Silent(), lambda text: None, spread_here(2)[0])
+    train(ALIKE[name](whole), NullCallback(), lambda text: None, spread_here(2)[0])
     last = len(curve(whole))
     request = ALIKE[name](broken)
     train(
-        type(request)(**{**vars(request), "stops": ("iterations=2",)}), Silent(), lambda text: None, spread_here(2)[0]
+        type(request)(**{**vars(request), "stops": ("iterations=2",)}),
+        NullCallback(),
+        lambda text: None,
+        spread_here(2)[0],
     )
     told = []
-    resume(broken, (f"iterations={last}",), Silent(), told.append, spread=spread_here(2)[0])
+    resume(broken, (f"iterations={last}",), NullCallback(), told.append, spread=spread_here(2)[0])
     assert "goes on after iteration 2" in told
     assert_same(whole, broken)
 
 
 def test_a_run_moves_from_one_process_to_workers_and_back(tmp_path):
     run, told = tmp_path / "run", []
-    train(snakes(run, "evaluation.every=1"), Silent(), told.append)
-    resume(run, ("iterations=7",), Silent(), told.append, spread=spread_here(3)[0])
-    resume(run, ("iterations=9",), Silent(), told.append, spread=spread_here(2)[0])
-    resume(run, ("iterations=11",), Silent(), told.append)
+    train(snakes(run, "evaluation.every=1"), NullCallback(), told.append)
+    resume(run, ("iterations=7",), NullCallback(), told.append, spread=spread_here(3)[0])
+    resume(run, ("iterations=9",), NullCallback(), told.append, spread=spread_here(2)[0])
+    resume(run, ("iterations=11",), NullCallback(), told.append)
     moves = [line for line in told if "goes on after" in line]
     assert [line.split(",")[0].split(";")[1] for line in moves] == [
         " its worlds were carried by one process and are by 3 now",
@@ -196,7 +201,7 @@ def test_a_run_moves_from_one_process_to_workers_and_back(tmp_path):
 def test_ticks_of_all_workers_stand_in_the_episode_files(tmp_path):
     import polars
 
-    train(cars(tmp_path / "run"), Silent(), lambda text: None, spread_here(2)[0])
+    train(cars(tmp_path / "run"), NullCallback(), lambda text: None, spread_here(2)[0])
     ticks = polars.read_parquet(tmp_path / "run" / "episodes" / "2.parquet")
     assert len(ticks) == 4 * 16
     assert sorted(ticks["world"].unique()) == [0, 1, 2, 3]
@@ -206,7 +211,7 @@ def test_ticks_of_all_workers_stand_in_the_episode_files(tmp_path):
 def test_what_is_waited_for_is_said(tmp_path, monkeypatch):
     monkeypatch.setattr(worker_pool, "TELL_SECONDS", 0.0)
     said, spread = [], spread_here(2, slow_to="open")[0]
-    train(cart(tmp_path / "run", stops="iterations=1"), Silent(), said.append, spread)
+    train(cart(tmp_path / "run", stops="iterations=1"), NullCallback(), said.append, spread)
     assert said[0] == "- cluster 2: waiting for its workers"
     assert re.fullmatch(r"- cluster: after \d+ s [01] of 2 workers have opened their worlds", said[1])
 
@@ -215,13 +220,13 @@ def test_a_crowded_machine_is_given_time(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     for load, seconds in ((0.5, 180.0), (16.0, 1440.0), (1000.0, 1800.0)):
         monkeypatch.setattr("os.getloadavg", lambda load=load: (load, 0.0, 0.0))
-        assert patience(180.0) == seconds
+        assert load_scaled(180.0) == seconds
 
 
 def test_more_workers_than_worlds_are_not_asked(tmp_path):
     spread, transport = spread_here(6)
     told = []
-    train(cart(tmp_path / "run"), Silent(), told.append, spread)
+    train(cart(tmp_path / "run"), NullCallback(), told.append, spread)
     assert any("6 workers, and rollout.num_worlds is 4" in line for line in told)
     assert transport.asked.count("open") == 4
     job = json.loads((tmp_path / "run" / "job.json").read_text())
@@ -231,9 +236,9 @@ def test_more_workers_than_worlds_are_not_asked(tmp_path):
 def test_what_cannot_be_spread_is_named_before_anything_is_begun(tmp_path):
     spread, transport = spread_here(2)
     with pytest.raises(SettingError, match="es deals a member of its population"):
-        train(cart(tmp_path / "run", algorithm="es"), Silent(), lambda text: None, spread)
+        train(cart(tmp_path / "run", algorithm="es"), NullCallback(), lambda text: None, spread)
     with pytest.raises(SettingError, match="fidelity aws"):
-        train(RaceRequest(run=tmp_path / "run", preset="aws"), Silent(), lambda text: None, spread)
+        train(RaceRequest(run=tmp_path / "run", preset="aws"), NullCallback(), lambda text: None, spread)
     assert not transport.asked
     assert not (tmp_path / "run").exists()
 
@@ -247,4 +252,4 @@ def test_a_reward_function_that_fails_in_a_worker_is_the_users_letter(tmp_path):
         tmp_path / "car", run=tmp_path / "run", stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5])
     )
     with pytest.raises(UserInputError, match="ZeroDivisionError"):
-        train(request, Silent(), lambda text: None, spread_here(2)[0])
+        train(request, NullCallback(), lambda text: None, spread_here(2)[0])

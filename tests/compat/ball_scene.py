@@ -7,14 +7,14 @@ import argparse
 
 import numpy as np
 
-from racecraft.worlds.unity.env.player import ActionCard, Info, Seen, run_player
+from racecraft.worlds.unity.env.player import Info, ObservationMessage, UnityActionSpec, run_player
 
 BEHAVIOR = "3DBall?team=0"
 AGENTS, EDGE, SPEED = 12, 1.0, 0.05
 
 
 class BallScene:
-    behaviors = {BEHAVIOR: ActionCard(continuous=2)}
+    behaviors = {BEHAVIOR: UnityActionSpec(continuous=2)}
 
     def begin(self, seed):
         self.chance = np.random.default_rng(seed)
@@ -39,7 +39,7 @@ class BallScene:
                 self.next_id += 1
 
     def see(self, row):
-        return Seen(np.concatenate([self.places[row], np.zeros(6)]).astype(np.float32), "ball")
+        return ObservationMessage(np.concatenate([self.places[row], np.zeros(6)]).astype(np.float32), "ball")
 
 
 def main():

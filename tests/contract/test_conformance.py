@@ -61,7 +61,7 @@ class Outside(Walk):
         named["square"] *= 2
 
 
-class Silent(Walk):
+class NullCallback(Walk):
     """Keeps its last observation to itself."""
 
     def _show(self, named, rows=True):
@@ -109,7 +109,7 @@ class Hoarder(Walk):
     [
         (Forgetful, "test_the_same_seed_tells_the_same_story"),
         (Outside, "test_observations_stay_inside_their_spec"),
-        (Silent, "test_an_ending_shows_its_own_last_observation"),
+        (NullCallback, "test_an_ending_shows_its_own_last_observation"),
         (Neighbourly, "test_stepping_many_worlds_equals_stepping_each_beside_fewer"),
         (Leaky, "test_a_saved_world_goes_on_as_if_nothing_had_happened"),
         (Amnesiac, "test_a_saved_world_goes_on_as_if_nothing_had_happened"),

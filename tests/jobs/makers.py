@@ -39,7 +39,7 @@ def turn_until(supervisor, done, seconds=60.0):
     until = time.monotonic() + seconds
     while not done():
         assert time.monotonic() < until, "it took too long"
-        supervisor.turn()
+        supervisor.reconcile()
         time.sleep(0.02)
 
 

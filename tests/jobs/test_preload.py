@@ -13,7 +13,7 @@ from tests.jobs.makers import home_in, turn_until, wait_until
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.job import new_job
-from racecraft.jobs.preload import NOTE, READY, VARIABLE, WARM, WARM_NOTE, Spare, is_awaited
+from racecraft.jobs.preload import NOTE, READY, VARIABLE, WARM, WARM_NOTE, PreloadedProcess, is_awaited
 from racecraft.jobs.states import State
 from racecraft.jobs.store import MemoryStore
 from racecraft.jobs.supervisor import Supervisor
@@ -57,14 +57,14 @@ def test_a_job_that_was_announced_gets_the_process_that_waits_and_cannot_tell(ho
     """Its folder, its variables, its log and its words are its own."""
     announce(home)
     store = MemoryStore()
-    supervisor = Supervisor(store, home, "me", Capacity(2, 2000), spare=Spare.if_awaited(home))
+    supervisor = Supervisor(store, home, "me", Capacity(2, 2000), spare=PreloadedProcess.if_awaited(home))
     waits = supervisor._spare._process.pid
-    supervisor.turn()
+    supervisor.reconcile()
     assert supervisor._spare is not None
     assert supervisor.turn_seconds < 0.1
     store.add(new_job(job_in(here), 0.0))
     (home.path / NOTE).unlink()
-    supervisor.turn()
+    supervisor.reconcile()
     assert (store.find("asks").process, supervisor._spare) == (waits, None)
     turn_until(supervisor, lambda: store.find("asks").ended)
     assert store.find("asks").state is State.COMPLETED, home.log("asks").read_text()
@@ -91,21 +91,21 @@ def test_what_cannot_be_imported_ahead_is_left_to_the_job(here):
 def test_who_announces_and_brings_nothing_leaves_nobody_waiting(home):
     announce(home)
     supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000))
-    supervisor.turn()
+    supervisor.reconcile()
     spare = supervisor._spare
     assert is_alive(spare)
     (home.path / NOTE).unlink()
-    supervisor.turn()
+    supervisor.reconcile()
     assert (supervisor._spare, is_alive(spare)) == (None, False)
 
 
 def test_a_supervisor_that_ends_takes_the_one_that_waits_along(home):
     announce(home)
-    supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000), spare=Spare.if_awaited(home))
+    supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000), spare=PreloadedProcess.if_awaited(home))
     spare = supervisor._spare
     supervisor.close()
     assert not is_alive(spare)
-    spare = Spare(home)
+    spare = PreloadedProcess(home)
     spare._process.stdin.close()  # as when a supervisor is killed
     wait_until(lambda: not is_alive(spare))
 
@@ -134,7 +134,7 @@ def test_nobody_waits_for_one_who_is_gone_or_takes_too_long(home):
     ],
 )
 def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, other):
-    spare = Spare(home)
+    spare = PreloadedProcess(home)
     assert spare.take(replace(job_in(here), **other), home.log("asks")) is None
     os.killpg(spare._process.pid, signal.SIGKILL)
     spare._process.wait()
@@ -144,22 +144,22 @@ def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, o
 
 def test_a_worker_is_kept_warm_while_who_wants_it_lives_and_a_new_one_follows_a_job(home, here, monkeypatch):
     monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
-    monkeypatch.setattr(Spare, "is_ready", True)
+    monkeypatch.setattr(PreloadedProcess, "is_ready", True)
     store = MemoryStore()
     supervisor = Supervisor(store, home, "me", Capacity(2, 2000))
-    assert not supervisor.turn()
+    assert not supervisor.reconcile()
     (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
-    assert supervisor.turn(), "it stays, though there is no job"
+    assert supervisor.reconcile(), "it stays, though there is no job"
     first = supervisor._spare
     assert first.warm
     assert is_alive(first)
     store.add(new_job(job_in(here), 1.0))
-    supervisor.turn()
+    supervisor.reconcile()
     assert store.find("asks").process == first._process.pid
     assert supervisor._spare is not first
     second = supervisor._spare
     (home.path / WARM_NOTE).unlink()
-    supervisor.turn()
+    supervisor.reconcile()
     assert not is_alive(second)
     supervisor.close()
 
@@ -168,11 +168,11 @@ def test_a_job_does_not_wait_for_a_worker_that_is_not_warm_yet(home, here):
     (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
     store = MemoryStore()
     supervisor = Supervisor(store, home, "me", Capacity(2, 2000))
-    supervisor.turn()
+    supervisor.reconcile()
     cold = supervisor._spare
     assert not cold.is_ready
     store.add(new_job(job_in(here), 1.0))
-    supervisor.turn()
+    supervisor.reconcile()
     assert store.find("asks").process != cold._process.pid
     assert not is_alive(cold), "it would take time from the training"
     supervisor.close()
@@ -193,10 +193,10 @@ def test_a_warm_worker_that_ended_is_replaced(home, monkeypatch):
     monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
     (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
     supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000))
-    supervisor.turn()
+    supervisor.reconcile()
     gone = supervisor._spare
     gone._process.kill()
     gone._process.wait()
-    supervisor.turn()
+    supervisor.reconcile()
     assert is_alive(supervisor._spare)
     supervisor.close()

@@ -94,7 +94,7 @@ def test_memory_counts_as_cores_do(tmp_path, store, working):
     for name in ("a", "b"):
         add(store, script_job(tmp_path, name, "import time\ntime.sleep(60)\n", memory_mib=600))
     turn_until(working, lambda: state_of(store, "a") is State.TRAINING)
-    working.turn()
+    working.reconcile()
     assert state_of(store, "b") is State.PENDING
 
 
@@ -156,7 +156,7 @@ def test_a_job_that_somebody_else_took_up_is_let_go(tmp_path, store, working):
     add(store, script_job(tmp_path, "taken", "import time\ntime.sleep(99)\n", mark=mark))
     turn_until(working, lambda: state_of(store, "taken") is State.TRAINING)
     change(store, "taken", lambda job: job.interrupted(time.time(), "lost", True).claimed("you", time.time()))
-    working.turn()
+    working.reconcile()
     wait_until(lambda: running(mark) == [])
     assert store.find("taken").owner == "you"
 
@@ -177,7 +177,7 @@ from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.supervisor import Supervisor
 home = JobPaths(Path(sys.argv[1]), sys.argv[2])
 supervisor = Supervisor(home.store(), home, sys.argv[3], Capacity(4, 1000), lost_seconds=float(sys.argv[4]))
-while supervisor.turn(): time.sleep(0.01)
+while supervisor.reconcile(): time.sleep(0.01)
 """
 
 
@@ -389,17 +389,17 @@ def test_the_letter_a_job_ended_with_is_told_as_it_was_said(tmp_path):
 
 def test_a_run_that_stood_there_before_is_neither_gone_on_with_nor_asked_to_stop(tmp_path):
     """A training with -w reads all it was given while the older model still stands."""
-    from racecraft.jobs.children import has_begun, run_mark, words_now
+    from racecraft.jobs.children import current_args, has_begun, run_mark
     from racecraft.jobs.supervisor import _asked_in_its_run_folder
 
     run = tmp_path / "r"
     run.mkdir()
     (run / "job.json").write_text('{"format": "racecraft run", "version": 1, "kind": "deepracer"}')
     spec = JobSpec(("dr", "a"), resume=("train", "--resume"), run=str(run), older_run=run_mark(run))
-    assert (has_begun(spec), words_now(spec), _asked_in_its_run_folder(spec)) == (False, ("dr", "a"), False)
+    assert (has_begun(spec), current_args(spec), _asked_in_its_run_folder(spec)) == (False, ("dr", "a"), False)
     assert not (run / "stop").exists()
     (run / "job.json").unlink()
     assert not has_begun(spec)
     (run / "job.json").write_text('{"format": "racecraft run", "version": 1, "kind": "deepracer", "new": 1}')
-    assert (has_begun(spec), words_now(spec), _asked_in_its_run_folder(spec)) == (True, spec.resume, True)
+    assert (has_begun(spec), current_args(spec), _asked_in_its_run_folder(spec)) == (True, spec.resume, True)
     assert (run / "stop").exists()

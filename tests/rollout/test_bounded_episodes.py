@@ -34,7 +34,7 @@ class Walk:
 
 
 def play(choices, world=None, **words):
-    policy = SimpleNamespace(act=lambda seen, mask: np.array(choices), forget=lambda rows: None)
+    policy = SimpleNamespace(act=lambda seen, mask: np.array(choices), reset_state=lambda rows: None)
     ticks = []
     told = play_episodes(policy, world or Walk(), seed=0, observers=[lambda *_: ticks.append(1)], **words)
     return [(one.world, one.steps, one.reward, one.status) for one in told], len(ticks)

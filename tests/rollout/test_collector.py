@@ -29,7 +29,7 @@ class Always:
         self.asked.append(rows)
         return Decision(np.full(len(clock), self.choice, np.int64), {"noted": clock.astype(np.float32) + 0.5})
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgotten.append(rows.copy())
 
 
@@ -251,7 +251,7 @@ class Parked(Walk):
         self._show(buffers.observations)
         self._allow(buffers)
 
-    def park(self, rows):
+    def freeze(self, rows):
         self.standing = rows.copy()
 
     def step(self, actions, buffers):

@@ -19,7 +19,7 @@ class Shows:
     def act(self, observations, action_mask=None):
         return np.full(len(observations["clock"]), 2)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgotten.append(rows.tolist())
 
 

@@ -18,7 +18,7 @@ class Notes:
         self.masks.append(None if action_mask is None else action_mask.copy())
         return np.full(len(observations["clock"]), self.choice)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgotten.append(rows.tolist())
 
 

@@ -17,7 +17,7 @@ class DownFrom:
             self.squares = observations["square"].argmax(-1).tolist()
         return np.zeros(len(observations["square"]), np.int64)
 
-    def forget(self, rows): ...
+    def reset_state(self, rows): ...
 
 
 def test_every_agent_plays_as_many_as_were_asked_and_they_come_in_order():

@@ -32,7 +32,7 @@ class Dice:
         self.asked += count
         return Decision(torch.randint(0, 3, (count,), generator=generator).numpy(), {})
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

@@ -235,9 +235,9 @@ TAKES_A_BODY = {"endpoint": "/invocations", "open endpoint": "/invocations", "we
 @pytest.mark.parametrize("server", TAKES_A_BODY)
 def test_huge_bodies_are_refused_before_they_are_read(ports, server):
     head = f"POST {TAKES_A_BODY[server]} HTTP/1.1\r\nHost: 127.0.0.1\r\n"
-    announced = f"{head}Content-Length: {HUGE}\r\n\r\n".encode()
+    announce_job = f"{head}Content-Length: {HUGE}\r\n\r\n".encode()
     chunked = f"{head}Transfer-Encoding: chunked\r\n\r\n".encode() + b"10000\r\n" + b"[" * 65536 + b"\r\n"
-    assert send(ports[server], announced, b"x")[1] == "body_too_large"
+    assert send(ports[server], announce_job, b"x")[1] == "body_too_large"
     assert send(ports[server], chunked, (b"10000\r\n" + b"[" * 65536 + b"\r\n") * 20)[1] == "body_too_large"
     packed = request(TAKES_A_BODY[server], "POST", b"\x1f\x8b\x08", Content_Encoding="gzip")
     assert send(ports[server], packed)[:2] == (415, "content_encoding")

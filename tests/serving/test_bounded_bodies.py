@@ -11,7 +11,7 @@ from PIL import Image
 
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.world import ArraySpec, DiscreteActions
-from racecraft.serving.invocations import MAX_PIXELS, Answer, Question, read_question, write_answer
+from racecraft.serving.invocations import MAX_PIXELS, InferenceRequest, InferenceResponse, read_question, write_answer
 from racecraft.web.errors import WebError
 from racecraft.web.json_api import ApiRequest
 
@@ -72,7 +72,7 @@ def test_a_small_body_that_asks_for_much_memory_is_refused_by_name(what):
 
 
 def test_no_answer_holds_a_number_that_json_lacks():
-    question = Question({}, None, "instances")
+    question = InferenceRequest({}, None, "instances")
     with pytest.raises(WebError, match="the policy answered NaN") as refused:
-        write_answer(Answer(np.array([[np.nan]])), question, "")
+        write_answer(InferenceResponse(np.array([[np.nan]])), question, "")
     assert refused.value.status == 500

@@ -152,9 +152,9 @@ class Store:
         )
 
     def access(self, url=None, secret=KEYS["AWS_SECRET_ACCESS_KEY"]):
-        from racecraft.storage.access import Access
+        from racecraft.storage.connection import S3Connection
 
-        return Access(url or self.url, "", "us-east-1", KEYS["AWS_ACCESS_KEY_ID"], secret)
+        return S3Connection(url or self.url, "", "us-east-1", KEYS["AWS_ACCESS_KEY_ID"], secret)
 
     def open(self, url=None, attempts=4):
         from racecraft.storage.object_store import ObjectStore

@@ -6,23 +6,26 @@ import pytest
 from tests.storage import servers
 
 from racecraft.contract.errors import UserInputError
-from racecraft.storage.access import Access
 from racecraft.storage.address import Address, BucketError
-from racecraft.storage.mirror_note import Place, noted_place, write_note
+from racecraft.storage.connection import S3Connection
+from racecraft.storage.mirror_note import MirrorLocation, noted_place, write_note
 from racecraft.storage.transfer import MIRROR
 
 TAKEN_FROM = "Keys are taken from a profile of ~/.aws"
 
 
 def test_a_note_holds_no_keys(tmp_path):
-    write_note(tmp_path, Place(Address("models", "car"), Access("http://localhost:9000", "", "", "racer", "hidden")))
+    write_note(
+        tmp_path,
+        MirrorLocation(Address("models", "car"), S3Connection("http://localhost:9000", "", "", "racer", "hidden")),
+    )
     assert "hidden" not in (tmp_path / MIRROR).read_text()
-    assert noted_place(tmp_path).access == Access("http://localhost:9000")
+    assert noted_place(tmp_path).access == S3Connection("http://localhost:9000")
 
 
 @pytest.mark.parametrize("more", ["secret", "aws_access_key_id"])
 def test_keys_that_somebody_wrote_into_a_note_are_refused(tmp_path, more):
-    write_note(tmp_path, Place(Address("models", "car")))
+    write_note(tmp_path, MirrorLocation(Address("models", "car")))
     note = json.loads((tmp_path / MIRROR).read_text())
     (tmp_path / MIRROR).write_text(json.dumps({**note, more: "hidden"}))
     with pytest.raises(BucketError, match=f"holds '{more}', which is not read there.*{TAKEN_FROM}") as said:
@@ -33,9 +36,9 @@ def test_keys_that_somebody_wrote_into_a_note_are_refused(tmp_path, more):
 @pytest.mark.parametrize("endpoint", ["http://racer:hidden@localhost:9000", "https://hidden@localhost"])
 def test_an_endpoint_that_holds_keys_is_refused_and_not_repeated(tmp_path, endpoint):
     with pytest.raises(BucketError, match=f"keys before its '@'.*{TAKEN_FROM}") as said:
-        Access(endpoint)
+        S3Connection(endpoint)
     assert "hidden" not in str(said.value)
-    write_note(tmp_path, Place(Address("models", "car")))
+    write_note(tmp_path, MirrorLocation(Address("models", "car")))
     note = json.loads((tmp_path / MIRROR).read_text())
     (tmp_path / MIRROR).write_text(json.dumps({**note, "endpoint": endpoint}))
     with pytest.raises(UserInputError, match="keys before its '@'"):
@@ -57,6 +60,6 @@ def test_who_has_no_keys_or_wrong_ones_is_told_where_they_are_taken_from(
     monkeypatch.setenv("AWS_EC2_METADATA_DISABLED", "true")
     monkeypatch.setenv("AWS_SHARED_CREDENTIALS_FILE", str(tmp_path / "none"))
     monkeypatch.setenv("AWS_CONFIG_FILE", str(tmp_path / "none"))
-    store = ObjectStore(Access(rclone_store.url, "", "us-east-1", key, secret))
+    store = ObjectStore(S3Connection(rclone_store.url, "", "us-east-1", key, secret))
     with pytest.raises(BucketError, match=f"{words}.*{TAKEN_FROM}"):
         store.listed(Address("bucket", ""))

@@ -162,10 +162,10 @@ def test_over_a_wire_that_breaks(store, run):
 def test_a_run_that_was_killed_before_its_first_iteration_comes_back_from_its_bucket_and_goes_on(moto_store, tmp_path):
     from racecraft.storage.transfer import pull
     from racecraft.training import worlds
-    from racecraft.training.callbacks import Silent
+    from racecraft.training.callbacks import NullCallback
     from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
-    class Killed(Silent):
+    class Killed(NullCallback):
         def run_made(self, path):
             self.mirror = Mirror(path, Address("bucket", "cart"), moto_store.open())
 
@@ -180,5 +180,5 @@ def test_a_run_that_was_killed_before_its_first_iteration_comes_back_from_its_bu
         worlds.train(asked, Killed(), lambda text: None)
     pull(moto_store.open(), Address("bucket", "cart"), tmp_path / "b")
     assert not (tmp_path / "b" / "episodes").exists(), "a bucket keeps no empty folders"
-    worlds.resume(tmp_path / "b", (), Silent(), lambda text: None)
+    worlds.resume(tmp_path / "b", (), NullCallback(), lambda text: None)
     assert [row["iteration"] for row in RunFolder.open(tmp_path / "b").read_metrics()] == [1]

@@ -17,7 +17,7 @@ from racecraft.compat.shims import run_script
 from racecraft.contract.errors import EnvironmentFailedError, RacecraftError, UserInputError
 from racecraft.contract.user_code_location import user_code_location
 from racecraft.formats.run_folder import RunFolder
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
@@ -199,7 +199,7 @@ def test_a_workers_environment_is_told_of_by_the_training(tmp_path, monkeypatch)
     request = GymRequest(named, run=tmp_path / "run", stops=("iterations=9",), overrides=small)
     told = []
     with pytest.raises(UserInputError, match=r"fails_at_a_worker\.py:\d+: Mine.step raised AttributeError"):
-        train(request, Silent(), told.append, spread)
+        train(request, NullCallback(), told.append, spread)
     assert any("what was learned until then stands in" in line for line in told)
     assert transport.closed
 

@@ -96,7 +96,7 @@ class Collector:
 
 def train(results, every=1, iterations=None, share=None, stops=None):
     """Train for as many iterations as there are results, nothing learned; return outcome, reports and the loop."""
-    learner = SimpleNamespace(eats="rollout", update=lambda batch: {})
+    learner = SimpleNamespace(experience="rollout", update=lambda batch: {})
     feed = SimpleNamespace(take=lambda batch: batch)
     notes = Notes()
     loop = TrainingLoop(
@@ -171,7 +171,7 @@ def test_laps_from_every_start_twice_in_a_row_are_stable_only_when_they_are_conf
     judge = ScriptedJudge([lap(50, None), *[replace(lap(100, 20.0), solved=True)] * 9], confirms)
     notes = Notes()
     TrainingLoop(
-        Collector(), SimpleNamespace(eats="rollout", update=lambda batch: {}), judge, notes, notes,
+        Collector(), SimpleNamespace(experience="rollout", update=lambda batch: {}), judge, notes, notes,
         RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(stable_after=2),
         parse_stops(["laps", "iterations=9"]), SimpleNamespace(take=lambda batch: batch),
     ).run("scripted")  # fmt: skip
@@ -313,7 +313,7 @@ def looked_at(collector, stop, clock, asked_at=float("inf")):
     notes = Notes()
     notes.stop_requested = lambda: clock.now >= asked_at
     loop = TrainingLoop(
-        collector, SimpleNamespace(eats="rollout", update=lambda batch: {}), ScriptedJudge([lap(1, None)] * 3),
+        collector, SimpleNamespace(experience="rollout", update=lambda batch: {}), ScriptedJudge([lap(1, None)] * 3),
         notes, notes, RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=100), parse_stops([stop]),
         SimpleNamespace(take=lambda batch: batch),
     )  # fmt: skip
@@ -324,7 +324,7 @@ def test_a_training_that_fails_says_so_where_it_would_say_why_it_stopped():
     def fails(batch):
         raise DivergedError("the losses are no numbers")
 
-    learner = SimpleNamespace(eats="rollout", update=fails)
+    learner = SimpleNamespace(experience="rollout", update=fails)
     notes = Notes()
     loop = TrainingLoop(
         Collector(), learner, ScriptedJudge([]), notes, notes, RolloutConfig(num_worlds=1, horizon=1),

@@ -11,7 +11,7 @@ import torch
 
 from racecraft.contract.errors import MissingExtraError, SettingError
 from racecraft.sagemaker.estimator_config import experiment_variables
-from racecraft.training.callbacks import EvaluationResult, IterationReport, Silent
+from racecraft.training.callbacks import EvaluationResult, IterationReport, NullCallback
 from racecraft.training.mlflow_tracking import EXPERIMENT, MlflowRun, RunDescription, tracking_uri
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
@@ -63,13 +63,13 @@ def test_a_training_and_its_continuation_are_one_run_of_mlflow(tmp_path, monkeyp
         "CartPole-v1", stops=("iterations=2",), run=tmp_path / "cart", seed=3,
         overrides=(*TINY, f"runtime.mlflow={uri}"),
     )  # fmt: skip
-    train(request, Silent(), said.append)
+    train(request, NullCallback(), said.append)
     client, (run,) = runs_of(mlflow, uri, "carts")
     assert (run.info.status, run.info.run_name) == ("FINISHED", "cart")
     assert (run.data.params["seed"], run.data.params["rollout.horizon"]) == ("3", "16")
     assert run.data.tags["racecraft.run_folder"] == (tmp_path / "cart").as_uri()
     assert run.data.tags["sagemaker.TrialName"] == "first"
-    resume(tmp_path / "cart", ("iterations=3",), Silent(), said.append)
+    resume(tmp_path / "cart", ("iterations=3",), NullCallback(), said.append)
     client, (run,) = runs_of(mlflow, uri, "carts")
     assert [point.step for point in client.get_metric_history(run.info.run_id, "Policy/Entropy")] == [32, 64, 96]
     assert client.get_metric_history(run.info.run_id, "Evaluation/return")
@@ -173,7 +173,7 @@ def test_a_training_whose_mlflow_is_lost_ends_as_it_would_have(tmp_path, deaf):
         "CartPole-v1", stops=("iterations=2",), run=tmp_path / "run",
         overrides=(*TINY, "runtime.mlflow=http://127.0.0.1:1"),
     )  # fmt: skip
-    trained = train(request, Silent(), said.append)
+    trained = train(request, NullCallback(), said.append)
     assert trained.outcome.iterations == 2
     assert "MLflow at http://127.0.0.1:1 did not take the figures of 2 iterations (ConnectionError: nobody" in said[-1]
 
@@ -186,7 +186,7 @@ def test_without_the_package_or_with_no_address_nothing_is_made(tmp_path, monkey
         monkeypatch.setitem(sys.modules, "mlflow.tracking", None)
         request = GymRequest("CartPole-v1", run=tmp_path / "run", overrides=(f"runtime.mlflow={address}",))
         with pytest.raises(error, match=letter):
-            train(request, Silent(), str)
+            train(request, NullCallback(), str)
     assert not (tmp_path / "run").exists()
 
 

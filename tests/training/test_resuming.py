@@ -15,7 +15,7 @@ from gymnasium import spaces
 from typer.testing import CliRunner
 
 from racecraft.analysis.run_facts import read_facts
-from racecraft.analysis.run_summary import asked_words
+from racecraft.analysis.run_summary import request_text
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -149,7 +149,7 @@ def test_an_environment_without_a_memory_begins_its_episodes_anew_and_that_is_sa
     assert (job["asked"]["stops"], job["resumed"]) == (
         ["iterations=2"], [{"after_iteration": 2, "stops": ["iterations=4"]}]
     )  # fmt: skip
-    assert "It was resumed once, after iteration 2, until 4 iterations are done." in asked_words(
+    assert "It was resumed once, after iteration 2, until 4 iterations are done." in request_text(
         read_facts(RunFolder.open(run))
     )
     assert [row["iteration"] for row in curve(run)] == [1, 2, 3, 4]

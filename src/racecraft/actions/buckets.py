@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.actions.action import action
-from racecraft.actions.stores import Way
+from racecraft.actions.stores import BucketOptions
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, group, option
 
@@ -24,7 +24,7 @@ class PushRequest(Request):
     source: Path = argument("A run folder, any other folder, or a file.")
     address: str = argument("An address, such as s3://models/fast-car-1.", metavar="S3://BUCKET/PREFIX")
     dry_run: bool = option(False, "Say what would be moved, and move nothing.", "--dry-run", "--dryrun")
-    way: Way = group(Way)
+    way: BucketOptions = group(BucketOptions)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class PullRequest(Request):
     address: str = argument("An address, such as s3://models/fast-car-1.", metavar="S3://BUCKET/PREFIX")
     target: Path = argument("The folder that it becomes, or in which a single object is laid.")
     dry_run: bool = option(False, "Say what would be moved, and move nothing.", "--dry-run", "--dryrun")
-    way: Way = group(Way)
+    way: BucketOptions = group(BucketOptions)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class ListRequest(Request):
 
     address: str | None = argument("By default the buckets themselves.", None, metavar="[S3://BUCKET/PREFIX]")
     recursive: bool = option(False, "Everything below, not only the next level.")
-    way: Way = group(Way)
+    way: BucketOptions = group(BucketOptions)
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class LinkRequest(Request):
 
     address: str = argument("One object.", metavar="S3://BUCKET/KEY")
     hours: float = option(24.0, "Valid for so long; at most 168, which is 7 days.")
-    way: Way = group(Way)
+    way: BucketOptions = group(BucketOptions)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from racecraft.actions.stores import installation_at, open_store, reach
 
 if TYPE_CHECKING:
     from racecraft.storage.mirror import Mirrored
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.storage.object_store import ObjectStore
     from racecraft.training.callbacks import IterationReport, TrainingCallback
 
@@ -63,7 +63,7 @@ def is_needed_to_drive(name: str) -> bool:
     return not any(part in HISTORY or part.startswith("evaluation-") for part in name.split("/")[:-1])
 
 
-def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, tell: Tell) -> Place | None:
+def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, tell: Tell) -> MirrorLocation | None:
     """Return where a run is to be kept as well; None: nowhere.
 
     Args:
@@ -78,11 +78,11 @@ def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, t
     if mirror is None and folder is None and run is None:
         return None  # nothing names a bucket: its code is not brought along
     from racecraft.storage.address import Address
-    from racecraft.storage.mirror_note import Place, noted_place
+    from racecraft.storage.mirror_note import MirrorLocation, noted_place
 
     if mirror is not None:
         address = Address.parse(mirror)
-        return Place(address, reach(address, folder), str(folder.absolute()) if folder is not None else "")
+        return MirrorLocation(address, reach(address, folder), str(folder.absolute()) if folder is not None else "")
     if run is not None:
         noted = noted_place(run)
         if noted is None or not noted.installation:
@@ -96,7 +96,7 @@ def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, t
 
 @contextlib.contextmanager
 def mirrored(
-    shown: TrainingCallback, place: Place | None, tell: Tell, run: Path | None = None
+    shown: TrainingCallback, place: MirrorLocation | None, tell: Tell, run: Path | None = None
 ) -> Iterator[TrainingCallback]:
     """Yield who watches a training so that its run is kept in a bucket; say in the end what that bucket lacks.
 
@@ -125,7 +125,7 @@ def mirrored(
             tell(what_was_mirrored(done, watching.run, place))
 
 
-def what_was_mirrored(done: Mirrored, run: Path, place: Place) -> str:
+def what_was_mirrored(done: Mirrored, run: Path, place: MirrorLocation) -> str:
     """Return the line about how far a mirror came."""
     if not done.missing:
         return f"mirrored: {place.address} holds all of {run}"
@@ -138,7 +138,7 @@ def what_was_mirrored(done: Mirrored, run: Path, place: Place) -> str:
     )
 
 
-def _require_room(store: ObjectStore, place: Place, run: Path | None, tell: Tell) -> None:
+def _require_room(store: ObjectStore, place: MirrorLocation, run: Path | None, tell: Tell) -> None:
     """Refuse a prefix that holds something else than the run that is kept there."""
     from racecraft.formats.run_folder import JOB
     from racecraft.storage.address import BucketError
@@ -164,7 +164,7 @@ def _require_room(store: ObjectStore, place: Place, run: Path | None, tell: Tell
 class _MirrorCallback:
     """Tells a mirror of each iteration; it begins when the run folder stands."""
 
-    def __init__(self, place: Place, store: ObjectStore) -> None:
+    def __init__(self, place: MirrorLocation, store: ObjectStore) -> None:
         from racecraft.storage.mirror import Mirror
 
         self._place, self._store, self._make = place, store, Mirror

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Protocol
 from racecraft.settings.request import Request, option
 
 if TYPE_CHECKING:
-    from racecraft.storage.access import Access
     from racecraft.storage.address import Address
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.connection import S3Connection
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.storage.object_store import ObjectStore
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way(Request):
+class BucketOptions(Request):
     """How a store is reached; what is not given is as a DeepRacer-for-Cloud folder or the environment says."""
 
     endpoint: str = option("", "Address of a store that is not AWS's; else AWS_ENDPOINT_URL.", "--endpoint-url")
@@ -36,7 +36,7 @@ class Way(Request):
 
 def reach(
     address: Address | None, folder: Path | None, endpoint: str = "", profile: str = "", region: str = ""
-) -> Access:
+) -> S3Connection:
     """Return how an address is reached.
 
     Args:
@@ -49,7 +49,7 @@ def reach(
     Raises:
         UserInputError: Something written cannot be used.
     """
-    from racecraft.storage.access import access_of_environment
+    from racecraft.storage.connection import access_of_environment
 
     installation = installation_at(folder)
     known = None if installation is None else installation.access(address)
@@ -60,7 +60,7 @@ def reach(
     return replace(known, **changed, **({"key": "", "secret": ""} if profile else {}))
 
 
-def open_store(access: Access) -> ObjectStore:
+def open_store(access: S3Connection) -> ObjectStore:
     """Open a store.
 
     Raises:
@@ -75,11 +75,11 @@ def open_store(access: Access) -> ObjectStore:
 class Installation(Protocol):
     """A user's folder of another program that names its buckets; a world opens it (`WorldKind.installation`)."""
 
-    def access(self, address: Address | None) -> Access | None:
+    def access(self, address: Address | None) -> S3Connection | None:
         """Return how an address is reached; None: the folder does not say."""
         ...
 
-    def mirror(self, tell: Callable[[str], None]) -> Place | None:
+    def mirror(self, tell: Callable[[str], None]) -> MirrorLocation | None:
         """Fetch what a training lacks, and return where its run is kept as well; None: nowhere."""
         ...
 

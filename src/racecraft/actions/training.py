@@ -14,7 +14,7 @@ from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kinds import find_kind
 from racecraft.settings.describe import value_text
 from racecraft.training import worlds
-from racecraft.training.callbacks import Silent, TrainingCallback
+from racecraft.training.callbacks import NullCallback, TrainingCallback
 from racecraft.training.trainer import Trained
 
 
@@ -124,7 +124,7 @@ def _tuple(value: Any) -> Any:
 
 def _callback(quiet: bool) -> TrainingCallback:
     if quiet:
-        return Silent()
+        return NullCallback()
     from racecraft.training.progress import LineWatcher
 
     return LineWatcher(sys.stderr)

@@ -26,7 +26,7 @@ PAGE, SPEC = "tuning.html", "tuning.json"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Extent(Request):
+class BudgetOptions(Request):
     """How much is tried."""
 
     trials: int = option(20, "How many in all, those of --from beside them.", low=1)
@@ -40,7 +40,7 @@ class Extent(Request):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Aim(Request):
+class ObjectiveOptions(Request):
     """What counts."""
 
     objective: str = option(
@@ -58,7 +58,7 @@ class Aim(Request):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choice(Request):
+class SamplerOptions(Request):
     """Who says what is tried next, and what is given up."""
 
     sampler: str = option(
@@ -71,7 +71,7 @@ class Choice(Request):
     pruner: str | None = option(None, "Who gives trials up early: median (where nobody says), hyperband or none.")
     seed: int = option(0, "Of the sampler.", low=0)
 
-    def gives_up(self, aim: Aim) -> str:
+    def gives_up(self, aim: ObjectiveOptions) -> str:
         """Return who gives trials up early.
 
         Raises:
@@ -87,7 +87,7 @@ class Choice(Request):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place(Request):
+class FolderOptions(Request):
     """Where the search lies, and what it begins with."""
 
     run: Path | None = option(None, "Folder of the search; one that is there is gone on with. By default tunings/N.")
@@ -108,10 +108,10 @@ class TuneRequest(Request):
     param: tuple[str, ...] = option(
         MISSING, "What is varied: NAME=LOW..HIGH, with :log behind it for a logarithmic scale, or NAME=ONE,OTHER."
     )
-    extent: Extent = group(Extent)
-    aim: Aim = group(Aim)
-    choice: Choice = group(Choice)
-    place: Place = group(Place)
+    extent: BudgetOptions = group(BudgetOptions)
+    aim: ObjectiveOptions = group(ObjectiveOptions)
+    choice: SamplerOptions = group(SamplerOptions)
+    place: FolderOptions = group(FolderOptions)
 
 
 @dataclass(frozen=True)

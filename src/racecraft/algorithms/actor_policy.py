@@ -14,9 +14,9 @@ from racecraft.algorithms.networks import (
     ActorCritic,
     Architecture,
     CustomEncoder,
+    CustomPolicyNetwork,
     Encoder,
     OwnActorCritic,
-    OwnPolicy,
     architecture_from,
 )
 from racecraft.algorithms.policy_spec import PolicySpec
@@ -77,23 +77,23 @@ class ActorPolicy:
         chances = self.distribution.probabilities(params, self._mask(action_mask))
         return chances.cpu().numpy(), values.cpu().numpy()
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+    def compile_policy(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return its look at a frame for compiled code; see `Compilable`."""
-        from racecraft.algorithms.compiled_policy import plain_look  # brings Numba along
+        from racecraft.algorithms.compiled_policy import compile_policy  # brings Numba along
 
-        return plain_look(self.network, self.distribution, name, frame)
+        return compile_policy(self.network, self.distribution, name, frame)
 
     @property
-    def eyes(self) -> Encoder | CustomEncoder | OwnPolicy:
+    def encoder(self) -> Encoder | CustomEncoder | CustomPolicyNetwork:
         """The network from observations to features."""
         return self.network.policy_body
 
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+    def inputs(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return what the network would be fed; see `Explainable`."""
-        return as_floats(self.eyes, observations, self._device)
+        return as_floats(self.encoder, observations, self._device)
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
         """Return what it makes of what it is fed; see `Explainable`."""

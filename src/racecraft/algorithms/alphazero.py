@@ -91,7 +91,7 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
     """
 
     name = "alphazero"
-    eats = ROLLOUT
+    experience = ROLLOUT
     figures = FIGURES
     follows = ("encoder",)
     """Settings of `network` that are followed beside its layers."""

@@ -150,7 +150,7 @@ class ApexLearner(DqnLearner):
             DivergedError: A loss is no longer a number.
         """
         steps = [] if self._learning is None else self._learning.result()
-        figures = self.told(steps, experience)
+        figures = self.metrics(steps, experience)
         self.owed += experience.new_transitions
         self._settled = self._meet()
         self._learning = self._beside.submit(self._learn, experience, self._due_steps())

@@ -20,7 +20,7 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.demonstrations import Shown, read_demonstration_batch, shown_tensors
+from racecraft.algorithms.demonstrations import DemonstrationBatch, read_demonstration_batch, shown_tensors
 from racecraft.algorithms.distributions import DiagGaussian, Distribution, distribution_for
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError
 from racecraft.algorithms.network_learner import ActorCriticLearner
@@ -87,7 +87,7 @@ class BcLearner(ActorCriticLearner[BcConfig]):
     """
 
     name = "bc"
-    eats = ROLLOUT
+    experience = ROLLOUT
     figures = FIGURES
     follows = ("encoder",)
     """Settings of `network` that are followed beside its layers."""
@@ -155,7 +155,7 @@ class BcLearner(ActorCriticLearner[BcConfig]):
             )
         return dict(zip(FIGURES, [*means, *self._judge(), len(order), len(told)], strict=True))
 
-    def _step(self, batch: Shown) -> Tensor:
+    def _step(self, batch: DemonstrationBatch) -> Tensor:
         loss, agreement = cloning_loss(self.network, self.distribution, batch)
         self.network.zero_grad()
         loss.backward()
@@ -176,7 +176,7 @@ class BcLearner(ActorCriticLearner[BcConfig]):
         return mean
 
 
-def cloning_loss(network: ActorCritic, distribution: Distribution, batch: Shown) -> tuple[Tensor, Tensor]:
+def cloning_loss(network: ActorCritic, distribution: Distribution, batch: DemonstrationBatch) -> tuple[Tensor, Tensor]:
     """Return the mean -log probability of what was shown, and the share in which the clone would do the same.
 
     The actions of the batch are raw ones (`to_raw`).
@@ -184,8 +184,8 @@ def cloning_loss(network: ActorCritic, distribution: Distribution, batch: Shown)
     params = network.policy(batch.observations)
     log_prob, _ = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.actions)
     with torch.no_grad():
-        likeliest, _ = distribution.mode(params, network.log_std, batch.action_mask)
-        away = (likeliest - batch.actions).abs().float().reshape(len(params), -1).amax(dim=1)
+        argmax_action, _ = distribution.mode(params, network.log_std, batch.action_mask)
+        away = (argmax_action - batch.actions).abs().float().reshape(len(params), -1).amax(dim=1)
     return -log_prob.mean(), (away < NEAR).float().mean()
 
 

@@ -1,4 +1,4 @@
-"""A small plain network as numbers that compiled code looks through. Begin with `plain_look`.
+"""A small plain network as numbers that compiled code looks through. Begin with `compile_policy`.
 
 Asked about one frame of the default car, PyTorch takes four times as long as the multiplications do, and whoever drives
 laps asks hundreds of times. What is larger, or not plain, PyTorch looks through.
@@ -15,7 +15,7 @@ from torch import nn
 
 from racecraft.algorithms.convolution import Convolution
 from racecraft.algorithms.distributions import Categorical, Distribution
-from racecraft.algorithms.kernels.plain_look import NO_BEND, RELU, TANH
+from racecraft.algorithms.kernels.greedy_action import NO_BEND, RELU, TANH
 from racecraft.algorithms.networks import IMAGE_SCALE, ActorCritic, Encoder, FlattenChannelsLast, Image, ImageEmbedder
 from racecraft.contract.world import Array
 
@@ -24,7 +24,7 @@ MOST_PRODUCTS = 2_000_000
 
 
 class CompiledPolicy(NamedTuple):
-    """A network from one grey frame to a choice, as `kernels/plain_look.py` reads it."""
+    """A network from one grey frame to a choice, as `kernels/compile_policy.py` reads it."""
 
     layers: Array
     """int64 (L, 8), a row for each layer."""
@@ -47,7 +47,7 @@ class Layer(NamedTuple):
     """NO_BEND, RELU or TANH."""
 
 
-def plain_look(
+def compile_policy(
     network: ActorCritic, distribution: Distribution, name: str, frame: tuple[int, ...]
 ) -> CompiledPolicy | None:
     """Return how a policy's network looks at a frame and chooses, as it stands now; None: PyTorch is to be asked.

@@ -23,7 +23,7 @@ from racecraft.formats.demonstrations import Demonstrations, read_demonstrations
 
 
 @dataclass(frozen=True)
-class Shown:
+class DemonstrationBatch:
     """B recorded ticks, as tensors."""
 
     observations: dict[str, Tensor]
@@ -35,9 +35,9 @@ class Shown:
     def __len__(self) -> int:
         return len(self.actions)
 
-    def take(self, rows: Tensor) -> Shown:
+    def take(self, rows: Tensor) -> DemonstrationBatch:
         """Return the chosen rows (int64 (B,))."""
-        return Shown(
+        return DemonstrationBatch(
             {name: part[rows] for name, part in self.observations.items()},
             self.actions[rows],
             None if self.action_mask is None else self.action_mask[rows],
@@ -68,7 +68,7 @@ def read_demonstration_batch(path: str | Path) -> Demonstrations:
 
 def shown_tensors(
     shown: Demonstrations, spec: WorldSpec, names: Iterable[str], device: torch.device, asked_by: str
-) -> Shown:
+) -> DemonstrationBatch:
     """Return what was shown as tensors that fit a world.
 
     Args:
@@ -83,7 +83,7 @@ def shown_tensors(
     """
     shown = _as_named_in(spec, shown)
     _require_same_world(spec, shown, asked_by)
-    return Shown(
+    return DemonstrationBatch(
         {name: torch.from_numpy(shown.observations[name]).to(device) for name in names},
         torch.from_numpy(shown.actions).to(device),
         None if shown.action_mask is None else torch.from_numpy(shown.action_mask).to(device),

@@ -92,8 +92,8 @@ class Categorical:
 
     def mode(self, params: Tensor, log_std: Tensor | None, mask: Tensor | None) -> tuple[Tensor, Tensor]:
         """Return the likeliest choice for each row, int64 (R,), and its log-probability (R,)."""
-        log_p, likeliest = self._log_probabilities(params, mask).max(dim=1)
-        return likeliest, log_p
+        log_p, argmax_action = self._log_probabilities(params, mask).max(dim=1)
+        return argmax_action, log_p
 
     def log_prob_and_entropy(
         self, params: Tensor, log_std: Tensor | None, mask: Tensor | None, raw_actions: Tensor

@@ -132,7 +132,7 @@ class DqnLearner(NetworkLearner[DqnConfig]):
     (5,)
     """
 
-    eats = REPLAY
+    experience = REPLAY
     figures = FIGURES
     name = "dqn"
     network: QNetwork
@@ -206,9 +206,9 @@ class DqnLearner(NetworkLearner[DqnConfig]):
             DivergedError: A loss is no longer a number.
         """
         self.owed += experience.new_transitions
-        return self.told(self._learn(experience, self._due_steps()), experience)
+        return self.metrics(self._learn(experience, self._due_steps()), experience)
 
-    def told(self, steps: list[Tensor], experience: ReplaySampler) -> dict[str, float]:
+    def metrics(self, steps: list[Tensor], experience: ReplaySampler) -> dict[str, float]:
         """Return `FIGURES` of some gradient steps.
 
         Raises:

@@ -78,7 +78,7 @@ class EsLearner(ActorCriticLearner[EsConfig]):
     """
 
     name = "es"
-    eats = EPISODES
+    experience = EPISODES
     figures = FIGURES
     follows = ("encoder",)
     """Settings of `network` that are followed beside its layers."""

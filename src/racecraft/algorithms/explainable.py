@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from racecraft.algorithms.distributions import Distribution, SquashedGaussian, numbers_width
-from racecraft.algorithms.networks import IMAGE_SCALE, CustomEncoder, Encoder, OwnPolicy
+from racecraft.algorithms.networks import IMAGE_SCALE, CustomEncoder, CustomPolicyNetwork, Encoder
 from racecraft.contract.world import Array, DiscreteActions, HybridActions, MultiDiscreteActions, SingleActions
 
 MEMORY = "(memory)"
@@ -41,11 +41,11 @@ class Explainable(Protocol):
     """A policy that shows what it decides by."""
 
     @property
-    def eyes(self) -> nn.Module:
+    def encoder(self) -> nn.Module:
         """The network from observations to features: its convolutions are what can be looked through."""
         ...
 
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+    def inputs(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return what the network would be fed were this seen next, float32 (R, …) by name; nothing is remembered."""
         ...
 
@@ -60,7 +60,7 @@ def as_floats(eyes: nn.Module, observations: Mapping[str, Array], device: torch.
     Pictures of bytes are scaled to [0, 1], as our networks do it themselves; a user's own network scales them its own
     way and is given 0 to 255.
     """
-    scale = 1.0 if isinstance(eyes, CustomEncoder | OwnPolicy) else IMAGE_SCALE
+    scale = 1.0 if isinstance(eyes, CustomEncoder | CustomPolicyNetwork) else IMAGE_SCALE
     fed = {}
     for name in names_read(eyes):
         tensor = torch.from_numpy(observations[name]).to(device)
@@ -70,7 +70,7 @@ def as_floats(eyes: nn.Module, observations: Mapping[str, Array], device: torch.
 
 def names_read(eyes: nn.Module) -> tuple[str, ...]:
     """Return the names of the observations that a network reads."""
-    assert isinstance(eyes, Encoder | CustomEncoder | OwnPolicy)
+    assert isinstance(eyes, Encoder | CustomEncoder | CustomPolicyNetwork)
     return eyes.names
 
 

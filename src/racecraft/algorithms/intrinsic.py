@@ -69,7 +69,7 @@ class IntrinsicReward(LearnerWrapper):
     """
 
     def __init__(self, inner: Learner, model: RewardModel) -> None:
-        if inner.eats == REPLAY:
+        if inner.experience == REPLAY:
             raise SettingError(
                 "{name}.strength is {strength:g}; its bonus is of the latest rollout, and this algorithm "
                 "learns from a replay. Leave it at 0, or use ppo.",

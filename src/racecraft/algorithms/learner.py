@@ -2,7 +2,7 @@
 
 The loop turns `collect → update → evaluate → write` and knows no algorithm. A learner decides (`act`), notes what it
 will want to know again (`columns`), learns from what was collected (`update`) and tells all of itself (`state_dict`).
-What it is fed, it says in `eats`:
+What it is fed, it says in `experience`:
 
     ROLLOUT   the latest T ticks of R rows, once: `update(RolloutBatch)`
     EPISODES  the same, made of whole episodes
@@ -78,7 +78,7 @@ class Actor(Protocol):
         """
         ...
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool, of all that the collector carries) whose episode ended."""
         ...
 
@@ -87,7 +87,7 @@ class Actor(Protocol):
 class Learner(Actor, Protocol):
     """Whatever improves."""
 
-    eats: str
+    experience: str
     """ROLLOUT, EPISODES or REPLAY."""
     spec: WorldSpec
     """What it sees and decides."""
@@ -102,7 +102,7 @@ class Learner(Actor, Protocol):
         ...
 
     def update(self, experience: Any) -> Mapping[str, float]:
-        """Learn from what was collected (see `eats`); return named figures.
+        """Learn from what was collected (see `experience`); return named figures.
 
         Raises:
             DivergedError: A figure is no longer a number.
@@ -148,7 +148,7 @@ class HasDecisionCount(Protocol):
 class Compilable(Protocol):
     """A policy, or a learner, whose greedy choice compiled code may take in its place: drives of many ticks at once."""
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+    def compile_policy(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return how it looks at frames (H, W) of that name and chooses, as it stands now; None: it has to be asked."""
         ...
 
@@ -173,12 +173,12 @@ class LearnerPolicy:
         """Choose an action for every row (R, …)."""
         return self._learner.choose(observations, action_mask)
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+    def compile_policy(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return the learner's; see `Compilable`."""
-        return self._learner.plain_look(name, frame) if isinstance(self._learner, Compilable) else None
+        return self._learner.compile_policy(name, frame) if isinstance(self._learner, Compilable) else None
 
 
 def greedy_policy_of(learner: Learner) -> Policy:

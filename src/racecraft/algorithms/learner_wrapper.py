@@ -21,7 +21,7 @@ class LearnerWrapper:
 
     def __init__(self, inner: Learner) -> None:
         self.inner, self.spec = inner, inner.spec
-        self.eats, self.device = inner.eats, inner.device
+        self.experience, self.device = inner.experience, inner.device
 
     @property
     def columns(self) -> Mapping[str, ArraySpec]:
@@ -44,9 +44,9 @@ class LearnerWrapper:
         """Decide as the inner learner does."""
         return self.inner.act(observations, action_mask, generator=generator, rows=rows)
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self.inner.forget(rows)
+        self.inner.reset_state(rows)
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions."""

@@ -35,7 +35,7 @@ class MultiPolicyLearner:
         still: Groups that act and learn nothing.
     """
 
-    eats = ROLLOUT
+    experience = ROLLOUT
 
     def __init__(self, spec: WorldSpec, members: Mapping[str, Learner], still: frozenset[str] = frozenset()) -> None:
         self.spec, self.members, self._still = spec, dict(members), still
@@ -82,10 +82,10 @@ class MultiPolicyLearner:
                 columns[f"{name}/{column}"][mine] = values
         return Decision(actions, columns)
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
         for learner in self.members.values():
-            learner.forget(rows)
+            learner.reset_state(rows)
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions, float32 (R, widest)."""
@@ -170,10 +170,10 @@ class MultiPolicy:
             self._rows[name] = mine
         return actions
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
         for name, mine in self._rows.items():
-            self.members[name].forget(rows[mine[mine < len(rows)]])
+            self.members[name].reset_state(rows[mine[mine < len(rows)]])
 
 
 def group_spec(name: str, group: AgentGroup, num_rows: int) -> WorldSpec:

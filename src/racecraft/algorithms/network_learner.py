@@ -68,7 +68,7 @@ class NetworkLearner(Generic[Config]):
         """What rebuilding the policy needs beside its architecture."""
         return {}
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:

@@ -72,7 +72,7 @@ class ActorCritic(nn.Module):
         has_privileged = any(part.privileged for part in vectors.values())
         count, numbers = params_width(actions), numbers_width(actions)
 
-        self.policy_body: Encoder | CustomEncoder | OwnPolicy = encoder_for(visible, architecture, generator)
+        self.policy_body: Encoder | CustomEncoder | CustomPolicyNetwork = encoder_for(visible, architecture, generator)
         self.critic_body: Encoder | CustomEncoder | None = None
         if architecture.privileged_critic and has_privileged:
             row = replace(
@@ -219,7 +219,7 @@ class CustomEncoder(nn.Module):
             )
 
 
-class OwnPolicy(nn.Module):
+class CustomPolicyNetwork(nn.Module):
     """A user's own network in the place of layers and heads.
 
     It is a `torch.nn.Module` whose class takes the observations' specs by name, the actions' spec, and how many numbers
@@ -289,7 +289,7 @@ class OwnActorCritic(ActorCritic):
         nn.Module.__init__(self)
         visible = {name: part for name, part in observations.items() if not part.privileged}
         numbers = numbers_width(actions)
-        self.policy_body = OwnPolicy(visible, actions, architecture, generator)
+        self.policy_body = CustomPolicyNetwork(visible, actions, architecture, generator)
         self.critic_body = None
         self.log_std = nn.Parameter(torch.zeros(numbers)) if numbers else None
 
@@ -375,7 +375,7 @@ class Vector(nn.Module):
         """Return vectors."""
         if self.statistics is None:
             return numbers.to(self.dtype).flatten(1)
-        mean, deviation = self.statistics.told()
+        mean, deviation = self.statistics.mean_and_deviation()
         scaled = (numbers.float().flatten(1) - mean) / deviation
         return scaled.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS).to(self.dtype)
 

@@ -1,4 +1,4 @@
-"""Two learnings that have nothing to do with each other, side by side in two threads. Begin with `side_by_side`.
+"""Two learnings that have nothing to do with each other, side by side in two threads. Begin with `run_in_parallel`.
 
 PyTorch shares out every single operation of a layer among its threads, which wait for each other behind each one: the
 networks of the preset aws, some 80 operations of a millisecond and less in a minibatch, were 1.2 times as fast with two
@@ -19,7 +19,7 @@ import torch
 Told = TypeVar("Told")
 
 
-def side_by_side(mine: Iterator[Told], theirs: Iterator[Told]) -> tuple[list[Told], list[Told]]:
+def run_in_parallel(mine: Iterator[Told], theirs: Iterator[Told]) -> tuple[list[Told], list[Told]]:
     """Go through two iterators, the second in a thread of its own where there are threads; return what they gave.
 
     Each has half of PyTorch's threads. Where one fails, the other is left at its next step, and the error goes on.

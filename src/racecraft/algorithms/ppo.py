@@ -27,8 +27,8 @@ from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.network_learner import ActorCriticLearner
 from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, NetworkConfig
-from racecraft.algorithms.parallel_updates import one_by_one, side_by_side
-from racecraft.algorithms.ppo_batch import Judged, Minibatch
+from racecraft.algorithms.parallel_updates import one_by_one, run_in_parallel
+from racecraft.algorithms.ppo_batch import Advantages, Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig as PpoConfig
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.returns import advantages, explained_variance
@@ -90,7 +90,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     """
 
     name = "ppo"
-    eats = ROLLOUT
+    experience = ROLLOUT
     figures = FIGURES
     follows: tuple[str, ...] = ("normalise", "encoder", "policy")
     """Settings of `network` that are followed beside its layers."""
@@ -208,9 +208,9 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         params, value = self.working(seen)
         return params, {VALUE: value.cpu().numpy()}
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+    def compile_policy(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return what `choose` goes by for compiled code; see `Compilable`."""
-        return self.policy.plain_look(name, frame)
+        return self.policy.compile_policy(name, frame)
 
     @torch.inference_mode()
     def values(self, observations: Mapping[str, Array]) -> Array:
@@ -228,7 +228,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
             told = self._learn_apart(whole, list(self.drawn(rows)))
         else:
             told = [self._step(self._taken(whole, picked)) for picked in self.drawn(rows)]
-        figures = self.told(told, facts, len(rows))
+        figures = self.metrics(told, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike
             self.network.observe({name: values[rows] for name, values in whole.observations.items()})
         return figures
@@ -238,7 +238,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         for _ in range(self.config.epochs if len(rows) else 0):
             yield from self._minibatches(rows)
 
-    def told(self, steps: list[Tensor], facts: tuple[float, float], transitions: int) -> dict[str, float]:
+    def metrics(self, steps: list[Tensor], facts: tuple[float, float], transitions: int) -> dict[str, float]:
         """Return `FIGURES` of an update, from those of its steps.
 
         Raises:
@@ -282,16 +282,16 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
 
     def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
-        judged = self.judged(batch)
-        used = judged.advantages[batch.active]
-        facts = facts_of(judged.values[batch.active], used, judged.targets[batch.active])
-        found = judged.advantages
+        estimates = self.compute_advantages(batch)
+        used = estimates.advantages[batch.active]
+        facts = facts_of(estimates.values[batch.active], used, estimates.targets[batch.active])
+        found = estimates.advantages
         if self.config.standardise == "rollout" and used.size > 1:
             found = (found - used.mean()) / (used.std() + 1e-8)
-        whole = self.laid(batch, replace(judged, advantages=found))
+        whole = self.laid(batch, replace(estimates, advantages=found))
         return whole, torch.from_numpy(np.flatnonzero(batch.active)).to(self.device), facts
 
-    def judged(self, batch: RolloutBatch) -> Judged:
+    def compute_advantages(self, batch: RolloutBatch) -> Advantages:
         """Return how good every decision of a rollout was."""
         config = self.config
         log_prob, weights = batch.columns[LOG_PROB], None
@@ -304,18 +304,18 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
             batch.reward, value, following, batch.terminated, batch.truncated,
             config.discount, config.gae_lambda, None if batch.active.all() else batch.active, weights,
         )  # fmt: skip
-        return Judged(value, found, targets, log_prob, weights)
+        return Advantages(value, found, targets, log_prob, weights)
 
-    def laid(self, batch: RolloutBatch, judged: Judged) -> Minibatch:
+    def laid(self, batch: RolloutBatch, estimates: Advantages) -> Minibatch:
         """Return all rows of a rollout laid end to end."""
         return Minibatch(
             observations=self.working.laid_out({name: self._laid(array) for name, array in batch.observations.items()}),
             raw_actions=self._laid(batch.columns[RAW_ACTION]),
-            log_prob=self._laid(judged.log_prob),
-            advantages=self._laid(judged.advantages.astype(np.float32, copy=False)),
-            targets=self._laid(judged.targets.astype(np.float32, copy=False)),
+            log_prob=self._laid(estimates.log_prob),
+            advantages=self._laid(estimates.advantages.astype(np.float32, copy=False)),
+            targets=self._laid(estimates.targets.astype(np.float32, copy=False)),
             action_mask=None if batch.action_mask is None else self._laid(batch.action_mask),
-            weights=None if judged.weights is None else self._laid(judged.weights),
+            weights=None if estimates.weights is None else self._laid(estimates.weights),
         )
 
     def _next_values(self, batch: RolloutBatch, value: Array) -> Array:
@@ -339,7 +339,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
                 found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
                 yield
 
-        run_through = side_by_side if self.learns_apart else one_by_one
+        run_through = run_in_parallel if self.learns_apart else one_by_one
         run_through(value(parts[::2]), value(parts[1::2]))
         return found.reshape(batch.active.shape)
 
@@ -403,7 +403,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         """Step policy and critic, which share no weights, through the minibatches, each in a thread; as `_step`."""
         policy = (self._step_policy(self._taken(whole, picked)) for picked in drawn)
         critic = (self._step_critic(self._taken(whole, picked)) for picked in drawn)
-        steps = zip(*side_by_side(policy, critic), strict=True)
+        steps = zip(*run_in_parallel(policy, critic), strict=True)
         return [torch.cat([one[:1], other[:1], one[1:], other.new_zeros(1)]) for one, other in steps]
 
     def _step_policy(self, batch: Minibatch) -> Tensor:

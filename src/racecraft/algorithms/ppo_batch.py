@@ -11,7 +11,7 @@ from racecraft.contract.world import Array
 
 
 @dataclass(frozen=True)
-class Judged:
+class Advantages:
     """How good every decision of a rollout was. Each float32 (T, R)."""
 
     values: Array

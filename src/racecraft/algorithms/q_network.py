@@ -109,17 +109,17 @@ class QPolicy:
         best = self.act(observations, action_mask)
         return np.eye(self.network.count, dtype=np.float32)[best]
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
     @property
-    def eyes(self) -> Encoder:
+    def encoder(self) -> Encoder:
         """The network from observations to features."""
         return self.network.body
 
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+    def inputs(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return what the network would be fed; see `Explainable`."""
-        return as_floats(self.eyes, observations, self._device)
+        return as_floats(self.encoder, observations, self._device)
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
         """Return what each choice is worth; see `Explainable`."""

@@ -123,7 +123,7 @@ class RowStates:
         self.table[torch.from_numpy(rows).to(self.table.device)] = states
 
     @torch.inference_mode()
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool (R,))."""
         self._make_room(len(rows))
         self.table[: len(rows)][torch.from_numpy(rows).to(self.table.device)] = 0.0

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from racecraft.algorithms.distributions import Categorical, Distribution
 from racecraft.algorithms.explainable import MEMORY, Scores, as_floats, scores_of
-from racecraft.algorithms.networks import CustomEncoder, Encoder, OwnPolicy
+from racecraft.algorithms.networks import CustomEncoder, CustomPolicyNetwork, Encoder
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic, RowStates
 from racecraft.contract.world import Array
 
@@ -49,18 +49,18 @@ class RecurrentPolicy:
         params, _ = self._params(observations)
         return self.distribution.probabilities(params, self._mask(action_mask)).cpu().numpy()
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self.states.forget(rows)
+        self.states.reset_state(rows)
 
     @property
-    def eyes(self) -> Encoder | CustomEncoder | OwnPolicy:
+    def encoder(self) -> Encoder | CustomEncoder | CustomPolicyNetwork:
         """The network from observations to features."""
         return self.network.policy_body
 
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+    def inputs(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return what the network would be fed, its state under `MEMORY`; see `Explainable`."""
-        fed = as_floats(self.eyes, observations, self._device)
+        fed = as_floats(self.encoder, observations, self._device)
         states = self.states.of(None, len(next(iter(fed.values()))))
         return fed | {MEMORY: states.clone()}  # a copy from outside inference mode, through which gradients may pass
 

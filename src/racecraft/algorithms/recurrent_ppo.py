@@ -72,9 +72,9 @@ class RecurrentPpoLearner(PpoLearner):
         self._begins, self._active = nothing, nothing
         """Of the rollout that is learned from: (T * R, W), (L, S), (T * R,), (T * R,)."""
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self.states.forget(rows)
+        self.states.reset_state(rows)
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions of rows whose episode has just begun; `greedy_policy` plays on from tick to tick."""

@@ -1,8 +1,7 @@
 """Algorithms by name: the built-in ones, those of installed packages, and a user's own. Begin with `find_algorithm`.
 
-A learner class says of itself what the loop must know: `eats`, `figures`, `build`, `load_policy` (see `learner.py`).
-Here stands only what can be said without importing it: where it is, which group of settings is its own, what it can
-act.
+A learner class names what the loop must know: `experience`, `figures`, `build`, `load_policy` (see `learner.py`). This
+file holds what is known without importing the class: where it is, its group of settings, its kinds of actions.
 """
 
 from __future__ import annotations
@@ -260,7 +259,7 @@ def all_algorithms() -> list[Algorithm]:
     return [*ALGORITHMS.values(), *_registered.values(), *(one for one in others if one.name not in ALGORITHMS)]
 
 
-PROMISED = ("eats", "figures", "build", "load_policy", "act", "forget", "choose", "update", "state_dict")
+PROMISED = ("experience", "figures", "build", "load_policy", "act", "reset_state", "choose", "update", "state_dict")
 """What a learner class must have."""
 
 
@@ -287,9 +286,9 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
-        replay=getattr(learner, "eats", "") == "replay",
-        whole_episodes=getattr(learner, "eats", "") == "episodes",
-        reward_signals=getattr(learner, "eats", "") in ("rollout", "episodes"),
+        replay=getattr(learner, "experience", "") == "replay",
+        whole_episodes=getattr(learner, "experience", "") == "episodes",
+        reward_signals=getattr(learner, "experience", "") in ("rollout", "episodes"),
         own=learner,
     )
 

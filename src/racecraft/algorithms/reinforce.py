@@ -87,12 +87,12 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
     >>> from racecraft.contract.world import ArraySpec, DiscreteActions
     >>> seen = {"position": ArraySpec((2,), np.float32)}
     >>> world = WorldSpec("toy", 4, 1, seen, DiscreteActions(3))
-    >>> ReinforceLearner(world, NetworkConfig(), ReinforceConfig(), seed=1).eats
+    >>> ReinforceLearner(world, NetworkConfig(), ReinforceConfig(), seed=1).experience
     'episodes'
     """
 
     name = "reinforce"
-    eats = EPISODES
+    experience = EPISODES
     figures = FIGURES
     follows = ("encoder",)
     """Settings of `network` that are followed beside its layers."""

@@ -83,7 +83,7 @@ class RolloutBatch:
         )
 
 
-def side_by_side(batches: Sequence[RolloutBatch]) -> RolloutBatch:
+def concat_rows(batches: Sequence[RolloutBatch]) -> RolloutBatch:
     """Return the rows of several batches as those of one, in their order (copies): the reverse of `of_rows`.
 
     Where some have fewer ticks than others, their rows stand still at the end and are not learned from there.

@@ -36,6 +36,6 @@ class RunningStatistics(nn.Module):
         self.mean += before.sum(dim=0) / self.count
         self.squares += (before * (rows - self.mean)).sum(dim=0)
 
-    def told(self) -> tuple[Tensor, Tensor]:
+    def mean_and_deviation(self) -> tuple[Tensor, Tensor]:
         """Return mean and deviation, float32 (W,)."""
         return self.mean.float(), (self.squares / (self.count + 1.0)).sqrt().float()

@@ -144,7 +144,7 @@ class SacLearner(NetworkLearner[SacConfig]):
     """
 
     name = "sac"
-    eats = REPLAY
+    experience = REPLAY
     figures = FIGURES
     network: SoftActorCritic
     policy: SacPolicy
@@ -222,7 +222,7 @@ class SacLearner(NetworkLearner[SacConfig]):
         self.noise[picked] = share * self.noise[picked] + math.sqrt(1.0 - share**2) * fresh
         return self.noise[picked]
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin the rows' exploration (bool, all of them) anew; nothing else is remembered from tick to tick."""
         if self.config.noise_correlation > 0.0:
             drawn = torch.randn((len(rows), self.noise.shape[1]), generator=self.generator, device=self.device)

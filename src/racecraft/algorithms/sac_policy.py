@@ -34,7 +34,7 @@ class SacPolicy:
         raw, _ = self.kind.sample(mean, log_std, None, generator)
         return self.kind.to_actions(raw).cpu().numpy()
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
     def tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
@@ -42,13 +42,13 @@ class SacPolicy:
         return {name: torch.from_numpy(observations[name]).to(self.device) for name in self.network.eyes.names}
 
     @property
-    def eyes(self) -> Encoder:
+    def encoder(self) -> Encoder:
         """The network from observations to features."""
         return self.network.eyes
 
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+    def inputs(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return what the network would be fed; see `Explainable`."""
-        return as_floats(self.eyes, observations, self.device)
+        return as_floats(self.encoder, observations, self.device)
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
         """Return what it makes of what it is fed; see `Explainable`."""

@@ -46,7 +46,7 @@ class StackedLearner:
     def __init__(self, spec: WorldSpec, size: int, build: Callable[[WorldSpec], Learner]) -> None:
         self.spec, self.size = spec, size
         self.inner = build(replace(spec, observations=stacked_specs(spec.observations, size)))
-        self.eats, self.device = self.inner.eats, self.inner.device
+        self.experience, self.device = self.inner.experience, self.inner.device
         self.figures: Mapping[str, str] = getattr(self.inner, "figures", {})
         self.columns = {**self.inner.columns, AGE: ArraySpec((), np.int16, 0, size - 1, doc="observations before")}
         self.frames = FrameStack(spec.observations, size)
@@ -81,10 +81,10 @@ class StackedLearner:
         decision = self.inner.act({**observations, **stacks}, action_mask, generator=generator, rows=rows)
         return Decision(decision.actions, {**decision.columns, AGE: age})
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self.frames.forget(rows)
-        self.inner.forget(rows)
+        self.frames.reset_state(rows)
+        self.inner.reset_state(rows)
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions of rows whose episode has just begun; `greedy_policy` plays on from tick to tick."""
@@ -96,7 +96,7 @@ class StackedLearner:
 
     def update(self, experience: Any) -> Mapping[str, float]:
         """Learn from a rollout of single observations, or from a replay, which stacks what is drawn."""
-        if self.eats == REPLAY:
+        if self.experience == REPLAY:
             return self.inner.update(experience)
         stacked, self._tail = stacked_batch(experience, self.spec.observations, self.size, self._tail)
         return self.inner.update(stacked)
@@ -145,22 +145,22 @@ class StackedPolicy:
         likely: Array = self.policy.probabilities({**observations, **stacks}, action_mask)
         return likely
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self.frames.forget(rows)
-        self.policy.forget(rows)
+        self.frames.reset_state(rows)
+        self.policy.reset_state(rows)
 
     @property
-    def eyes(self) -> nn.Module:
+    def encoder(self) -> nn.Module:
         """The network from stacks to features."""
-        eyes: nn.Module = self.policy.eyes
-        return eyes
+        encoder: nn.Module = self.policy.encoder
+        return encoder
 
-    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+    def inputs(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return the stacks that the network would be fed; see `Explainable`."""
         stacks, _ = self.frames.push(observations, keep=False)
-        fed: dict[str, Tensor] = self.policy.fed({**observations, **stacks})
-        return fed
+        inputs: dict[str, Tensor] = self.policy.inputs({**observations, **stacks})
+        return inputs
 
     def scores(self, fed: Mapping[str, Tensor]) -> Scores:
         """Return what it makes of what it is fed; see `Explainable`."""
@@ -211,7 +211,7 @@ class FrameStack:
             self.age[rows] = np.minimum(age + 1, self.size - 1)
         return stacks, age
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool (R,))."""
         self._make_room(len(rows))
         self.age[: len(rows)][rows] = 0

@@ -15,7 +15,7 @@ from racecraft.formats.run_folder import RunFolder
 
 TRAIN = "racecraft train"
 """How a command of advice names a training of any kind."""
-USUAL = "ppo"
+DEFAULT_ALGORITHM = "ppo"
 """The algorithm of a training that asks for none."""
 
 
@@ -62,5 +62,5 @@ def typed(command: str, verb: str, job: Mapping[str, Any], subject: Sequence[Any
 
 def _algorithm(job: Mapping[str, Any]) -> list[str]:
     """Return the words that ask for the run's algorithm; none where it is the usual one."""
-    name = str(job.get("algorithm", USUAL))
-    return [] if name == USUAL else ["--algorithm", shlex.quote(name)]
+    name = str(job.get("algorithm", DEFAULT_ALGORITHM))
+    return [] if name == DEFAULT_ALGORITHM else ["--algorithm", shlex.quote(name)]

@@ -1,6 +1,6 @@
 """What a policy looks at, and how sure it is: for every policy that `load_policy` returns, over named observations.
 
-Begin with `attend`. Three views of one decision:
+Begin with `attribute`. Three views of one decision:
 
     confidence            how much more the chosen option is to it than the second best
     integrated gradients  how much every pixel, beam and number added to the decision; the parts add up to the whole
@@ -43,7 +43,7 @@ class AttentionError(UserInputError):
 
 
 @dataclass(frozen=True)
-class Question:
+class ExplainTarget:
     """Which part of the action is explained."""
 
     part: int = 0
@@ -52,7 +52,7 @@ class Question:
     """Of a choice: which option; None: the one that is taken."""
 
 
-TAKEN = Question()
+TAKEN = ExplainTarget()
 """The first number, or the option that is taken."""
 
 
@@ -102,37 +102,39 @@ class Attribution:
 
 
 @dataclass(frozen=True)
-class Seen:
+class Recording:
     """What a policy was fed in R rows, its memory included: enough to explain them later, many ticks at once."""
 
-    fed: Mapping[str, Tensor]
+    inputs: Mapping[str, Tensor]
     """float32 (R, …) by name."""
     pictures: tuple[str, ...]
     """Which of them are pictures, (R, H, W) or (R, H, W, C)."""
 
     @classmethod
-    def now(cls, policy: Any, observations: Mapping[str, Array]) -> Seen:
+    def now(cls, policy: Any, observations: Mapping[str, Array]) -> Recording:
         """Return what a policy would be fed were this seen next; nothing is remembered.
 
         Raises:
             AttentionError: The policy does not show what it decides by.
         """
         clear = transparent(policy)
-        fed = clear.fed(observations)
+        fed = clear.inputs(observations)
         _require_same_answer(clear, observations, fed)
         return cls(fed, tuple(name for name in fed if name in observations and is_picture(observations[name])))
 
     @classmethod
-    def joined(cls, ticks: Sequence[Seen]) -> Seen:
+    def joined(cls, ticks: Sequence[Recording]) -> Recording:
         """Return the rows of all ticks as one."""
-        fed = {name: torch.cat([tick.fed[name] for tick in ticks]) for name in ticks[0].fed}
+        fed = {name: torch.cat([tick.inputs[name] for tick in ticks]) for name in ticks[0].inputs}
         return cls(fed, ticks[0].pictures)
 
-    def instead(self, policy: Any, observations: Mapping[str, Array]) -> Seen:
+    def instead(self, policy: Any, observations: Mapping[str, Array]) -> Recording:
         """Return the same rows, their memory too, but with other observations (R, …) of some names in their place."""
-        rest = {name: np.zeros(tuple(part.shape), np.float32) for name, part in self.fed.items()}  # asked for, not kept
-        fed = transparent(policy).fed({**rest, **observations})
-        return Seen({**self.fed, **{name: fed[name] for name in observations}}, self.pictures)
+        rest = {
+            name: np.zeros(tuple(part.shape), np.float32) for name, part in self.inputs.items()
+        }  # asked for, not kept
+        fed = transparent(policy).inputs({**rest, **observations})
+        return Recording({**self.inputs, **{name: fed[name] for name in observations}}, self.pictures)
 
 
 class SeeingPolicy:
@@ -144,28 +146,28 @@ class SeeingPolicy:
 
     def __init__(self, policy: Any) -> None:
         self.policy = policy
-        self._ticks: list[Seen] = []
+        self._ticks: list[Recording] = []
 
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return the policy's actions (R, …)."""
-        self._ticks.append(Seen.now(self.policy, observations))
+        self._ticks.append(Recording.now(self.policy, observations))
         actions: Array = self.policy.act(observations, action_mask)
         return actions
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self.policy.forget(rows)
+        self.policy.reset_state(rows)
 
     @property
-    def seen(self) -> Seen:
+    def seen(self) -> Recording:
         """All that was fed so far, the ticks' rows end to end."""
-        return Seen.joined(self._ticks)
+        return Recording.joined(self._ticks)
 
 
-def attend(
+def attribute(
     policy: Any,
-    observations: Mapping[str, Array] | Seen,
-    question: Question = TAKEN,
+    observations: Mapping[str, Array] | Recording,
+    question: ExplainTarget = TAKEN,
     steps: int = STEPS,
     action_mask: Array | None = None,
 ) -> Attribution:
@@ -182,13 +184,13 @@ def attend(
         AttentionError: The policy does not show what it decides by, or has no such part.
     """
     clear = transparent(policy)
-    seen = observations if isinstance(observations, Seen) else Seen.now(policy, observations)
-    asked = _settled(clear, seen.fed, question, action_mask)
+    seen = observations if isinstance(observations, Recording) else Recording.now(policy, observations)
+    asked = _settled(clear, seen.inputs, question, action_mask)
     empty = _empty(seen)
-    parts = _integrated(clear, seen.fed, empty, asked, question.part, steps)
+    parts = _integrated(clear, seen.inputs, empty, asked, question.part, steps)
     with torch.no_grad():
-        scores = clear.scores(seen.fed)
-        whole, nothing = (_score(clear.scores(rows), question.part, asked) for rows in (seen.fed, empty))
+        scores = clear.scores(seen.inputs)
+        whole, nothing = (_score(clear.scores(rows), question.part, asked) for rows in (seen.inputs, empty))
     return Attribution(
         confidence=_confidence(scores, action_mask, question.part),
         score=_array(whole),
@@ -198,10 +200,12 @@ def attend(
     )
 
 
-def confidence(policy: Any, observations: Mapping[str, Array] | Seen, action_mask: Array | None = None) -> Confidence:
-    """Return how sure a policy is of its first choice; see `attend`, whose pictures take longer."""
+def confidence(
+    policy: Any, observations: Mapping[str, Array] | Recording, action_mask: Array | None = None
+) -> Confidence:
+    """Return how sure a policy is of its first choice; see `attribute`, whose pictures take longer."""
     clear = transparent(policy)
-    fed = observations.fed if isinstance(observations, Seen) else clear.fed(observations)
+    fed = observations.inputs if isinstance(observations, Recording) else clear.inputs(observations)
     with torch.no_grad():
         return _confidence(clear.scores(fed), action_mask, 0)
 
@@ -233,7 +237,7 @@ def transparent(policy: Any) -> Explainable:
 # ---- the score ----------------------------------------------------------------------------------------------------
 
 
-def _settled(clear: Explainable, fed: Mapping[str, Tensor], question: Question, mask: Array | None) -> Tensor:
+def _settled(clear: Explainable, fed: Mapping[str, Tensor], question: ExplainTarget, mask: Array | None) -> Tensor:
     """Return what is asked of each row (R,): which option, or which way the number points (-1 or 1)."""
     with torch.no_grad():
         scores = clear.scores(fed)
@@ -296,10 +300,10 @@ def _confidence(scores: Scores, mask: Array | None, part: int) -> Confidence:
 # ---- integrated gradients -----------------------------------------------------------------------------------------
 
 
-def _empty(seen: Seen) -> dict[str, Tensor]:
+def _empty(seen: Recording) -> dict[str, Tensor]:
     """Return what is fed where nothing is to be seen: a picture of one even grey, as bright on the whole; zeros."""
     empty = {}
-    for name, part in seen.fed.items():
+    for name, part in seen.inputs.items():
         if name in seen.pictures:
             empty[name] = part.mean(dim=(1, 2), keepdim=True).expand_as(part).contiguous()
         else:
@@ -354,22 +358,22 @@ def _mean_gradients(
 # ---- Grad-CAM -----------------------------------------------------------------------------------------------------
 
 
-def _grad_cam(clear: Explainable, seen: Seen, asked: Tensor, part: int) -> dict[str, Tensor]:
+def _grad_cam(clear: Explainable, seen: Recording, asked: Tensor, part: int) -> dict[str, Tensor]:
     """Return Grad-CAM for each picture that goes through convolutions of its own."""
     found = {}
-    for name, module in _modules_of(clear.eyes, seen.pictures).items():
+    for name, module in _modules_of(clear.encoder, seen.pictures).items():
         maps: list[Tensor] = []
         hooks = [leaf.register_forward_hook(_keeper(maps)) for leaf in _from_first_convolution(module)]
         try:
             with torch.enable_grad():
-                total = _score(clear.scores(seen.fed), part, asked).sum()
+                total = _score(clear.scores(seen.inputs), part, asked).sum()
                 if not maps:
                     continue
                 (gradient,) = torch.autograd.grad(total, [maps[-1]], allow_unused=True)
         finally:
             for hook in hooks:
                 hook.remove()
-        height, width = seen.fed[name].shape[1:3]
+        height, width = seen.inputs[name].shape[1:3]
         found[name] = cam(maps[-1].detach(), _or_zeros(gradient, maps[-1]), (height, width))
     return found
 

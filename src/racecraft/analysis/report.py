@@ -20,7 +20,7 @@ from racecraft.analysis.metrics import METRICS
 from racecraft.analysis.page import figure_part
 from racecraft.analysis.page_part import EVALUATIONS, LEARNING, PagePart
 from racecraft.analysis.run_facts import RunFacts, read_facts
-from racecraft.analysis.run_summary import asked_words, happened_words
+from racecraft.analysis.run_summary import happened_words, request_text
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages import parts
@@ -110,7 +110,7 @@ def _headline(facts: RunFacts) -> Pieces:
 
 def _account(facts: RunFacts, advice: Sequence[Advice]) -> Pieces:
     """Yield what was asked, what happened and what to try next, in plain words."""
-    yield parts.card(parts.paragraph(asked_words(facts)), parts.paragraph(happened_words(facts)))
+    yield parts.card(parts.paragraph(request_text(facts)), parts.paragraph(happened_words(facts)))
     if not advice:
         return
     yield parts.heading("What to try next")

@@ -1,4 +1,4 @@
-"""What was asked of a training and what came of it, in plain words. Begin with `asked_words` and `happened_words`."""
+"""What was asked of a training and what came of it, in plain words. Begin with `request_text` and `happened_words`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ UNTIL = {
 """What ends a training, by the word of --stop."""
 
 
-def asked_words(facts: RunFacts) -> str:
+def request_text(facts: RunFacts) -> str:
     """Return sentences that say what was asked: of whom, until when, of what car, paid by what, beginning where."""
     asked = facts.job.get("asked", {})
     who = str(facts.job.get("algorithm", "a learner")).upper()

@@ -78,7 +78,7 @@ def _become_a_job() -> None:
             [module for kind in kinds() for module in kind.imported_ahead],
             (kind.piece("warm_up") for kind in kinds() if kind.warm_up),
         )
-    parent_watch.hold()
+    parent_watch.exit_with_parent()
 
 
 @contextlib.contextmanager
@@ -87,10 +87,10 @@ def _head_start(words: Sequence[str]) -> Iterator[None]:
     with contextlib.ExitStack() as until_then:
         if _puts_a_training_into_the_queue(words):
             from racecraft.jobs.job_paths import JobPaths
-            from racecraft.jobs.preload import announced
+            from racecraft.jobs.preload import announce_job
 
             with contextlib.suppress(OSError, RacecraftError):  # which the command will tell in its own words
-                until_then.enter_context(announced(JobPaths.of_user()))
+                until_then.enter_context(announce_job(JobPaths.of_user()))
         yield
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.script_errors import told_as_python_would
+from racecraft.cli.script_errors import format_script_error
 
 CONTEXT = {"allow_interspersed_args": False, "ignore_unknown_options": True}
 """Everything behind the script's name is the script's own."""
@@ -33,5 +33,5 @@ def run(
     """
     from racecraft.compat.shims import run_script
 
-    with told_as_python_would():
+    with format_script_error():
         run_script(script, tuple(args or ()), allow_errors)

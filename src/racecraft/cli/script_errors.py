@@ -18,7 +18,7 @@ OURS = (str(Path(racecraft.__file__).parent), runpy.__file__, "<frozen ")
 
 
 @contextlib.contextmanager
-def told_as_python_would() -> Iterator[None]:
+def format_script_error() -> Iterator[None]:
     """Print an error from the script's own first line on, and leave with code 1; letters of ours go through.
 
     Raises:

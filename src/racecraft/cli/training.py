@@ -24,7 +24,7 @@ from racecraft.cli.signals import SIGTERM, TERMINATED, sigterm_interrupts
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
     from racecraft.training.request import TrainRequest
-    from racecraft.training.trainer import Spread, Trained
+    from racecraft.training.trainer import Distribute, Trained
 
 OF_A_NEW_RUN = ("seed", "seeds", "algorithm", "set_", "from_", "keep")
 """Options of every training that a run keeps: at --resume they are refused, unless they say what it was begun with."""
@@ -115,7 +115,7 @@ class Road:
             else:
                 told(trained, left)
 
-    def _spread(self) -> Spread | None:
+    def _spread(self) -> Distribute | None:
         """Return what carries the worlds to a cluster; None without one, whose code is then not brought along."""
         if self.cluster is None:
             return None
@@ -137,7 +137,7 @@ class Road:
         begun: Path | None,
         options: TrainingOptions,
         callback: TrainingCallback,
-        spread: Spread | None,
+        spread: Distribute | None,
         tell: TerminalProgress,
     ) -> Trained:
         from racecraft.training import worlds

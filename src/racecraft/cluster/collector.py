@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from racecraft.algorithms.learner import Learner, counting
-from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
+from racecraft.algorithms.rollout_batch import RolloutBatch, concat_rows
 from racecraft.algorithms.weights import to_arrays
-from racecraft.cluster.messages import RolloutResult, Start, Task, bytes_of
+from racecraft.cluster.messages import RolloutResult, Task, WorkerInit, bytes_of
 from racecraft.cluster.shares import Share
 from racecraft.cluster.transport import Ticket
-from racecraft.cluster.worker_pool import Crew, starts_of
+from racecraft.cluster.worker_pool import ThreadPool, starts_of
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 from racecraft.formats.episodes import columns_of_all
 from racecraft.rollout.collector import WorkerLayoutError
@@ -88,7 +88,7 @@ class ClusterCollector:
 
     def __init__(
         self,
-        crew: Crew,
+        crew: ThreadPool,
         spec: WorldSpec,
         learner: Learner,
         horizon: int,
@@ -180,7 +180,7 @@ class ClusterCollector:
         self._take_in(sent.task, harvests)
         if self._ahead:
             self._under_way = self._send(quota)
-        batch = side_by_side([harvest.batch for harvest in harvests])
+        batch = concat_rows([harvest.batch for harvest in harvests])
         self.traffic.here_seconds += time.thread_time() - worked
         return batch
 
@@ -206,9 +206,9 @@ class ClusterCollector:
             iteration=self._iteration + 1,
         )
 
-    def _starts(self, task: Task, parts: Mapping[str, Any]) -> list[Start]:
+    def _starts(self, task: Task, parts: Mapping[str, Any]) -> list[WorkerInit]:
         """Return where the workers of all places begin, or their successors go on, with the weights of a task."""
-        start = Start(
+        start = WorkerInit(
             spec=self._spec,
             first_row=0,
             horizon=self._horizon,

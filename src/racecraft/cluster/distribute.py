@@ -10,23 +10,23 @@ from typing import Any
 from racecraft.algorithms.learner import Learner
 from racecraft.cluster.cluster_options import ClusterOptions, read_cluster
 from racecraft.cluster.collector import ClusterCollector, Updates
-from racecraft.cluster.messages import Order
+from racecraft.cluster.messages import WorkerConfig
 from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
 from racecraft.cluster.transport import Transport
-from racecraft.cluster.worker_pool import COME_SECONDS, Crew
+from racecraft.cluster.worker_pool import COME_SECONDS, ThreadPool
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import WorldSpec
 from racecraft.training.remote_collection import TickCallback
-from racecraft.training.resume import Say
+from racecraft.training.resume import MessageCallback
 from racecraft.training.run_writer import TickRecorder
-from racecraft.training.trainer import Experiment, Spread
+from racecraft.training.trainer import Distribute, Experiment
 
 
 @dataclass
 class ClusterGatherer:
     """Carries a learner through the worlds of a crew."""
 
-    crew: Crew
+    crew: ThreadPool
     spec: WorldSpec
     experiment: Experiment
     updates: Updates = field(default_factory=Updates)
@@ -53,7 +53,7 @@ class ClusterGatherer:
         return self.collecting
 
 
-def distribute(cluster: str | int | None) -> Spread | None:
+def distribute(cluster: str | int | None) -> Distribute | None:
     """Return what carries a training's worlds to the workers of a cluster; None where none is asked for.
 
     Args:
@@ -79,7 +79,7 @@ def distribute(cluster: str | int | None) -> Spread | None:
     return spread_by(reach, asked)
 
 
-def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_seconds: float = COME_SECONDS) -> Spread:
+def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_seconds: float = COME_SECONDS) -> Distribute:
     """Return what carries a training's worlds to workers.
 
     Args:
@@ -89,7 +89,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_second
     """
 
     @contextlib.contextmanager
-    def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
+    def spread(kind: str, planned: Any, experiment: Experiment, say: MessageCallback) -> Iterator[Experiment]:
         _require_spreadable(experiment)
         say(f"- cluster {asked}: waiting for its workers")
         with contextlib.closing(reach()) as transport:
@@ -112,13 +112,13 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_second
     return spread
 
 
-def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: Say) -> Crew:
+def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: MessageCallback) -> ThreadPool:
     """Return workers in their places, not yet started."""
     shares = shares_of(parts_of(planned), transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
-    orders = [Order(kind, plan_of_share(planned, share), share) for share in shares]
-    return Crew(transport, orders, say, come_seconds)
+    orders = [WorkerConfig(kind, plan_of_share(planned, share), share) for share in shares]
+    return ThreadPool(transport, orders, say, come_seconds)
 
 
 def _require_spreadable(experiment: Experiment) -> None:
@@ -137,13 +137,13 @@ def _require_spreadable(experiment: Experiment) -> None:
         )
 
 
-def _tell(crew: Crew, asked: ClusterOptions, say: Say) -> None:
+def _tell(crew: ThreadPool, asked: ClusterOptions, say: MessageCallback) -> None:
     hosts = {opened.host for opened in crew.opened}
     machines = "this machine" if asked.address is None else f"{len(hosts)} machine{'s' * (len(hosts) > 1)}"
     say(f"- cluster {asked}: {len(crew.opened)} workers on {machines}, the learner here")
 
 
-def _tell_traffic(gatherer: ClusterGatherer, say: Say) -> None:
+def _tell_traffic(gatherer: ClusterGatherer, say: MessageCallback) -> None:
     collecting = gatherer.collecting
     if collecting is None or not collecting.traffic.steps:
         return

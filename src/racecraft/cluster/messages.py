@@ -22,7 +22,7 @@ class WorkerEnv:
 
 
 @dataclass(frozen=True)
-class Order:
+class WorkerConfig:
     """Which worlds a worker opens."""
 
     kind: str
@@ -33,7 +33,7 @@ class Order:
 
 
 @dataclass(frozen=True)
-class Opened:
+class WorkerReady:
     """What a worker says once its worlds are open."""
 
     spec: WorldSpec
@@ -44,7 +44,7 @@ class Opened:
 
 
 @dataclass(frozen=True)
-class Start:
+class WorkerInit:
     """Where a worker begins: at the beginning, or where another one was."""
 
     spec: WorldSpec

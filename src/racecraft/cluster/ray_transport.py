@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from racecraft.cluster.cluster_options import AUTO, ClusterOptions
-from racecraft.cluster.deadlines import patience
+from racecraft.cluster.deadlines import load_scaled
 from racecraft.cluster.messages import WorkerEnv
 from racecraft.cluster.transport import ClusterError, WorkerLostError
 from racecraft.contract.errors import MissingExtraError
@@ -183,7 +183,9 @@ def _answers(address: str) -> bool:
     """Tell whether a Ray cluster answers at an address."""
     probe = [sys.executable, "-m", "ray.scripts.scripts", "health-check", f"--address={address}"]
     try:
-        return subprocess.run(probe, capture_output=True, timeout=patience(PROBE_SECONDS), check=False).returncode == 0
+        return (
+            subprocess.run(probe, capture_output=True, timeout=load_scaled(PROBE_SECONDS), check=False).returncode == 0
+        )
     except subprocess.TimeoutExpired:
         return False
 

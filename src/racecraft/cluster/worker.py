@@ -20,7 +20,15 @@ import numpy as np
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import ACTING, Decision, Learner, counting
 from racecraft.algorithms.weights import to_arrays, to_tensors
-from racecraft.cluster.messages import Opened, Order, RolloutResult, Start, Task, WorkerEnv, WorkerError
+from racecraft.cluster.messages import (
+    RolloutResult,
+    Task,
+    WorkerConfig,
+    WorkerEnv,
+    WorkerError,
+    WorkerInit,
+    WorkerReady,
+)
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.rollout.collector import Collector
@@ -52,11 +60,11 @@ class Worker:
     def come(self, message: None) -> None:
         """Be there: whoever hears the answer knows that this process runs."""
 
-    def open(self, order: Order) -> Opened | WorkerError:
+    def open(self, order: WorkerConfig) -> WorkerReady | WorkerError:
         """Open the worlds of a share."""
         return self._told(lambda: self._open(order))
 
-    def begin(self, start: Start) -> None | WorkerError:
+    def begin(self, start: WorkerInit) -> None | WorkerError:
         """Begin the worlds, or go on where another worker was."""
         return self._told(lambda: self._begin(start))
 
@@ -76,16 +84,16 @@ class Worker:
                 self._trouble = WorkerError(str(error), isinstance(error, UserInputError))
         return self._trouble
 
-    def _open(self, order: Order) -> Opened:
+    def _open(self, order: WorkerConfig) -> WorkerReady:
         self._share = order.share
-        opened = training_in(order.kind).opened(order.planned, lambda text: None)
+        opened = training_in(order.kind).build_experiment(order.planned, lambda text: None)
         self._experiment: Experiment = self._worlds.enter_context(opened)
         settings = self._experiment.settings
         prepare_processor(settings.runtime.threads, settings.runtime.device)
         self._experiment.warm_up(lambda text: None)
-        return Opened(self._experiment.world.spec, socket.gethostname(), os.getpid(), versions())
+        return WorkerReady(self._experiment.world.spec, socket.gethostname(), os.getpid(), versions())
 
-    def _begin(self, start: Start) -> None:
+    def _begin(self, start: WorkerInit) -> None:
         experiment = self._experiment
         if experiment.learner is not None:
             self._learner = experiment.learner()
@@ -177,11 +185,11 @@ class LearnerRows:
         here = np.arange(len(next(iter(observations.values())))) if rows is None else rows
         return self._learner.act(observations, action_mask, generator=generator, rows=self._first + here)
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
         every = np.zeros(self._rows, bool)
         every[self._first : self._first + len(rows)] = rows
-        self._learner.forget(every)
+        self._learner.reset_state(every)
 
 
 def spec_of_all(specs: list[Any]) -> Any:

@@ -1,4 +1,4 @@
-"""Workers in their places. One that is lost is replaced, and what it was at is done again. Begin with `Crew.gather`.
+"""Workers of a cluster; a lost one is replaced and its task repeated. Begin with `ThreadPool.gather`.
 
 A worker's every answer says where it stands, so whoever takes its place goes on from there, with the same weights and
 the same chance, and gives the very answer that was lost: a training loses no update by it, and its curve is the same.
@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from racecraft.cluster.deadlines import patience
-from racecraft.cluster.messages import Opened, Order, RolloutResult, Start, Task, WorkerError
+from racecraft.cluster.deadlines import load_scaled
+from racecraft.cluster.messages import RolloutResult, Task, WorkerConfig, WorkerError, WorkerInit, WorkerReady
 from racecraft.cluster.transport import ClusterError, Handle, Ticket, Transport, WorkerLostError
 from racecraft.cluster.worker import spec_of_all
 from racecraft.contract.errors import RacecraftError, UserInputError
@@ -30,10 +30,10 @@ LOOK_SECONDS = 0.5
 LOST_IN_A_ROW = 5
 """After so many workers lost in one place without an answer the fault is not theirs."""
 
-Say = Callable[[str], None]
+MessageCallback = Callable[[str], None]
 
 
-class Crew:
+class ThreadPool:
     """Workers, each in its place.
 
     Args:
@@ -44,7 +44,11 @@ class Crew:
     """
 
     def __init__(
-        self, transport: Transport, orders: Sequence[Order], say: Say, come_seconds: float = COME_SECONDS
+        self,
+        transport: Transport,
+        orders: Sequence[WorkerConfig],
+        say: MessageCallback,
+        come_seconds: float = COME_SECONDS,
     ) -> None:
         self._transport, self._say, self._come_seconds = transport, say, come_seconds
         self.orders = list(orders)
@@ -53,7 +57,7 @@ class Crew:
         self._lost = [0] * len(self.orders)
         self.replaced = 0
         """Workers replaced so far."""
-        self.opened: list[Opened] = []
+        self.opened: list[WorkerReady] = []
 
     def open(self) -> WorldSpec:
         """Start all workers; return what their worlds promise together.
@@ -64,14 +68,14 @@ class Crew:
         """
         self._workers = [self._transport.start() for _ in self.orders]
         coming = {self._transport.ask(worker, "come", None): place for place, worker in enumerate(self._workers)}
-        self._wait_for_all(coming, "have come", patience(self._come_seconds))
+        self._wait_for_all(coming, "have come", load_scaled(self._come_seconds))
         asked = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
         self.opened = [answer for _, answer in sorted(self._wait_for_all(asked, "have opened their worlds").items())]
         for place, opened in enumerate(self.opened):
             _require_same_versions(place, opened)
         return spec_of_all([opened.spec for opened in self.opened])
 
-    def begin(self, starts: Sequence[Start]) -> None:
+    def begin(self, starts: Sequence[WorkerInit]) -> None:
         """Have every worker begin."""
         for place, start in enumerate(starts):
             self._transport.ask(self._workers[place], "begin", start)
@@ -84,7 +88,7 @@ class Crew:
     def gather(
         self,
         under_way: dict[Ticket, int],
-        starts: Callable[[int], Start],
+        starts: Callable[[int], WorkerInit],
         task: Task,
         look: Callable[[], None] = lambda: None,
     ) -> list[RolloutResult]:
@@ -117,10 +121,10 @@ class Crew:
         """End all workers."""
         self._transport.close()
 
-    def _places(self) -> list[tuple[int, Order]]:
+    def _places(self) -> list[tuple[int, WorkerConfig]]:
         return list(enumerate(self.orders))
 
-    def _replace(self, place: int, why: str, start: Start) -> None:
+    def _replace(self, place: int, why: str, start: WorkerInit) -> None:
         """Put a new worker into a place; it opens the same worlds and goes on where the one before it was."""
         self._lost[place] += 1
         if self._lost[place] >= LOST_IN_A_ROW:
@@ -173,7 +177,9 @@ class Crew:
         return answers
 
 
-def starts_of(start: Start, specs: Sequence[WorldSpec], states: Sequence[Mapping[str, Any] | None]) -> list[Start]:
+def starts_of(
+    start: WorkerInit, specs: Sequence[WorldSpec], states: Sequence[Mapping[str, Any] | None]
+) -> list[WorkerInit]:
     """Return where each worker begins: alike but for its rows and its state."""
     starts, first = [], 0
     for spec, state in zip(specs, states, strict=True):
@@ -193,7 +199,7 @@ def _answer(answer: Any) -> Any:
     return answer
 
 
-def _require_same_versions(place: int, opened: Opened) -> None:
+def _require_same_versions(place: int, opened: WorkerReady) -> None:
     ours = versions()
     if dict(opened.versions) != ours:
         other = {name: found for name, found in opened.versions.items() if found != ours.get(name)}

@@ -28,7 +28,7 @@ from racecraft.formats.atomic import OutputFileError, output_letter
 from racecraft.formats.run_folder import JOB
 from racecraft.players.trained import load_policy
 from racecraft.training import worlds
-from racecraft.training.callbacks import IterationReport, Silent
+from racecraft.training.callbacks import IterationReport, NullCallback
 from racecraft.training.trainer import Trained
 from racecraft.worlds.gymnasium.evaluation import reward_threshold
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
@@ -97,7 +97,7 @@ class Episodes:
             raise OutputFileError(output_letter(path, error)) from error
 
 
-class Ppo1Lines(Silent):
+class Ppo1Lines(NullCallback):
     """Says after each iteration what PPO1 said, so that metric definitions go on finding it.
 
     Args:

@@ -14,7 +14,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.loading import add_cwd_to_path
 from racecraft.formats.run_folder import JOB, STOP
 from racecraft.training import worlds
-from racecraft.training.callbacks import IterationReport, Silent
+from racecraft.training.callbacks import IterationReport, NullCallback
 from racecraft.training.trainer import Trained
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
@@ -22,7 +22,7 @@ LONGEST_EPISODE = 10_000
 """Steps after which an episode of the script's own environment is cut; Coach cuts none."""
 
 
-class CoachLines(Silent):
+class CoachLines(NullCallback):
     """Says after each iteration what Coach said after an episode, so that metric definitions go on finding it.
 
     An iteration has many episodes: the reward is their mean, and `Episode` counts them.

@@ -14,25 +14,25 @@ SOLE, SOLE_POLICY = "agent0", "default_policy"
 """What RLlib calls the one agent of an environment that names none, and its policy."""
 
 
-class Onlooker(Protocol):
+class EpisodeListener(Protocol):
     """Hears of every episode of the worlds that are learned in, tick by tick."""
 
-    def joins(self, env: Any) -> int:
+    def on_env(self, env: Any) -> int:
         """Hear of an environment, as its maker gave it; return its number."""
         ...
 
-    def begins(self, world: int, policies: Mapping[Any, str], seen: Mapping[Any, Any]) -> None:
+    def on_start(self, world: int, policies: Mapping[Any, str], seen: Mapping[Any, Any]) -> None:
         """Hear that an episode begins: each agent's policy, and what it sees, by agent."""
         ...
 
-    def steps(
+    def on_step(
         self, world: int, done: Mapping[Any, Any], seen: Mapping[Any, Any], earned: Mapping[Any, float],
         infos: Mapping[Any, Any],
     ) -> None:  # fmt: skip
         """Hear of a tick: what was done, seen, earned and said, by agent."""
         ...
 
-    def ends(self, world: int) -> None:
+    def on_end(self, world: int) -> None:
         """Hear that an episode is over."""
         ...
 
@@ -43,40 +43,40 @@ class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
     Args:
         env: Of Gymnasium's manners.
         ended: Hears of each episode.
-        onlooker: Hears of each tick; None: nobody does.
+        listener: Hears of each tick; None: nobody does.
         own: The environment as the script made it.
     """
 
     def __init__(
-        self, env: gymnasium.Env[Any, Any], ended: Ended, onlooker: Onlooker | None = None, own: Any = None
+        self, env: gymnasium.Env[Any, Any], ended: Ended, listener: EpisodeListener | None = None, own: Any = None
     ) -> None:
         super().__init__(env)
         self._ended, self._reward, self._steps = ended, 0.0, 0
-        self._onlooker, self._number = onlooker, onlooker.joins(own) if onlooker else 0
+        self._listener, self._number = listener, listener.on_env(own) if listener else 0
 
     def reset(self, **words: Any) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; one that was not over was cut from outside, by a limit of ticks."""
         if self._steps:
             self._end()
         begun = self.env.reset(**words)
-        if self._onlooker is not None:
-            self._onlooker.begins(self._number, {SOLE: SOLE_POLICY}, {SOLE: begun[0]})
+        if self._listener is not None:
+            self._listener.on_start(self._number, {SOLE: SOLE_POLICY}, {SOLE: begun[0]})
         return begun
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act once."""
         seen, reward, terminated, truncated, info = self.env.step(action)
         self._reward, self._steps = self._reward + float(reward), self._steps + 1
-        if self._onlooker is not None:
-            self._onlooker.steps(self._number, {SOLE: action}, {SOLE: seen}, {SOLE: float(reward)}, {SOLE: info})
+        if self._listener is not None:
+            self._listener.on_step(self._number, {SOLE: action}, {SOLE: seen}, {SOLE: float(reward)}, {SOLE: info})
         if terminated or truncated:
             self._end()
         return seen, float(reward), terminated, truncated, info
 
     def _end(self) -> None:
         self._ended(self._reward, self._steps)
-        if self._onlooker is not None:
-            self._onlooker.ends(self._number)
+        if self._listener is not None:
+            self._listener.on_end(self._number)
         self._reward, self._steps = 0.0, 0
 
 

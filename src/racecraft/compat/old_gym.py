@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium
 
-from racecraft.worlds.gymnasium.env.user_env import lacking, reward_given, unfit
+from racecraft.worlds.gymnasium.env.user_env import contract_error, missing_error, reward_given
 
 
 class FromOldGym(gymnasium.Env[Any, Any]):
@@ -24,7 +24,7 @@ class FromOldGym(gymnasium.Env[Any, Any]):
         self.env = env
         for name in ("observation_space", "action_space"):
             if not hasattr(env, name):
-                raise lacking(env, name)
+                raise missing_error(env, name)
         self.observation_space, self.action_space = env.observation_space, env.action_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -39,7 +39,7 @@ class FromOldGym(gymnasium.Env[Any, Any]):
         told = self.env.step(action)
         if not isinstance(told, tuple) or len(told) not in (4, 5):
             things = f"{len(told)} things" if isinstance(told, tuple) else "one thing"
-            raise unfit(self.env, "step", "its answer", told, "(observation, reward, done, info)", things)
+            raise contract_error(self.env, "step", "its answer", told, "(observation, reward, done, info)", things)
         if len(told) == 5:
             return told
         seen, reward, done, info = told

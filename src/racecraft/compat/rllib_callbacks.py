@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from racecraft.compat.episode_listener import Onlooker
+from racecraft.compat.episode_listener import EpisodeListener
 from racecraft.compat.rllib_config import CALLBACK_WORDS
 from racecraft.compat.unknown_names import letter_about
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError, nearest
@@ -173,7 +173,7 @@ class DefaultCallbacks:
         """An iteration is over; what is laid into `result` is told with it."""
 
 
-class Callbacks(Onlooker):
+class Callbacks(EpisodeListener):
     """Calls what a script wants called.
 
     Args:
@@ -189,12 +189,12 @@ class Callbacks(Onlooker):
         self._begun = 0
         self._metrics: list[dict[str, Any]] = []
 
-    def joins(self, env: Any) -> int:
+    def on_env(self, env: Any) -> int:
         """Take in an environment that is learned in; return its number."""
         self._worlds.envs.append(env)
         return len(self._worlds.envs) - 1
 
-    def begins(self, world: int, policies: Mapping[Any, str], seen: Mapping[Any, Any]) -> None:
+    def on_start(self, world: int, policies: Mapping[Any, str], seen: Mapping[Any, Any]) -> None:
         """Take in that an episode begins."""
         self._policies.update({name: Policy(name) for name in policies.values() if name not in self._policies})
         self._episodes[world] = Episode(self._begun, world, policies)
@@ -202,7 +202,7 @@ class Callbacks(Onlooker):
         self._episodes[world].see(seen)
         self._call("on_episode_start", world)
 
-    def steps(
+    def on_step(
         self, world: int, done: Mapping[Any, Any], seen: Mapping[Any, Any], earned: Mapping[Any, float],
         infos: Mapping[Any, Any],
     ) -> None:  # fmt: skip
@@ -212,7 +212,7 @@ class Callbacks(Onlooker):
         episode.see(seen)
         self._call("on_episode_step", world)
 
-    def ends(self, world: int) -> None:
+    def on_end(self, world: int) -> None:
         """Take in that an episode is over, and what it measured."""
         self._call("on_episode_end", world)
         self._metrics.append(dict(self._episodes[world].custom_metrics))

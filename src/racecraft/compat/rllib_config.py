@@ -19,7 +19,7 @@ ELSEWHERE = "elsewhere"
 
 
 @dataclass(frozen=True)
-class Word:
+class ConfigKey:
     """What a word of RLlib's means here."""
 
     setting: str = ""
@@ -28,53 +28,53 @@ class Word:
     """How it is taken into account, or why it means nothing here."""
 
 
-WORDS: Mapping[str, Word] = {
-    "gamma": Word("ppo.discount"),
-    "lambda": Word("ppo.gae_lambda"),
-    "lr": Word("ppo.learning_rate"),
-    "num_sgd_iter": Word("ppo.epochs"),
-    "sgd_minibatch_size": Word("ppo.batch_size"),
-    "clip_param": Word("ppo.clip"),
-    "entropy_coeff": Word("ppo.entropy_weight"),
-    "vf_loss_coeff": Word("ppo.value_weight"),
-    "grad_clip": Word("ppo.max_grad_norm"),
-    "env": Word(ELSEWHERE, "the environment: one given to register_env, or one that Gymnasium knows"),
-    "env_config": Word(ELSEWHERE, "what the environment's creator is told"),
-    "num_workers": Word(ELSEWHERE, "rollout.num_worlds = num_workers x num_envs_per_worker: worlds side by side"),
-    "num_envs_per_worker": Word(ELSEWHERE, "see num_workers"),
-    "train_batch_size": Word(ELSEWHERE, "rollout.horizon = train_batch_size / rollout.num_worlds"),
-    "seed": Word(ELSEWHERE, "--seed"),
-    "horizon": Word(ELSEWHERE, "ticks after which an episode of the script's environment is cut; 1,000 unless said"),
-    "model": Word(ELSEWHERE, "see the table of its words"),
-    "multiagent": Word(ELSEWHERE, "see the table of its words"),
-    "callbacks": Word(ELSEWHERE, "see the table of its words"),
-    "kl_coeff": Word("", "this PPO clips and has no KL penalty beside it"),
-    "kl_target": Word("", "this PPO clips and has no KL penalty beside it"),
-    "vf_clip_param": Word("", "the value loss is not clipped here"),
-    "vf_share_layers": Word(ELSEWHERE, "network.separate_networks, turned round"),
-    "rollout_fragment_length": Word("", "every world gives equally many ticks, see train_batch_size"),
-    "sample_batch_size": Word("", "every world gives equally many ticks, see train_batch_size"),
-    "batch_mode": Word("", "episodes may be cut by an update; their value still follows"),
-    "vtrace": Word("", "APPO's learner is always corrected by V-trace, PPO's never needs it"),
-    "broadcast_interval": Word("", "actors take over APPO's weights once a rollout"),
-    "learner_queue_size": Word("", "one rollout waits for APPO's learner, never more"),
-    "use_gae": Word("", "advantages are always generalised (GAE)"),
-    "shuffle_sequences": Word("", "minibatches are always shuffled"),
-    "num_gpus": Word("", "the learner's device is runtime.device"),
-    "num_gpus_per_worker": Word("", "worlds need no GPU"),
-    "num_cpus_per_worker": Word("", "worlds share the job's cores"),
-    "num_cpus_for_driver": Word("", "worlds and learner share the job's cores"),
-    "framework": Word("", "it is PyTorch"),
-    "use_pytorch": Word("", "it is PyTorch"),
-    "eager": Word("", "it is PyTorch"),
-    "monitor": Word("", "no video of each episode is kept"),
-    "log_level": Word("", "every iteration is told in a line"),
-    "ignore_worker_failures": Word("", "an environment that raises ends the job, and says why"),
-    "create_env_on_driver": Word("", "worlds live in the learner's process"),
-    "observation_filter": Word("", "observations are seen as the environment gives them; network.normalise evens them"),
-    "clip_rewards": Word("", "rewards are learned from as they are"),
-    "clip_actions": Word("", "actions are always kept inside the space"),
-    "simple_optimizer": Word("", "there is one optimiser"),
+WORDS: Mapping[str, ConfigKey] = {
+    "gamma": ConfigKey("ppo.discount"),
+    "lambda": ConfigKey("ppo.gae_lambda"),
+    "lr": ConfigKey("ppo.learning_rate"),
+    "num_sgd_iter": ConfigKey("ppo.epochs"),
+    "sgd_minibatch_size": ConfigKey("ppo.batch_size"),
+    "clip_param": ConfigKey("ppo.clip"),
+    "entropy_coeff": ConfigKey("ppo.entropy_weight"),
+    "vf_loss_coeff": ConfigKey("ppo.value_weight"),
+    "grad_clip": ConfigKey("ppo.max_grad_norm"),
+    "env": ConfigKey(ELSEWHERE, "the environment: one given to register_env, or one that Gymnasium knows"),
+    "env_config": ConfigKey(ELSEWHERE, "what the environment's creator is told"),
+    "num_workers": ConfigKey(ELSEWHERE, "rollout.num_worlds = num_workers x num_envs_per_worker: worlds side by side"),
+    "num_envs_per_worker": ConfigKey(ELSEWHERE, "see num_workers"),
+    "train_batch_size": ConfigKey(ELSEWHERE, "rollout.horizon = train_batch_size / rollout.num_worlds"),
+    "seed": ConfigKey(ELSEWHERE, "--seed"),
+    "horizon": ConfigKey(ELSEWHERE, "ticks after which an episode of the environment is cut; 1,000 unless given"),
+    "model": ConfigKey(ELSEWHERE, "see the table of its words"),
+    "multiagent": ConfigKey(ELSEWHERE, "see the table of its words"),
+    "callbacks": ConfigKey(ELSEWHERE, "see the table of its words"),
+    "kl_coeff": ConfigKey("", "this PPO clips and has no KL penalty beside it"),
+    "kl_target": ConfigKey("", "this PPO clips and has no KL penalty beside it"),
+    "vf_clip_param": ConfigKey("", "the value loss is not clipped here"),
+    "vf_share_layers": ConfigKey(ELSEWHERE, "network.separate_networks, turned round"),
+    "rollout_fragment_length": ConfigKey("", "every world gives equally many ticks, see train_batch_size"),
+    "sample_batch_size": ConfigKey("", "every world gives equally many ticks, see train_batch_size"),
+    "batch_mode": ConfigKey("", "episodes may be cut by an update; their value still follows"),
+    "vtrace": ConfigKey("", "APPO's learner is always corrected by V-trace, PPO's never needs it"),
+    "broadcast_interval": ConfigKey("", "actors take over APPO's weights once a rollout"),
+    "learner_queue_size": ConfigKey("", "one rollout waits for APPO's learner, never more"),
+    "use_gae": ConfigKey("", "advantages are always generalised (GAE)"),
+    "shuffle_sequences": ConfigKey("", "minibatches are always shuffled"),
+    "num_gpus": ConfigKey("", "the learner's device is runtime.device"),
+    "num_gpus_per_worker": ConfigKey("", "worlds need no GPU"),
+    "num_cpus_per_worker": ConfigKey("", "worlds share the job's cores"),
+    "num_cpus_for_driver": ConfigKey("", "worlds and learner share the job's cores"),
+    "framework": ConfigKey("", "it is PyTorch"),
+    "use_pytorch": ConfigKey("", "it is PyTorch"),
+    "eager": ConfigKey("", "it is PyTorch"),
+    "monitor": ConfigKey("", "no video of each episode is kept"),
+    "log_level": ConfigKey("", "every iteration is told in a line"),
+    "ignore_worker_failures": ConfigKey("", "an environment that raises ends the job, and says why"),
+    "create_env_on_driver": ConfigKey("", "worlds live in the learner's process"),
+    "observation_filter": ConfigKey("", "observations are used as they come; network.normalise standardises them"),
+    "clip_rewards": ConfigKey("", "rewards are learned from as they are"),
+    "clip_actions": ConfigKey("", "actions are always kept inside the space"),
+    "simple_optimizer": ConfigKey("", "there is one optimiser"),
 }  # fmt: skip
 """Every word of a configuration that is understood."""
 OF_PPO = (
@@ -85,44 +85,44 @@ OF_PPO = (
 """Words that DQN and Ape-X do not know."""
 OF_DQN = ("exploration_final_eps", "exploration_fraction")
 """Words that mean nothing to Ape-X, to RLlib's neither."""
-VALUE_WORDS: Mapping[str, Word] = {
+VALUE_WORDS: Mapping[str, ConfigKey] = {
     **{name: word for name, word in WORDS.items() if name not in OF_PPO},
-    "gamma": Word("dqn.discount"),
-    "lr": Word("dqn.learning_rate"),
-    "train_batch_size": Word("dqn.batch_size"),
-    "grad_clip": Word("dqn.max_grad_norm"),
-    "n_step": Word("dqn.n_step"),
-    "double_q": Word("dqn.double"),
-    "dueling": Word("dqn.dueling"),
-    "adam_epsilon": Word("dqn.adam_epsilon"),
-    "buffer_size": Word("replay.capacity"),
-    "learning_starts": Word("replay.learning_starts"),
-    "prioritized_replay": Word("replay.prioritised"),
-    "prioritized_replay_alpha": Word("replay.priority_exponent"),
-    "prioritized_replay_beta": Word("replay.importance_exponent"),
-    "rollout_fragment_length": Word(ELSEWHERE, "rollout.horizon; DQN's step of learning comes once in as many ticks of "
+    "gamma": ConfigKey("dqn.discount"),
+    "lr": ConfigKey("dqn.learning_rate"),
+    "train_batch_size": ConfigKey("dqn.batch_size"),
+    "grad_clip": ConfigKey("dqn.max_grad_norm"),
+    "n_step": ConfigKey("dqn.n_step"),
+    "double_q": ConfigKey("dqn.double"),
+    "dueling": ConfigKey("dqn.dueling"),
+    "adam_epsilon": ConfigKey("dqn.adam_epsilon"),
+    "buffer_size": ConfigKey("replay.capacity"),
+    "learning_starts": ConfigKey("replay.learning_starts"),
+    "prioritized_replay": ConfigKey("replay.prioritised"),
+    "prioritized_replay_alpha": ConfigKey("replay.priority_exponent"),
+    "prioritized_replay_beta": ConfigKey("replay.importance_exponent"),
+    "rollout_fragment_length": ConfigKey(ELSEWHERE, "rollout.horizon; DQN learns once in as many ticks of "
                                     "all worlds (dqn.train_every), Ape-X's once in 16 steps (apex.train_every)"),
-    "sample_batch_size": Word(ELSEWHERE, "the same (Ray before 0.8.4)"),
-    "target_network_update_freq": Word(ELSEWHERE, "dqn.target_every: over the steps between two of learning"),
-    "exploration_config": Word(ELSEWHERE, "initial_epsilon, final_epsilon, epsilon_timesteps: dqn.epsilon_first, "
+    "sample_batch_size": ConfigKey(ELSEWHERE, "the same (Ray before 0.8.4)"),
+    "target_network_update_freq": ConfigKey(ELSEWHERE, "dqn.target_every: over the steps between two of learning"),
+    "exploration_config": ConfigKey(ELSEWHERE, "initial_epsilon, final_epsilon, epsilon_timesteps: dqn.epsilon_first, "
                                "epsilon_last, epsilon_steps"),
-    "exploration_final_eps": Word("dqn.epsilon_last"),
-    "schedule_max_timesteps": Word(ELSEWHERE, "steps of which the two fractions are parts; 100,000 unless said"),
-    "exploration_fraction": Word(ELSEWHERE, "dqn.epsilon_steps = exploration_fraction x schedule_max_timesteps"),
-    "beta_annealing_fraction": Word(ELSEWHERE, "replay.importance_steps, likewise"),
-    "num_atoms": Word(ELSEWHERE, "1; with more a value would be a distribution (C51), which is refused"),
-    "noisy": Word(ELSEWHERE, "false; noise within the network is refused"),
-    "v_min": Word("", "a value is its mean, and no range is cut into atoms"),
-    "v_max": Word("", "a value is its mean, and no range is cut into atoms"),
-    "hiddens": Word(ELSEWHERE, "layers behind those of the model, with network.hidden_units"),
-    "prioritized_replay_eps": Word("", "what is added to an error is fixed"),
-    "final_prioritized_replay_beta": Word("", "it always ends at 1"),
-    "per_worker_exploration": Word("", "Ape-X's worlds always explore each in their own degree, DQN's all alike"),
-    "worker_side_prioritization": Word("", "Ape-X's actors always note what they expected"),
-    "num_aggregation_workers": Word("", "there is one memory"),
-    "compress_observations": Word("", "what is remembered is kept once, in the environment's own types"),
-    "timesteps_per_iteration": Word("", "an iteration is a rollout"),
-    "min_iter_time_s": Word("", "an iteration is a rollout"),
+    "exploration_final_eps": ConfigKey("dqn.epsilon_last"),
+    "schedule_max_timesteps": ConfigKey(ELSEWHERE, "steps of which the two fractions are parts; 100,000 unless said"),
+    "exploration_fraction": ConfigKey(ELSEWHERE, "dqn.epsilon_steps = exploration_fraction x schedule_max_timesteps"),
+    "beta_annealing_fraction": ConfigKey(ELSEWHERE, "replay.importance_steps, likewise"),
+    "num_atoms": ConfigKey(ELSEWHERE, "1; with more a value would be a distribution (C51), which is refused"),
+    "noisy": ConfigKey(ELSEWHERE, "false; noise within the network is refused"),
+    "v_min": ConfigKey("", "a value is its mean, and no range is cut into atoms"),
+    "v_max": ConfigKey("", "a value is its mean, and no range is cut into atoms"),
+    "hiddens": ConfigKey(ELSEWHERE, "layers behind those of the model, with network.hidden_units"),
+    "prioritized_replay_eps": ConfigKey("", "what is added to an error is fixed"),
+    "final_prioritized_replay_beta": ConfigKey("", "it always ends at 1"),
+    "per_worker_exploration": ConfigKey("", "Ape-X's worlds always explore each in their own degree, DQN's all alike"),
+    "worker_side_prioritization": ConfigKey("", "Ape-X's actors always note what they expected"),
+    "num_aggregation_workers": ConfigKey("", "there is one memory"),
+    "compress_observations": ConfigKey("", "what is remembered is kept once, in the environment's own types"),
+    "timesteps_per_iteration": ConfigKey("", "an iteration is a rollout"),
+    "min_iter_time_s": ConfigKey("", "an iteration is a rollout"),
 }  # fmt: skip
 """Likewise, of DQN and Ape-X; where a setting begins with dqn., Ape-X's begins with apex."""
 RUNS: Mapping[str, tuple[str, ...]] = {
@@ -335,7 +335,7 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     )  # fmt: skip
 
 
-def words_of(algorithm: str) -> Mapping[str, Word]:
+def words_of(algorithm: str) -> Mapping[str, ConfigKey]:
     """Return every word of a configuration that is understood with an algorithm of ours, with its settings.
 
     >>> words_of("apex")["gamma"].setting
@@ -346,7 +346,7 @@ def words_of(algorithm: str) -> Mapping[str, Word]:
     return {
         name: replace(word, setting=word.setting.replace("dqn.", f"{algorithm}."))
         if algorithm == "dqn" or name not in OF_DQN
-        else Word("", "Ape-X's worlds explore each in their own degree")
+        else ConfigKey("", "Ape-X's worlds explore each in their own degree")
         for name, word in VALUE_WORDS.items()
     }
 
@@ -363,7 +363,7 @@ def policy_settings(config: Mapping[str, Any], algorithm: str = "ppo") -> tuple[
     settings: list[str] = []
     known = words_of(algorithm)
     for name, value in _by_first_names("a policy's config", config, LATER_NAMES).items():
-        word = known.get(name, Word())
+        word = known.get(name, ConfigKey())
         if name == "model":
             settings += _model(value, [])
         elif word.setting not in ("", ELSEWHERE):

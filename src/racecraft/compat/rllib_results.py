@@ -8,13 +8,13 @@ from typing import Any
 
 from racecraft.compat.episode_listener import Tally, Told
 from racecraft.compat.rllib_callbacks import Callbacks
-from racecraft.training.callbacks import IterationReport, Silent
+from racecraft.training.callbacks import IterationReport, NullCallback
 
 NOT_TOLD = ("hist_stats",)
 """What callbacks are told and nobody else: lists of every episode's figures."""
 
 
-class RllibLines(Silent):
+class RllibLines(NullCallback):
     """Says an iteration.
 
     Args:

@@ -202,7 +202,7 @@ def _described(told: Translated, make: Callable[[], Any], tally: Tally | None, c
         frozenset(policies) - frozenset(taught),
         takes_mask=not told.has_own_model,
         tally=tally,
-        onlooker=calls,
+        listener=calls,
     )
 
 

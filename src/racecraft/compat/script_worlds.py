@@ -19,7 +19,7 @@ import numpy as np
 from gymnasium import spaces
 
 from racecraft.algorithms.multi_policy import group_spec, narrow
-from racecraft.compat.episode_listener import Onlooker, Tally, Told
+from racecraft.compat.episode_listener import EpisodeListener, Tally, Told
 from racecraft.compat.old_gym import begun, takes_seed
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
@@ -36,7 +36,7 @@ from racecraft.contract.world import (
     mask_width,
 )
 from racecraft.worlds.gymnasium.env.spaces import action_translation, parts_of
-from racecraft.worlds.gymnasium.env.user_env import asked, made, reward_given, unfit
+from racecraft.worlds.gymnasium.env.user_env import call_env, contract_error, made, reward_given
 
 MASK, ALL, SOLE_AGENT = "action_mask", "__all__", "agent_0"
 PLACE = "racecraft.compat.script_worlds"
@@ -70,7 +70,7 @@ class Described:
     """Whether an observation `action_mask` is one; a model of the script's own reads it itself."""
     tally: Tally | None = field(default_factory=Tally)
     """Hears of training episodes."""
-    onlooker: Onlooker | None = None
+    listener: EpisodeListener | None = None
     """Hears of them tick by tick."""
 
 
@@ -118,12 +118,12 @@ class ScriptWorld:
     def __init__(self, num_worlds: int) -> None:
         told, offered_as = self.described, _class_with(type(self), "described")
         self._tally = told.tally if offered_as.worlds_made == 0 else None
-        self._onlooker = told.onlooker if offered_as.worlds_made == 0 else None
+        self._listener = told.listener if offered_as.worlds_made == 0 else None
         offered_as.worlds_made += 1
         self._envs = [made(told.make) for _ in range(num_worlds)]
-        if self._onlooker is not None:
+        if self._listener is not None:
             for env in self._envs:
-                self._onlooker.joins(getattr(env, "env", env) if isinstance(env, SoleAgent) else env)
+                self._listener.on_env(getattr(env, "env", env) if isinstance(env, SoleAgent) else env)
         self._agents = _agents_of(self._envs[0])
         offered_as.num_agents = len(self._agents)
         self._place = {agent: m for m, agent in enumerate(self._agents)}
@@ -203,7 +203,7 @@ class ScriptWorld:
             self._closed = True
             for env in self._envs:
                 if callable(getattr(env, "close", None)):
-                    asked(env, "close")
+                    call_env(env, "close")
 
     def _set_seed(self, seed: int) -> None:
         self._seed, self._begun = seed, True
@@ -220,8 +220,8 @@ class ScriptWorld:
             if POLICY_ID in self._shown.observations:
                 self._shown.observations[POLICY_ID][n, m] = number
         self._show(n, seen, self._shown.observations)
-        if self._onlooker is not None:
-            self._onlooker.begins(n, dict(zip(self._agents, self._policy, strict=True)), seen)
+        if self._listener is not None:
+            self._listener.on_start(n, dict(zip(self._agents, self._policy, strict=True)), seen)
 
     def _advance(self, n: int, actions: Array, buffers: StepBuffers) -> bool:
         """Advance copy n by one tick; tell whether its episode is over."""
@@ -259,13 +259,13 @@ class ScriptWorld:
             )
         going_on = {one: seen[one] for one in shown if not self._over[n, self._place[one]]}
         self._show(n, going_on, self._shown.observations)
-        if self._onlooker is not None:
-            self._onlooker.steps(n, told, seen, rewards, infos)
+        if self._listener is not None:
+            self._listener.on_step(n, told, seen, rewards, infos)
         return is_over or is_cut or bool(self._over[n].all())
 
     def _ask(self, env: Any, actions: Mapping[Any, Any]) -> tuple[Any, Any, Any, Any, Any]:
         """Step an environment, old or new; return what is seen, what was earned, whose end it is, and what is said."""
-        told = asked(env, "step", actions)
+        told = call_env(env, "step", actions)
         try:
             seen, rewards, *ends, infos = told
             terminated, truncated = ends if len(ends) == 2 else (*ends, {})
@@ -273,7 +273,7 @@ class ScriptWorld:
             return {**seen}, rewards, {**terminated}, {**truncated}, dict(infos) if isinstance(infos, Mapping) else {}
         except (TypeError, ValueError) as error:
             expected = "dictionaries by agent: (observations, rewards, terminated, truncated, infos)"
-            raise unfit(env, "step", "its answer", told, expected, error) from error
+            raise contract_error(env, "step", "its answer", told, expected, error) from error
 
     def _show(self, n: int, seen: Mapping[Any, Any], into: dict[str, Array], only: Array | None = None) -> None:
         """Write what agents see; into what is shown next, they are active then."""
@@ -286,7 +286,9 @@ class ScriptWorld:
                 kind.show(value, into, (n, m), f"{kind.name}/" if self._spec.groups else "")
             except (LookupError, TypeError, ValueError) as error:
                 method = "step" if self._steps[n] else "reset"
-                raise unfit(self._envs[n], method, f"{agent}'s observation", value, kind.seen, error) from error
+                raise contract_error(
+                    self._envs[n], method, f"{agent}'s observation", value, kind.seen, error
+                ) from error
             if into is self._shown.observations:
                 self._active[n, m] = True
                 if self._shown.action_mask is not None:
@@ -301,8 +303,8 @@ class ScriptWorld:
         buffers.active[:] = self._active
 
     def _tell(self, n: int) -> None:
-        if self._onlooker is not None:
-            self._onlooker.ends(n)
+        if self._listener is not None:
+            self._listener.on_end(n)
         if self._tally is not None:
             by_policy: dict[str, list[float]] = {}
             for name, earned in zip(self._policy, self._earned[n].tolist(), strict=True):
@@ -374,9 +376,9 @@ def agents_in(environment: str) -> int:
 def asked_to_begin(env: Any, seed: int) -> Any:
     """Begin an episode of a script's environment and return what it shows."""
     if callable(getattr(env, "seed", None)):
-        asked(env, "seed", seed)
-        return asked(env, "reset")
-    return asked(env, "reset", seed=seed) if takes_seed(env) else asked(env, "reset")
+        call_env(env, "seed", seed)
+        return call_env(env, "reset")
+    return call_env(env, "reset", seed=seed) if takes_seed(env) else call_env(env, "reset")
 
 
 def is_multi_agent(env: Any) -> bool:
@@ -395,7 +397,7 @@ def shows_mask(env: Any) -> bool:
 
 def _agents_of(env: Any) -> list[Any]:
     """Return every agent, sorted by name; those of the first reset, and those that the environment names."""
-    seen = asked(env, "reset")
+    seen = call_env(env, "reset")
     seen = seen[0] if isinstance(seen, tuple) else seen
     if not isinstance(seen, Mapping):
         raise SettingError(

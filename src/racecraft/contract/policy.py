@@ -25,6 +25,6 @@ class Policy(Protocol):
         """
         ...
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool, shape (R,)) whose episode ended; a policy without memory does nothing."""
         ...

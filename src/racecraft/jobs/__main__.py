@@ -8,11 +8,11 @@ import sys
 
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs.job_paths import JobPaths
-from racecraft.jobs.preload import Spare
+from racecraft.jobs.preload import PreloadedProcess
 
 if __name__ == "__main__":
     home = JobPaths.of_user()
-    spare = Spare.if_awaited(home)
+    spare = PreloadedProcess.if_awaited(home)
     from racecraft.jobs.supervisor import supervise
 
     try:

@@ -65,7 +65,7 @@ def start(spec: JobSpec, log: Path) -> Child:
     """
     with open(log, "ab") as said:
         process = subprocess.Popen(
-            [spec.python or sys.executable, "-m", "racecraft", *words_now(spec)],
+            [spec.python or sys.executable, "-m", "racecraft", *current_args(spec)],
             cwd=spec.folder,
             env=variables(spec),
             stdin=subprocess.PIPE,
@@ -82,7 +82,7 @@ def variables(spec: JobSpec) -> dict[str, str]:
     return {**os.environ, **spec.environment, parent_watch.VARIABLE: "1", "PYTHONUNBUFFERED": "1", **threads}
 
 
-def words_now(spec: JobSpec) -> Sequence[str]:
+def current_args(spec: JobSpec) -> Sequence[str]:
     """Return the words behind `racecraft` with which a job is begun, or gone on with."""
     return spec.resume if spec.resume and has_begun(spec) else spec.command
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 LAST_BYTES = 4096
-LETTER = "racecraft: "
+ERROR_PREFIX = "racecraft: "
 """What a command of ours says before why it ends."""
 LOOK_SECONDS = 0.1
 MOST_WORDS = 1024
@@ -25,7 +25,7 @@ def last_words(log: Path) -> str:
             lines = file.read().decode("utf-8", "replace").strip().splitlines()
     except OSError:
         return ""
-    letters = [at for at, line in enumerate(lines) if line.startswith((LETTER, "Traceback "))]
+    letters = [at for at, line in enumerate(lines) if line.startswith((ERROR_PREFIX, "Traceback "))]
     if letters and lines[letters[-1]].startswith("Traceback "):
         trace = lines[letters[-1] + 1 :]
         error = next((at for at, line in enumerate(trace) if line and not line.startswith(" ")), len(trace) - 1)
@@ -39,10 +39,10 @@ def last_letter(log: Path) -> str:
         lines = log.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
     except OSError:
         return ""
-    begins = [at for at, line in enumerate(lines) if line.startswith((LETTER, "Traceback "))]
-    if not begins or not lines[begins[-1]].startswith(LETTER):
+    begins = [at for at, line in enumerate(lines) if line.startswith((ERROR_PREFIX, "Traceback "))]
+    if not begins or not lines[begins[-1]].startswith(ERROR_PREFIX):
         return ""
-    return "\n".join(lines[begins[-1] :]).removeprefix(LETTER)
+    return "\n".join(lines[begins[-1] :]).removeprefix(ERROR_PREFIX)
 
 
 def follow(log: Path, ended: Callable[[], bool], look_seconds: float = LOOK_SECONDS) -> Iterator[str]:

@@ -82,6 +82,6 @@ class JobPaths:
         """Return where it is told what a job is to do."""
         return self.folder(name) / "job_spec.json"
 
-    def forget(self, name: str) -> None:
+    def delete(self, name: str) -> None:
         """Take a job's own folder away; its run folder stays."""
         shutil.rmtree(self.folder(name), ignore_errors=True)

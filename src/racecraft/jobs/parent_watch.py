@@ -1,4 +1,4 @@
-"""A job's process dies with its supervisor, however that dies. Begin with `hold`; `children.py` has the other end.
+"""End a job's process with its supervisor. Begin with `exit_with_parent`; `children.py` has the other end.
 
 The supervisor holds one end of a pipe and writes nothing. When it is gone, however it went, the system closes that end;
 the job's process reads the end of the file and ends itself and whatever it has started. A training then stands as after
@@ -16,7 +16,7 @@ VARIABLE = "RACECRAFT_LIFELINE"
 """Set to "1" where standard input is such a pipe."""
 
 
-def hold() -> None:
+def exit_with_parent() -> None:
     """Take standard input as the lifeline, where a supervisor says that it is one; does nothing elsewhere."""
     if os.environ.pop(VARIABLE, "") != "1":
         return

@@ -1,10 +1,10 @@
-"""A process that is ready for a training before it is asked for: `announced` for one, `keep_warm` for any.
+"""A process that is ready for a training before it is asked for: `announce_job` for one, `keep_warm` for any.
 
 Half of what a training takes to its first tick is imports, and they are the same for every car. So a command that is
 about to put one into the store says so before anything else:
 
-    the command       `announced` notes beside the store that a job comes, and wakes the supervisor
-    the supervisor    `Spare` is a process that imports and waits, let go where the command ends without a job
+    the command       `announce_job` notes beside the store that a job comes, and wakes the supervisor
+    the supervisor    `PreloadedProcess` imports and waits; it is ended where the command ends without a job
     that process      `await_words` is told its words, and goes on as the process of any job
 
 Whoever lives long and will bring trainings, as the console does, asks for a warm worker instead (`keep_warm`): the
@@ -31,7 +31,7 @@ from typing import Any
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_lock import holder_of
 from racecraft.jobs import parent_watch
-from racecraft.jobs.children import Child, apart, variables, words_now
+from racecraft.jobs.children import Child, apart, current_args, variables
 from racecraft.jobs.job_paths import JobPaths
 
 VARIABLE = "RACECRAFT_SPARE"
@@ -50,7 +50,7 @@ OWN_VARIABLES = "DR_"
 
 
 @contextlib.contextmanager
-def announced(home: JobPaths) -> Iterator[None]:
+def announce_job(home: JobPaths) -> Iterator[None]:
     """Say that this process is about to put a car's training into the store; taken back at the end.
 
     Raises:
@@ -110,7 +110,7 @@ def is_kept_warm(home: JobPaths) -> bool:
     return sys.platform != "win32" and holder_of(home.path / WARM_NOTE) is not None
 
 
-class Spare:
+class PreloadedProcess:
     """A process that imports ahead and waits for its job's words.
 
     Args:
@@ -137,7 +137,7 @@ class Spare:
         )
 
     @classmethod
-    def if_awaited(cls, home: JobPaths) -> Spare | None:
+    def if_awaited(cls, home: JobPaths) -> PreloadedProcess | None:
         """Return one where a job was announced; None where none was, or no process can be had."""
         with contextlib.suppress(OSError):
             return cls(home) if is_awaited(home) else None
@@ -164,7 +164,7 @@ class Spare:
             log: Where it says what it says.
         """
         told = {
-            "words": words_now(spec),
+            "words": current_args(spec),
             "folder": str(Path(spec.folder).absolute()),
             "environment": variables(spec),
             "log": str(log.absolute()),

@@ -176,4 +176,4 @@ def delete(home: JobPaths, store: JobStore, name: str) -> None:
             name=name,
             state=job.state,
         )
-    home.forget(name)
+    home.delete(name)

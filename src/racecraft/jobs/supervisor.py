@@ -27,7 +27,7 @@ from racecraft.jobs.children import Child
 from racecraft.jobs.follow import last_words
 from racecraft.jobs.job import Job
 from racecraft.jobs.job_paths import JobPaths
-from racecraft.jobs.preload import Spare, is_awaited, is_kept_warm
+from racecraft.jobs.preload import PreloadedProcess, is_awaited, is_kept_warm
 from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import JobStore, change
 
@@ -84,7 +84,7 @@ class Supervisor:
         grace_seconds: float = GRACE_SECONDS,
         lost_seconds: float = LOST_SECONDS,
         clock: Callable[[], float] = time.time,
-        spare: Spare | None = None,
+        spare: PreloadedProcess | None = None,
     ) -> None:
         self._store, self._home, self._name = store, home, name or home.supervisor
         self._capacity = capacity or Capacity.of_machine()
@@ -103,7 +103,7 @@ class Supervisor:
         """Whether it works at a job."""
         return bool(self._work)
 
-    def turn(self) -> bool:
+    def reconcile(self) -> bool:
         """Do once whatever is due; tell whether there is anything left to do."""
         self._note_log_times()
         self._settle_ended()
@@ -111,10 +111,10 @@ class Supervisor:
         warm = is_kept_warm(self._home)
         jobs = self._store.open_jobs()
         self._heed_limits(jobs)
-        self._let_go_of_lost(jobs)
+        self._drop_lost(jobs)
         jobs = self._store.open_jobs()
         self._heed_stops(jobs)
-        self._take_up_silent(jobs)
+        self._recover_orphans(jobs)
         self._start_waiting([job for job in jobs if job.waits])
         self._have_ready(awaited, warm)
         self._beat(jobs)
@@ -183,7 +183,7 @@ class Supervisor:
             elif now - work.asked_at > self._grace:
                 work.child.kill()
 
-    def _let_go_of_lost(self, jobs: list[Job]) -> None:
+    def _drop_lost(self, jobs: list[Job]) -> None:
         """End processes whose job is no longer ours: somebody thought us dead and has taken it up, or it is gone."""
         held = {job.name: job for job in jobs}
         for name, work in list(self._work.items()):
@@ -191,7 +191,7 @@ class Supervisor:
                 work.child.end()
                 del self._work[name]
 
-    def _take_up_silent(self, jobs: list[Job]) -> None:
+    def _recover_orphans(self, jobs: list[Job]) -> None:
         """Have jobs wait again whose owner is gone."""
         now = self._clock()
         for job in jobs:
@@ -268,10 +268,10 @@ class Supervisor:
             self._spare.dismiss()
             self._spare = None
         if self._spare is None and awaited:
-            self._spare = Spare.if_awaited(self._home)
+            self._spare = PreloadedProcess.if_awaited(self._home)
         elif self._spare is None and warm and time.monotonic() - self._took_spare > WARM_AFTER_SECONDS:
             with contextlib.suppress(OSError):
-                self._spare = Spare(self._home, warm=True)
+                self._spare = PreloadedProcess(self._home, warm=True)
 
     def _beat(self, jobs: list[Job]) -> None:
         """Let others see that our jobs are looked after."""
@@ -299,7 +299,7 @@ class Supervisor:
                     file.write(f"{self._clock():.2f} {size}\n")
 
 
-def supervise(home: JobPaths, idle_seconds: float = IDLE_SECONDS, spare: Spare | None = None) -> None:
+def supervise(home: JobPaths, idle_seconds: float = IDLE_SECONDS, spare: PreloadedProcess | None = None) -> None:
     """Work at the jobs of a home until there is nothing left to do; return at once where somebody does already.
 
     Args:
@@ -336,7 +336,7 @@ def progress_mark(home: JobPaths, spec: JobSpec) -> float:
 def _work(supervisor: Supervisor, idle_seconds: float) -> None:
     idle_since = time.monotonic()
     while time.monotonic() - idle_since < idle_seconds:
-        if supervisor.turn():
+        if supervisor.reconcile():
             idle_since = time.monotonic()
         time.sleep(supervisor.turn_seconds)
 

@@ -47,13 +47,13 @@ class GreedyPolicy:
         """Choose an action for every row (R, …)."""
         return self._policy.act(observations, action_mask)
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self._policy.forget(rows)
+        self._policy.reset_state(rows)
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+    def compile_policy(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return the policy's; see `Compilable`."""
-        return self._policy.plain_look(name, frame) if isinstance(self._policy, Compilable) else None
+        return self._policy.compile_policy(name, frame) if isinstance(self._policy, Compilable) else None
 
 
 @dataclass(frozen=True)
@@ -105,13 +105,13 @@ class TrainedPolicy:
         draws = sample.random(len(likely))[:, None] * likely[:, -1:]
         return np.asarray((likely <= draws).sum(axis=1), np.int64)
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool, (R,)) whose episode ended."""
-        self.policy.forget(rows)
+        self.policy.reset_state(rows)
 
-    def plain_look(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
+    def compile_policy(self, name: str, frame: tuple[int, ...]) -> CompiledPolicy | None:
         """Return the policy's; see `Compilable`."""
-        return self.policy.plain_look(name, frame) if isinstance(self.policy, Compilable) else None
+        return self.policy.compile_policy(name, frame) if isinstance(self.policy, Compilable) else None
 
     def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return how likely each choice is, float32 (R, A); of policies over single choices."""

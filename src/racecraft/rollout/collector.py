@@ -33,7 +33,7 @@ FIRST_ROOM = 128
 class FreezesAgents(Protocol):
     """A world that can leave agents standing until the next `begin_episodes`."""
 
-    def park(self, rows: Array) -> None:
+    def freeze(self, rows: Array) -> None:
         """Leave these agents (bool (N, M)) standing: nothing is done to them, and nothing comes of their actions."""
         ...
 
@@ -229,13 +229,13 @@ class Collector:
         self._forget_all()
 
     def _forget_all(self) -> None:
-        self.actor.forget(np.ones(self.world.spec.num_worlds * self.world.spec.num_agents, bool))
+        self.actor.reset_state(np.ones(self.world.spec.num_worlds * self.world.spec.num_agents, bool))
 
     def _park(self, full: Array) -> Array | None:
         """Park agents whose quota is full; return them (N, M), None where nobody is parked."""
         if not isinstance(self.world, FreezesAgents) or not full.any():
             return None
-        self.world.park(full)
+        self.world.freeze(full)
         return full
 
     def _tick(self, t: int, parked: Array | None = None) -> None:
@@ -255,7 +255,7 @@ class Collector:
         self.counter.count(then)
         ended = then.ended
         if ended.any():
-            self.actor.forget(ended.reshape(-1))
+            self.actor.reset_state(ended.reshape(-1))
 
     def _decide(self, now: StepBuffers, parked: Array | None) -> Decision:
         """Decide for every agent; parked ones are not thought about and given zeros."""

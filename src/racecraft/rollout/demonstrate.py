@@ -48,9 +48,9 @@ class Demonstrator:
             return Decision(self._sample(observations, action_mask, generator), {})
         return Decision(self._policy.act(observations, action_mask), {})
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Pass on whose episode ended."""
-        self._policy.forget(rows)
+        self._policy.reset_state(rows)
 
 
 def demonstrate(

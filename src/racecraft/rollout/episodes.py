@@ -67,7 +67,7 @@ def play_episodes(
     counter, earned, steps = EpisodeCounter(world), np.zeros(rows), np.zeros(rows, int)
     world.reset(buffers, seed)
     counter.begin()
-    policy.forget(np.ones(rows, bool))
+    policy.reset_state(np.ones(rows, bool))
     present = buffers.active.reshape(-1).copy() if max_ticks is not None else np.ones(rows, bool)
     unfinished = np.ones(rows, bool)
     tick = 0
@@ -94,7 +94,7 @@ def play_episodes(
         ended = buffers.ended.reshape(rows)
         if ended.any():
             earned[ended], steps[ended] = 0.0, 0
-            policy.forget(ended)
+            policy.reset_state(ended)
         tick += 1
     for row in np.flatnonzero(present).tolist():
         if len(done[row]) < wanted and (steps[row] or not done[row]):

@@ -311,7 +311,7 @@ class RLEstimator:
         except NameTakenError:
             raise  # somebody was quicker, and the folder is theirs
         except BaseException:
-            self._home.forget(name)
+            self._home.delete(name)
             raise
         self.latest_training_job = TrainingJob(name, self._home)
         if wait:

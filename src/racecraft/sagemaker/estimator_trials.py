@@ -20,7 +20,7 @@ from racecraft.formats.atomic import make_folder
 from racecraft.formats.tuning import COMPLETE, TrialRecord, best_of
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import check_definitions
-from racecraft.jobs.tuning.search import Standing, search
+from racecraft.jobs.tuning.search import TrialStatus, search
 from racecraft.jobs.tuning.space import Parameter
 from racecraft.jobs.tuning.study import Study
 from racecraft.jobs.tuning.warm_start import WarmStartConfig, WarmStartTypes
@@ -327,11 +327,11 @@ class _EstimatorTrial:
     def __init__(self, name: str, metric: str) -> None:
         self._job, self._metric = TrainingJob(name, JobPaths.of_user()), metric
 
-    def look(self) -> Standing:
+    def look(self) -> TrialStatus:
         told = self._job.describe()
         figures = [point.value for point in self._job.metrics() if point.name == self._metric]
         ended = told["TrainingJobStatus"] in ("Completed", "Failed", "Stopped")
-        return Standing(tuple(enumerate(figures, 1)), ended, told["FailureReason"])
+        return TrialStatus(tuple(enumerate(figures, 1)), ended, told["FailureReason"])
 
     def stop(self) -> None:
         self._job.stop()

@@ -13,7 +13,7 @@ from concurrent.futures import CancelledError, Future
 from typing import Generic, TypeVar
 
 from racecraft.contract.errors import ContractError
-from racecraft.players.worker_pool import WorkerPool
+from racecraft.players.thread_pool import ThreadPool
 
 Question = TypeVar("Question")
 Answer = TypeVar("Answer")
@@ -34,7 +34,7 @@ class BatchingQueue(Generic[Question, Answer]):
 
     def __init__(self, answer_many: Callable[[list[Question]], Sequence[Answer]], most: int = MOST_AT_ONCE) -> None:
         self._answer_many, self._most = answer_many, most
-        self._pool = WorkerPool(1)
+        self._pool = ThreadPool(1)
         self._waiting: list[tuple[Question, asyncio.Future[Answer]]] = []
         self._under_way: Future[Sequence[Answer]] | None = None
         self.batches = 0

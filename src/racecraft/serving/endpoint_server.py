@@ -22,7 +22,14 @@ from racecraft.contract.errors import UserInputError, nearest
 from racecraft.contract.world import DiscreteActions
 from racecraft.players.trained import TrainedPolicy
 from racecraft.serving.batching_queue import BatchingQueue
-from racecraft.serving.invocations import JSON, Answer, Question, read_question, signature, write_answer
+from racecraft.serving.invocations import (
+    JSON,
+    InferenceRequest,
+    InferenceResponse,
+    read_question,
+    signature,
+    write_answer,
+)
 from racecraft.web.access import ONLY_HERE, Access
 from racecraft.web.errors import WebError
 from racecraft.web.json_api import ApiRequest, JsonApi, Reply, guarded
@@ -55,7 +62,7 @@ class EndpointServer:
     def __init__(self, policy: TrainedPolicy, member: str = "", access: Access = ONLY_HERE) -> None:
         self.policy = policy
         self.spec, self._decider = _decider_of(policy, member)
-        self._queue: BatchingQueue[Question, Answer] = BatchingQueue(self._decide)
+        self._queue: BatchingQueue[InferenceRequest, InferenceResponse] = BatchingQueue(self._decide)
         self._reading = ThreadPoolExecutor(1, "racecraft-endpoint-reads")
         self._held_bytes = 0
         self.application = guarded(JsonApi(self._route), access)
@@ -80,7 +87,7 @@ class EndpointServer:
     def warm_up(self) -> None:
         """Decide once on nothing, so that the first to ask does not wait for it."""
         nothing = {name: np.zeros((1, *part.shape), part.dtype) for name, part in self.spec.visible.items()}
-        self._decide([Question(nothing, None, "instances")])
+        self._decide([InferenceRequest(nothing, None, "instances")])
 
     async def _route(self, request: ApiRequest) -> Reply:
         if request.path == "/ping":
@@ -116,7 +123,7 @@ class EndpointServer:
         finally:
             self._held_bytes -= size
 
-    async def _read(self, request: ApiRequest) -> Question:
+    async def _read(self, request: ApiRequest) -> InferenceRequest:
         """Read a question: a short one of JSON at once, any other in a thread, one after another."""
         try:
             if len(request.body) <= SHORT_BYTES and request.header("content-type") in ("", JSON):
@@ -127,15 +134,15 @@ class EndpointServer:
             self.refused += 1
             raise
 
-    async def _decided(self, question: Question, arrived: float) -> Answer:
+    async def _decided(self, question: InferenceRequest, arrived: float) -> InferenceResponse:
         try:
             return await self._queue.ask(question, arrived + SECONDS_FOR_AN_ANSWER)
         except TimeoutError:
             raise WebError(503, "too_slow", "the policy did not answer in time; try again.") from None
 
-    def _decide(self, questions: list[Question]) -> Sequence[Answer]:
+    def _decide(self, questions: list[InferenceRequest]) -> Sequence[InferenceResponse]:
         """Decide for everybody who waits; those with a mask and those without by themselves."""
-        answers: list[Answer | None] = [None] * len(questions)
+        answers: list[InferenceResponse | None] = [None] * len(questions)
         for masked in (False, True):
             asked = [at for at, one in enumerate(questions) if (one.action_mask is not None) is masked]
             groups = [asked] if not masked else _by_width(questions, asked)
@@ -145,7 +152,7 @@ class EndpointServer:
                         answers[at] = answer
         return answers  # type: ignore[return-value]
 
-    def _decide_alike(self, questions: list[Question]) -> list[Answer]:
+    def _decide_alike(self, questions: list[InferenceRequest]) -> list[InferenceResponse]:
         seen = {name: np.concatenate([one.observations[name] for one in questions]) for name in self.spec.visible}
         masks = [one.action_mask for one in questions if one.action_mask is not None]
         mask = np.concatenate(masks) if masks else None
@@ -154,7 +161,7 @@ class EndpointServer:
         actions = self._decider.act(seen, mask) if likely is None else likely.argmax(axis=1)
         ends = np.cumsum([one.rows for one in questions])[:-1]
         likelies = [None] * len(questions) if likely is None else np.split(likely, ends)
-        return [Answer(part, odds) for part, odds in zip(np.split(actions, ends), likelies, strict=True)]
+        return [InferenceResponse(part, odds) for part, odds in zip(np.split(actions, ends), likelies, strict=True)]
 
     def _probabilities(self, seen: dict[str, Any], mask: Any) -> Any:
         if not isinstance(self.spec.actions, DiscreteActions) or not hasattr(self._decider, "probabilities"):
@@ -186,7 +193,7 @@ def _decider_of(policy: TrainedPolicy, member: str) -> tuple[PolicySpec, Any]:
     return spec, decider
 
 
-def _by_width(questions: list[Question], asked: list[int]) -> list[list[int]]:
+def _by_width(questions: list[InferenceRequest], asked: list[int]) -> list[list[int]]:
     """Return groups of questions whose masks are equally wide."""
     groups: dict[int, list[int]] = {}
     for at in asked:

@@ -51,7 +51,7 @@ MASK = "action_mask"
 
 
 @dataclass(frozen=True)
-class Question:
+class InferenceRequest:
     """Observations of R rows."""
 
     observations: dict[str, Array]
@@ -68,7 +68,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answer:
+class InferenceResponse:
     """What a policy does."""
 
     actions: Array
@@ -77,7 +77,7 @@ class Answer:
     """How likely each choice was, float32 (R, A); of policies over single choices."""
 
 
-def read_question(request: ApiRequest, spec: PolicySpec) -> Question:
+def read_question(request: ApiRequest, spec: PolicySpec) -> InferenceRequest:
     """Return what is asked.
 
     Raises:
@@ -96,7 +96,7 @@ def read_question(request: ApiRequest, spec: PolicySpec) -> Question:
     raise WebError(415, "content_type", f"Content-Type is {kind!r}; expected {', '.join((JSON, NPY, NPZ, *IMAGES))}.")
 
 
-def write_answer(answer: Answer, question: Question, accept: str) -> Reply:
+def write_answer(answer: InferenceResponse, question: InferenceRequest, accept: str) -> Reply:
     """Return an answer in the form that was asked for: npy where that is accepted, or was sent; else JSON."""
     if not np.isfinite(answer.actions).all():
         raise WebError(500, "not_finite", "the policy answered NaN or infinity; train it again or serve another.")
@@ -134,7 +134,7 @@ def signature(spec: PolicySpec) -> dict[str, Any]:
     }
 
 
-def _from_json(said: Any, spec: PolicySpec) -> Question:
+def _from_json(said: Any, spec: PolicySpec) -> InferenceRequest:
     if isinstance(said, list):
         return _question(_rows(said, spec), spec, "instances")
     if not isinstance(said, dict):
@@ -159,7 +159,7 @@ def _rows(instances: Any, spec: PolicySpec) -> dict[str, Any]:
     return {name: [row[name] for row in instances] for name in names}
 
 
-def _question(said: Mapping[str, Any], spec: PolicySpec, shape: str) -> Question:
+def _question(said: Mapping[str, Any], spec: PolicySpec, shape: str) -> InferenceRequest:
     visible = spec.visible
     named: dict[str, Any] = {}
     for name, value in said.items():
@@ -180,7 +180,7 @@ def _question(said: Mapping[str, Any], spec: PolicySpec, shape: str) -> Question
     if not 1 <= rows <= MOST_ROWS:
         raise _bad(f"{rows} rows; expected 1 to {MOST_ROWS}.")
     mask = _mask(named[MASK], rows) if MASK in named else None
-    return Question(columns, mask, shape)
+    return InferenceRequest(columns, mask, shape)
 
 
 def _column(name: str, value: Any, part: ArraySpec) -> Array:

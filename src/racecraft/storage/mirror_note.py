@@ -10,19 +10,19 @@ from racecraft.contract.errors import UserInputError
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import parse_json
 from racecraft.formats.user_file import read_regular
-from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
+from racecraft.storage.connection import WHERE_KEYS_ARE, S3Connection
 from racecraft.storage.transfer import MIRROR
 
 _NAMED = ("endpoint", "profile", "region")
 
 
 @dataclass(frozen=True)
-class Place:
+class MirrorLocation:
     """A place in a bucket, and how it is reached."""
 
     address: Address
-    access: Access = field(default_factory=Access)
+    access: S3Connection = field(default_factory=S3Connection)
     installation: str = ""
     """The DeepRacer-for-Cloud folder whose files say how it is reached, keys among it; empty: none."""
 
@@ -32,7 +32,7 @@ class Place:
         return f"{self.address}{self.access.words}"
 
 
-def write_note(run: Path, place: Place) -> None:
+def write_note(run: Path, place: MirrorLocation) -> None:
     """Note where a run is kept as well. Keys are not noted, but the installation that holds them is.
 
     Raises:
@@ -43,7 +43,7 @@ def write_note(run: Path, place: Place) -> None:
     write_atomic(run / MIRROR, json.dumps(note, indent=2) + "\n")
 
 
-def noted_place(run: Path) -> Place | None:
+def noted_place(run: Path) -> MirrorLocation | None:
     """Return where a run is kept as well; None: nowhere.
 
     Raises:
@@ -56,8 +56,8 @@ def noted_place(run: Path) -> Place | None:
     try:
         noted = parse_json(read_regular(path))
         _require_no_keys(path, noted)
-        access = Access(**{name: str(noted[name]) for name in _NAMED})
-        return Place(Address.parse(str(noted["address"])), access, str(noted["installation"]))
+        access = S3Connection(**{name: str(noted[name]) for name in _NAMED})
+        return MirrorLocation(Address.parse(str(noted["address"])), access, str(noted["installation"]))
     except BucketError:
         raise
     except (ValueError, KeyError, TypeError, OSError) as error:

@@ -17,8 +17,8 @@ from typing import Any, Protocol
 
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.formats.atomic import OutputFileError, make_folder, output_letter
-from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
+from racecraft.storage.connection import WHERE_KEYS_ARE, S3Connection
 from racecraft.storage.etags import PART_BYTES, is_same
 
 INSTALL = "pip install 'racecraft[s3]'"
@@ -92,7 +92,7 @@ class ObjectStore:
         BucketError: The profile is not known.
     """
 
-    def __init__(self, access: Access, attempts: int = ATTEMPTS) -> None:
+    def __init__(self, access: S3Connection, attempts: int = ATTEMPTS) -> None:
         try:
             import boto3
             from boto3.s3.transfer import TransferConfig
@@ -271,7 +271,7 @@ def _told(answer: Mapping[str, Any], size: int) -> StoredObject:
     return StoredObject(size, str(answer.get("ETag", "")).strip('"'), moment.timestamp() if moment else 0.0)
 
 
-def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
+def _letter(error: Exception, bucket: str, access: S3Connection) -> BucketError:
     """Return the error about what went wrong."""
     where = access.endpoint or "AWS"
     place = f"s3://{bucket}" if bucket else where

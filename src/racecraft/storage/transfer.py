@@ -20,7 +20,7 @@ from racecraft.storage.address import Address, BucketError, file_of, require_fil
 from racecraft.storage.etags import is_same
 from racecraft.storage.object_store import PARTIAL, NetworkError, Objects, StoredObject
 
-Say = Callable[[str], None]
+MessageCallback = Callable[[str], None]
 Chosen = Callable[[str], bool]
 
 MIRROR = "mirror.json"
@@ -49,7 +49,7 @@ def push(
     target: Address,
     *,
     dry_run: bool = False,
-    say: Say = lambda text: None,
+    say: MessageCallback = lambda text: None,
 ) -> Transfer:
     """Put a folder's files below an address, or one file.
 
@@ -91,7 +91,7 @@ def pull(
     *,
     chosen: Chosen = lambda name: True,
     dry_run: bool = False,
-    say: Say = lambda text: None,
+    say: MessageCallback = lambda text: None,
 ) -> Transfer:
     """Fetch the objects below an address into a folder, or one object.
 
@@ -167,7 +167,7 @@ def _found(store: Objects, source: Address) -> dict[str, tuple[str, StoredObject
 class _Mover:
     """Moves one after the other and counts; of a network that fails it says how far it came."""
 
-    def __init__(self, total: int, dry_run: bool, say: Say, way: str) -> None:
+    def __init__(self, total: int, dry_run: bool, say: MessageCallback, way: str) -> None:
         self._total, self._dry_run, self._say, self._way = total, dry_run, say, way
         self._moved: list[str] = []
         self._skipped = self._bytes = 0

@@ -125,7 +125,7 @@ class RunPathCallback(Protocol):
         ...
 
 
-class Silent:
+class NullCallback:
     """Watches and says nothing."""
 
     def begin(self, title: str, stops: str, score_name: str) -> None:

@@ -6,12 +6,12 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.demonstrations import Demonstrations
 from racecraft.players.trained import load_policy
 from racecraft.rollout.demonstrate import demonstrate
-from racecraft.training.resume import Say
+from racecraft.training.resume import MessageCallback
 from racecraft.training.worlds import training_in
 
 
 def record_run(
-    run: str, episodes: int, *, seed: int = 0, sampled: bool = False, say: Say = lambda text: None
+    run: str, episodes: int, *, seed: int = 0, sampled: bool = False, say: MessageCallback = lambda text: None
 ) -> Demonstrations:
     """Return so many episodes of a run's policy, of any kind of world.
 
@@ -36,7 +36,7 @@ def record_run(
         )
     kind = policy.run.read_job()["kind"]
     module = training_in(kind)
-    with module.opened(module.plan_resume(policy.run.path, ()), say) as experiment:
+    with module.build_experiment(module.plan_resume(policy.run.path, ()), say) as experiment:
         source = {
             "run": str(policy.run.path),
             "iteration": policy.checkpoint.iteration,

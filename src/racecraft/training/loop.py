@@ -1,8 +1,8 @@
 """The loop: collect, update, evaluate, write; over and over until a stop condition holds.
 
-One page serves every world and every algorithm. What differs stands outside: how episodes are scored and policies
-judged (`Evaluator`), what a learner is fed (`Learner.eats`) and what is written down (`Writer`). Ctrl-C ends the loop,
-and so does a stop file in the run folder; whatever was written stays, and a broken-off iteration leaves no trace.
+One loop serves every world and every algorithm. What differs is given: how episodes are scored and policies evaluated
+(`Evaluator`), what a learner consumes (`Learner.experience`) and what is written (`Writer`). Ctrl-C or a stop file in
+the run folder ends the loop; what was written stays, and an interrupted iteration leaves no trace.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class PollsWhileJudging(Protocol):
         ...
 
 
-class Feed(Protocol):
+class ExperienceSource(Protocol):
     """What stands between collector and learner: the rollout itself, or a replay that remembers it."""
 
     def take(self, batch: RolloutBatch) -> Any:
@@ -171,7 +171,7 @@ class TrainingLoop:
         rollout: RolloutConfig,
         evaluation: EvaluationConfig,
         stops: Sequence[StopCondition],
-        feed: Feed | None = None,
+        feed: ExperienceSource | None = None,
         after_update: Callable[[], None] = lambda: None,
     ) -> None:
         self._collector, self._learner = collector, learner
@@ -334,7 +334,7 @@ class TrainingLoop:
 
     def _collect(self) -> RolloutBatch:
         episodes = self._rollout.episodes_per_iteration
-        if episodes is None and self._learner.eats == EPISODES:
+        if episodes is None and self._learner.experience == EPISODES:
             raise SettingError(
                 "rollout.episodes_per_iteration is none, and this algorithm learns from whole episodes; expected a "
                 "number, such as --set rollout.episodes_per_iteration=16."

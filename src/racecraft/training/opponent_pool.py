@@ -52,9 +52,9 @@ class OpponentPool:
             return np.asarray(self._opponent.act(observations, action_mask))
         return np.asarray(sample(observations, action_mask, self._chance))
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self._opponent.forget(rows)
+        self._opponent.reset_state(rows)
 
     def learned(self, learner: Learner) -> None:
         """Hear of an update: now and then the learner enters the pool, and an opponent is drawn anew."""

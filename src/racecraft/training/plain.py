@@ -21,7 +21,7 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.loop import Outcome
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
-from racecraft.training.resume import Say, open_to_resume
+from racecraft.training.resume import MessageCallback, open_to_resume
 from racecraft.training.return_evaluator import ReturnEvaluator
 from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
@@ -98,7 +98,7 @@ class PlainTraining:
         return Plan(request, algorithm, settings, parse_stops(stops or asked["stops"], SCORE), job["seed"], notes)
 
     @contextlib.contextmanager
-    def opened(self, plan: Plan, say: Say) -> Iterator[Experiment]:
+    def build_experiment(self, plan: Plan, say: MessageCallback) -> Iterator[Experiment]:
         """Open the worlds that are learned and judged in."""
         settings, kind = plan.settings, self.Request.kind
         own = self._own_of(vars(plan.request))

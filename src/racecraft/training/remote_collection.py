@@ -1,4 +1,4 @@
-"""What a training asks of whoever carries its worlds elsewhere. Begin with `Gatherer`.
+"""What a training asks of whoever carries its worlds elsewhere. Begin with `RemoteCollector`.
 
 A training collects in its own process unless its experiment names a gatherer; who that is, and how it reaches its
 workers, neither the loop nor the files know.
@@ -18,7 +18,7 @@ TickCallback = Callable[[Sequence[Columns]], None]
 """Hears of a rollout when it has come: each worker's ticks, as episode files hold them, worlds numbered through."""
 
 
-class Gatherer(Protocol):
+class RemoteCollector(Protocol):
     """Carries a learner through worlds that are elsewhere."""
 
     @property

@@ -14,7 +14,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.rollout.collector import CollectorProtocol, WorkerLayoutError
 from racecraft.training.versions import versions
 
-Say = Callable[[str], None]
+MessageCallback = Callable[[str], None]
 
 
 class Restores(Protocol):
@@ -87,7 +87,7 @@ def restore_run(
     return last, why
 
 
-def tell_resumed(iteration: int, why_anew: str, say: Say) -> None:
+def tell_resumed(iteration: int, why_anew: str, say: MessageCallback) -> None:
     """Say where a run goes on."""
     if not iteration:
         say("no whole iteration was saved: starts fresh")

@@ -42,8 +42,8 @@ from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
 from racecraft.training.processor import prepare_processor
-from racecraft.training.remote_collection import Gatherer, RecordingObserver, TickCallback
-from racecraft.training.resume import Say, restore_run, tell_resumed
+from racecraft.training.remote_collection import RecordingObserver, RemoteCollector, TickCallback
+from racecraft.training.resume import MessageCallback, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
@@ -58,7 +58,7 @@ Fitted = Callable[[Mapping[str, Array], Mapping[str, Array]], tuple[dict[str, Ar
 
 @dataclass(frozen=True)
 class RunObservers:
-    """Who attends a training in its run folder, beside the loop."""
+    """What observes a training and writes into its run folder, beside the loop."""
 
     recorder: TickRecorder | None = None
     """Keeps every tick for the episode files."""
@@ -106,19 +106,19 @@ class Experiment:
     """Hears of the learner after each of its updates."""
     parts: Mapping[str, Stateful] = field(default_factory=dict)
     """Further parts whose state every checkpoint keeps, by name."""
-    warm_up: Callable[[Say], None] = lambda say: None
+    warm_up: Callable[[MessageCallback], None] = lambda say: None
     """Compiles what must be compiled before the clock starts."""
-    attend: Callable[[RunFolder, Sequence[str]], contextlib.AbstractContextManager[RunObservers]] = field(
+    open_observers: Callable[[RunFolder, Sequence[str]], contextlib.AbstractContextManager[RunObservers]] = field(
         default=lambda run, notes: contextlib.nullcontext(RunObservers())
     )
-    """Opens what attends the training in its run folder; closed at its end. It hears the notes, too."""
+    """Opens the observers of the training in its run folder, given the notes; closed at its end."""
     same_shape: SameShape = lambda path, metadata: ()
     """Refuses the metadata of a checkpoint whose weights are not to be begun with (it hears the run's path, too); of
     one that may be, it returns what is worth saying."""
     fitted: Fitted = lambda weights, mine: (dict(weights), ())
     """Brings an earlier run's weights into the shape of this network's own, as far as the world knows how; what differs
     then is refused. It returns what is worth saying, too."""
-    gatherer: Gatherer | None = None
+    gatherer: RemoteCollector | None = None
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
     """Makes what keeps the ticks of worlds elsewhere for the episode files; None: none are kept."""
@@ -131,7 +131,7 @@ class Experiment:
         return self.world.spec if self.gatherer is None else self.gatherer.spec
 
 
-Spread = Callable[[str, Any, Experiment, Callable[[str], None]], contextlib.AbstractContextManager[Experiment]]
+Distribute = Callable[[str, Any, Experiment, Callable[[str], None]], contextlib.AbstractContextManager[Experiment]]
 """Takes a kind of world, a plan and what was opened for it, and gives the same experiment with its worlds elsewhere."""
 
 
@@ -155,7 +155,7 @@ def train(
     experiment: Experiment,
     place: Path | None,
     callback: TrainingCallback,
-    say: Say,
+    say: MessageCallback,
     source: str | None = None,
 ) -> tuple[RunFolder, Outcome]:
     """Train in a run folder of its own until a stop condition holds.
@@ -175,7 +175,7 @@ def train(
     """
     _require_trackers(experiment.settings)
     learner = _learner(experiment, experiment.settings)
-    feed = feed_for(learner, experiment)
+    feed = experience_source_for(learner, experiment)
     if source is not None:
         experiment = replace(experiment, notes=(*experiment.notes, *begin_with(learner, source, experiment)))
     _say_notes(experiment, say)
@@ -184,12 +184,12 @@ def train(
         say(f"- {clause}")
     run = _make_run(experiment, place, own.texts)
     experiment = replace(experiment, settings=as_in_run(experiment.settings))
-    with run.lock(), experiment.attend(run, experiment.notes) as attendants:
-        session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
+    with run.lock(), experiment.open_observers(run, experiment.notes) as observers:
+        session = TrainingSession(experiment, run, learner, feed, callback, observers, say)
         return run, session.run()
 
 
-def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, say: Say) -> Outcome:
+def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, say: MessageCallback) -> Outcome:
     """Go on with a run from its last whole iteration, until a stop condition holds.
 
     Raises:
@@ -197,11 +197,11 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     """
     with own_code_of(run):
         learner = _learner(experiment, found_in_run(experiment.settings, run))
-    feed = feed_for(learner, experiment)
+    feed = experience_source_for(learner, experiment)
     _say_notes(experiment, say)
     run.make_folders()
-    with run.lock(), experiment.attend(run, experiment.notes) as attendants:
-        session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
+    with run.lock(), experiment.open_observers(run, experiment.notes) as observers:
+        session = TrainingSession(experiment, run, learner, feed, callback, observers, say)
         run.note_resumed(session.restore(), [str(stop) for stop in experiment.stops])
         return session.run()
 
@@ -216,8 +216,8 @@ class TrainingSession:
         learner: Learner,
         feed: Replay | None,
         callback: TrainingCallback,
-        attendants: RunObservers,
-        say: Say,
+        observers: RunObservers,
+        say: MessageCallback,
     ) -> None:
         settings = experiment.settings
         self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
@@ -229,7 +229,7 @@ class TrainingSession:
         if isinstance(callback, RunPathCallback):
             callback.run_made(run.path)
         experiment.warm_up(say)
-        self._collector, recorder = _collector(experiment, learner, attendants)
+        self._collector, recorder = _collector(experiment, learner, observers)
         self._replay = feed
         parts = dict(experiment.parts) | ({} if feed is None else {"replay": feed})
         self._writer = RunWriter(
@@ -238,7 +238,7 @@ class TrainingSession:
             self._collector,
             checkpoint_metadata(experiment, learner),
             recorder,
-            attendants.episode_files if recorder is not None else None,
+            observers.episode_files if recorder is not None else None,
             parts,
             Checkpoints(
                 run.checkpoints,
@@ -300,23 +300,23 @@ class TrainingSession:
 
 
 def _collector(
-    experiment: Experiment, learner: Learner, attendants: RunObservers
+    experiment: Experiment, learner: Learner, observers: RunObservers
 ) -> tuple[CollectorProtocol, TickRecorder | None]:
     """Return what collects, here or elsewhere, and who keeps the ticks."""
     horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
     if elsewhere is not None:
-        return elsewhere.collector(learner, horizon, attendants.hears), elsewhere.recorder
-    observers = [*attendants.observers]
-    return Collector(experiment.world, learner, horizon, experiment.seed, observers), attendants.recorder
+        return elsewhere.collector(learner, horizon, observers.hears), elsewhere.recorder
+    watching = [*observers.observers]
+    return Collector(experiment.world, learner, horizon, experiment.seed, watching), observers.recorder
 
 
-def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
+def experience_source_for(learner: Learner, experiment: Experiment) -> Replay | None:
     """Return what stands between collector and learner: a replay where the learner eats from one; None: nothing.
 
     Raises:
         SettingError: The replay would need more memory than is allowed.
     """
-    if learner.eats != REPLAY:
+    if learner.experience != REPLAY:
         return None
     from racecraft.rollout.replay import Replay  # with its kernels, which whoever remembers nothing starts without
 
@@ -443,7 +443,7 @@ def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[
     return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
 
 
-def _say_notes(experiment: Experiment, say: Say) -> None:
+def _say_notes(experiment: Experiment, say: MessageCallback) -> None:
     schedules = note_on_schedules(experiment.settings, experiment.algorithm, experiment.stops)
     for note in (*experiment.notes, *schedules):
         say(f"- {note}")

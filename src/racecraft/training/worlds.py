@@ -19,8 +19,8 @@ from racecraft.training import trainer
 from racecraft.training.callbacks import TrainingCallback
 from racecraft.training.loop import Outcome
 from racecraft.training.request import TrainRequest
-from racecraft.training.resume import Say
-from racecraft.training.trainer import Experiment, Spread, Trained
+from racecraft.training.resume import MessageCallback
+from racecraft.training.trainer import Distribute, Experiment, Trained
 
 
 class Plan(Protocol):
@@ -46,7 +46,7 @@ class WorldTraining(Protocol):
         """Read from a run folder what it was asked for; `stops` replaces its own unless empty."""
         ...
 
-    def opened(self, plan: Any, say: Say) -> contextlib.AbstractContextManager[Experiment]:
+    def build_experiment(self, plan: Any, say: MessageCallback) -> contextlib.AbstractContextManager[Experiment]:
         """Open the worlds that are learned and judged in; they are closed afterwards."""
         ...
 
@@ -73,7 +73,9 @@ def plan(request: TrainRequest) -> Any:
     return training_in(request.kind).plan(request)
 
 
-def train(request: TrainRequest, callback: TrainingCallback, say: Say = print, spread: Spread | None = None) -> Trained:
+def train(
+    request: TrainRequest, callback: TrainingCallback, say: MessageCallback = print, spread: Distribute | None = None
+) -> Trained:
     """Train what is asked for until a stop condition holds.
 
     Args:
@@ -89,7 +91,7 @@ def train(request: TrainRequest, callback: TrainingCallback, say: Say = print, s
 
 
 def carry_out(
-    kind: str, planned: Any, callback: TrainingCallback, say: Say = print, spread: Spread | None = None
+    kind: str, planned: Any, callback: TrainingCallback, say: MessageCallback = print, spread: Distribute | None = None
 ) -> Trained:
     """Train as planned, in a run folder of its own."""
     module = training_in(kind)
@@ -104,9 +106,9 @@ def resume(
     path: str | Path,
     stops: tuple[str, ...],
     callback: TrainingCallback,
-    say: Say = print,
+    say: MessageCallback = print,
     kind: str | None = None,
-    spread: Spread | None = None,
+    spread: Distribute | None = None,
     again: Mapping[str, Any] | None = None,
 ) -> Trained:
     """Go on with a run from its last whole iteration, as if it had never stopped.
@@ -136,9 +138,9 @@ def resume(
 
 
 @contextlib.contextmanager
-def _opened(kind: str, planned: Any, say: Say, spread: Spread | None) -> Iterator[Experiment]:
+def _opened(kind: str, planned: Any, say: MessageCallback, spread: Distribute | None) -> Iterator[Experiment]:
     """Open the worlds, and have them carried elsewhere where that is asked for."""
-    with training_in(kind).opened(planned, say) as experiment:
+    with training_in(kind).build_experiment(planned, say) as experiment:
         elsewhere = contextlib.nullcontext(experiment) if spread is None else spread(kind, planned, experiment, say)
         with elsewhere as settled:
             yield settled

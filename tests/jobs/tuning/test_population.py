@@ -17,7 +17,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.tuning import population
 from racecraft.jobs.tuning.population import check_population, explore, first_values, train
 from racecraft.jobs.tuning.population_trials import check_round
-from racecraft.jobs.tuning.search import Standing
+from racecraft.jobs.tuning.search import TrialStatus
 from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter
 from racecraft.jobs.tuning.study import TuningError
 from racecraft.players.trained import load_policy
@@ -52,7 +52,7 @@ class Member:
         self.score, self.fails = score, fails
 
     def look(self):
-        return Standing(() if self.fails else ((1, self.score),), True, "it broke" if self.fails else "")
+        return TrialStatus(() if self.fails else ((1, self.score),), True, "it broke" if self.fails else "")
 
     def stop(self):
         raise AssertionError("it has ended")

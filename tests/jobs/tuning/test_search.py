@@ -7,7 +7,7 @@ import pytest
 from racecraft.contract.errors import SettingError
 from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED
 from racecraft.jobs.tuning import search as searching
-from racecraft.jobs.tuning.search import Standing, search
+from racecraft.jobs.tuning.search import TrialStatus, search
 from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter, read_parameter
 from racecraft.jobs.tuning.study import Study, TuningError
 from racecraft.jobs.tuning.training_trials import Objective, check_command, column_of
@@ -29,7 +29,7 @@ class Scripted:
     def look(self):
         self.seen = min(self.seen + 1, len(self.scores))
         told = tuple(enumerate(self.scores[: self.seen], 1))
-        return Standing(told, self.stopped or self.seen == len(self.scores), self.failure)
+        return TrialStatus(told, self.stopped or self.seen == len(self.scores), self.failure)
 
     def stop(self):
         self.stopped = True

@@ -113,11 +113,11 @@ app.command("delete")(command(delete_job, _show_deleted))
 @app.command(hidden=True)
 def enter(folder: Annotated[Path, typer.Argument(help="A job's own folder.")]) -> None:
     """Run an estimator's script in the rooms of its job; started by a supervisor."""
-    from racecraft.cli.script_errors import told_as_python_would
+    from racecraft.cli.script_errors import format_script_error
     from racecraft.compat.shims import run_script
     from racecraft.sagemaker.container import entered
 
-    with told_as_python_would(), entered(folder) as (script, arguments):
+    with format_script_error(), entered(folder) as (script, arguments):
         run_script(script, arguments)
 
 

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from racecraft.contract.errors import SettingError
-from racecraft.jobs.follow import LETTER
+from racecraft.jobs.follow import ERROR_PREFIX
 from racecraft.jobs.tuning.space import CategoricalParameter, Parameter, as_text
 
 PLAN_ONLY = "RACECRAFT_PLAN_ONLY"
@@ -70,6 +70,6 @@ def _refusal(words: Sequence[str], values: Mapping[str, Any]) -> str:
     )  # fmt: skip
     if not planned.returncode:
         return ""
-    _, sign, letter = planned.stderr.rpartition(LETTER)
+    _, sign, letter = planned.stderr.rpartition(ERROR_PREFIX)
     framed = _BOX.search(planned.stderr)
     return letter.strip() if sign else framed[1].strip(" \u2502") if framed else ""

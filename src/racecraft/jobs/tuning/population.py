@@ -46,7 +46,7 @@ class MemberTrial(Trial, Protocol):
 
 Launch = Callable[[MemberRound, MemberRound | None], MemberTrial]
 """Begins a member's round, or goes on with it; the second is whose weights it takes over, as they stood."""
-Said = Callable[[MemberRound], None]
+RoundCallback = Callable[[MemberRound], None]
 
 
 def train(
@@ -55,7 +55,7 @@ def train(
     parameters: Mapping[str, Parameter],
     launch: Launch,
     parallel: int,
-    told: Said,
+    told: RoundCallback,
 ) -> PopulationRecord:
     """Train a population to the end of its last round; one that lies there is gone on with.
 
@@ -167,7 +167,7 @@ def _next_round(
 
 
 def _round(
-    folder: Path, record: PopulationRecord, number: int, launch: Launch, parallel: int, told: Said
+    folder: Path, record: PopulationRecord, number: int, launch: Launch, parallel: int, told: RoundCallback
 ) -> PopulationRecord:
     """Train every member that has not ended its round, so many at a time; who takes over weights is first."""
     before = {one.member: one for one in record.of_round(number - 1)}

@@ -15,7 +15,7 @@ BROKEN_OFF = "the search was broken off"
 
 
 @dataclass(frozen=True)
-class Standing:
+class TrialStatus:
     """How a trial stands."""
 
     scores: tuple[tuple[int, float], ...] = ()
@@ -28,7 +28,7 @@ class Standing:
 class Trial(Protocol):
     """A training under way."""
 
-    def look(self) -> Standing:
+    def look(self) -> TrialStatus:
         """Tell how it stands."""
 
     def stop(self) -> None:
@@ -37,10 +37,12 @@ class Trial(Protocol):
 
 Launch = Callable[[int, Mapping[str, Any]], Trial]
 """Begins a trial of a number and its values."""
-Said = Callable[[TrialRecord], None]
+TrialCallback = Callable[[TrialRecord], None]
 
 
-def search(study: Study, launch: Launch, trials: int, parallel: int, told: Said, early_stopping: bool = True) -> None:
+def search(
+    study: Study, launch: Launch, trials: int, parallel: int, told: TrialCallback, early_stopping: bool = True
+) -> None:
     """Try until the study holds so many trials of its own that have ended.
 
     Args:

@@ -19,7 +19,7 @@ from racecraft.jobs.metrics import check_definitions, read_metrics
 from racecraft.jobs.states import State
 from racecraft.jobs.store import get
 from racecraft.jobs.submit import environment_here, request_stop, submit_numbered
-from racecraft.jobs.tuning.search import Standing
+from racecraft.jobs.tuning.search import TrialStatus
 from racecraft.jobs.tuning.space import as_text
 
 TRIALS = "trials"
@@ -105,7 +105,7 @@ class TrainingTrial:
         self.name, self.place = name, place
         self._objective, self._home = objective, home
 
-    def look(self) -> Standing:
+    def look(self) -> TrialStatus:
         """Tell how it stands.
 
         Raises:
@@ -116,7 +116,7 @@ class TrainingTrial:
             job = get(store, self.name)
         finally:
             store.close()
-        return Standing(self._objective.so_far(self._figures()), job.ended, _failure(job))
+        return TrialStatus(self._objective.so_far(self._figures()), job.ended, _failure(job))
 
     def stop(self) -> None:
         """Ask it to end."""

@@ -32,7 +32,7 @@ class StackError(UserInputError):
 
 
 @dataclass(frozen=True)
-class Fate:
+class SkippedResource:
     """What becomes of one resource."""
 
     resource: str
@@ -67,7 +67,7 @@ class Plan:
     """As they may be shown."""
     buckets: list[str] = field(default_factory=list)
     notebooks: list[str] = field(default_factory=list)
-    fates: list[Fate] = field(default_factory=list)
+    fates: list[SkippedResource] = field(default_factory=list)
     outputs: list[Told] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -132,7 +132,7 @@ class _Stack:
                 made, why = self._made_of(resource)
             else:
                 made, why = None, f"condition {resource.condition} does not hold"
-            self._whole.fates.append(Fate(resource.name, resource.type, made, why))
+            self._whole.fates.append(SkippedResource(resource.name, resource.type, made, why))
 
     def told(self, output: Output) -> Told | None:
         """Return an output worked out; None where its condition does not hold."""

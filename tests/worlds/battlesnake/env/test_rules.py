@@ -9,7 +9,7 @@ from racecraft.worlds.battlesnake.env.maps import MapState, after_turn, standard
 from racecraft.worlds.battlesnake.env.reference import Referee, apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset, is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Table, default_move
+from racecraft.worlds.battlesnake.env.stages import GameContext, default_move
 
 
 def snake(name, *body, health=50):
@@ -18,7 +18,7 @@ def snake(name, *body, health=50):
 
 def play(board, ruleset="standard", damage=14, **moves):
     settings = GameSettings(board.width, board.height, ruleset=ruleset, hazard_damage=damage)
-    apply_rules(find_ruleset(ruleset), board, moves, Table(settings, sides=[0, 3]))
+    apply_rules(find_ruleset(ruleset), board, moves, GameContext(settings, sides=[0, 3]))
     return {each.id: (each.cause, each.by, each.on) for each in board.snakes}
 
 
@@ -247,11 +247,11 @@ def test_a_board_is_drawn_for_people():
 def test_royale_may_shrink_every_turn_and_must_shrink_some_time():
     board = Board(7, 7, 0, [snake("a", (3, 3), (3, 2), (3, 1)), snake("b", (5, 5), (5, 4), (5, 3))])
     settings = GameSettings(7, 7, 2, "royale", shrink_every=1)
-    apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, Table(settings, sides=[2, 2, 1]))
+    apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, GameContext(settings, sides=[2, 2, 1]))
     assert set(board.hazards) == {(x, 0) for x in range(7)}
     never = GameSettings(7, 7, 2, "royale", shrink_every=0)
     with pytest.raises(BoardError, match="royale shrinks every 0 turns; expected at least 1"):
-        apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, Table(never))
+        apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, GameContext(never))
 
 
 @pytest.mark.parametrize("ruleset", ["standard", "royale", "wrapped"])
@@ -259,7 +259,7 @@ def test_nobody_hungers_moves_or_suffers_while_a_game_is_set_up(ruleset):
     board = Board(7, 7, 24, [snake("a", (1, 1), (1, 1), (1, 1)), snake("b", (5, 5), (5, 5), (5, 5))])
     board.hazards[(1, 1)] = 2
     before = board.copy()
-    apply_rules(find_ruleset(ruleset), board, None, Table(GameSettings(7, 7, 2, ruleset), sides=[0, 1]))
+    apply_rules(find_ruleset(ruleset), board, None, GameContext(GameSettings(7, 7, 2, ruleset), sides=[0, 1]))
     assert board == before
 
 

@@ -14,7 +14,7 @@ from racecraft.worlds.battlesnake.env.records import RecordedGame, RecordedStep
 from racecraft.worlds.battlesnake.env.reference import apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Table
+from racecraft.worlds.battlesnake.env.stages import GameContext
 from racecraft.worlds.battlesnake.evaluation import game_analysis
 from racecraft.worlds.battlesnake.evaluation.game_analysis import judge, study_game, study_games, words
 from racecraft.worlds.battlesnake.evaluation.game_files import games_of, snake_names
@@ -37,7 +37,7 @@ def played():
     moves = zip(("left", "up", "up", "up"), ("down", "left", "up", "right"), strict=True)
     for mine, other in moves:
         after = game.boards[-1].copy()
-        apply_rules(find_ruleset("standard"), after, {"s0": mine, "s1": other}, Table(SETTINGS))
+        apply_rules(find_ruleset("standard"), after, {"s0": mine, "s1": other}, GameContext(SETTINGS))
         after.turn += 1
         game.boards.append(after)
     assert [snake.cause for snake in game.boards[-1].snakes] == ["snake-self-collision", ""]
@@ -157,7 +157,7 @@ def test_losses_come_in_the_order_of_their_ends_and_only_of_those_asked_for():
         before = boards[-1]
         after = before.copy()
         moves = {snake.id: {"s0": "left", "s1": "right", "s2": two}[snake.id] for snake in before.alive()}
-        apply_rules(find_ruleset("standard"), after, moves, Table(settings))
+        apply_rules(find_ruleset("standard"), after, moves, GameContext(settings))
         ruled = after.copy()
         after.turn += 1
         game.steps.append(RecordedStep(moves, before.copy(), ruled, after.copy()))

@@ -22,7 +22,7 @@ class Chair:
     def __init__(self, name, heard, latency_ms=0, move=""):
         self.name, self.heard, self.latency_ms, self.move = name, heard, latency_ms, move
 
-    def sit_down(self):
+    def reset_seat(self):
         self.heard.append((self.name, "sits"))
 
     def prefetch(self, message, seconds):

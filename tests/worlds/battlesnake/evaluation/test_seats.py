@@ -67,9 +67,9 @@ def test_who_gives_no_move_goes_on_as_before_and_upward_at_first(clock, word, wo
     assert answered(seat) == "right"
     seat.player.word = word
     assert answered(seat) == "right"
-    seat.sit_down()
+    seat.reset_seat()
     assert (answered(seat), seat.failures.crashes) == ("up", 3)
-    seat.sit_down()
+    seat.reset_seat()
     assert seat.latency_ms == 0
 
 

@@ -11,12 +11,12 @@ from racecraft.worlds.battlesnake.league.spsa import GauntletSettings, WeightTun
 from racecraft.worlds.battlesnake.players.find import find_player
 from racecraft.worlds.battlesnake.players.kernels.worth import appraise
 from racecraft.worlds.battlesnake.players.search_position import fill_buffers, position_of
-from racecraft.worlds.battlesnake.players.weights import USUAL, Weights, read_weights, weights_text
+from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights, read_weights, weights_text
 
 TINY = GauntletSettings(rounds=4, proof=6, effort=16, width=7, height=7, most_turns=20)
 
 
-def run(path, settings=TINY, start=USUAL, stop_after=None):
+def run(path, settings=TINY, start=DEFAULT_WEIGHTS, stop_after=None):
     told = []
 
     def tell(sentence):
@@ -54,7 +54,7 @@ def test_weights_move_towards_whoever_wins(tmp_path, monkeypatch):
     assert found.squares > 0.75
     assert found.squares + found.length + found.meal == pytest.approx(1, abs=1e-3)
     monkeypatch.setattr(WeightTuner, "_game", lambda *_: 0.5)
-    assert run(tmp_path / "even.json", GauntletSettings(rounds=10, proof=4)).weights() == USUAL
+    assert run(tmp_path / "even.json", GauntletSettings(rounds=10, proof=4)).weights() == DEFAULT_WEIGHTS
 
 
 def test_proof_meets_dice_and_seats_that_are_fair(tmp_path, monkeypatch):
@@ -72,12 +72,12 @@ def test_proof_meets_dice_and_seats_that_are_fair(tmp_path, monkeypatch):
 
 def test_a_game_is_won_by_the_side_of_the_last_alive(tmp_path):
     """Weights that see nothing in room and squares lose to the usual ones, at whichever seat they begin."""
-    gauntlet = WeightTuner(tmp_path / "w.json", GauntletSettings(effort=100, width=7, height=7), USUAL)
+    gauntlet = WeightTuner(tmp_path / "w.json", GauntletSettings(effort=100, width=7, height=7), DEFAULT_WEIGHTS)
     blind = Weights(squares=0.0, length=0.0, meal=1.0, health=1.0, room=0.0)
-    took = [gauntlet._game(USUAL, blind, f"dice {dice}", turn) for dice in range(3) for turn in (0, 1)]
+    took = [gauntlet._game(DEFAULT_WEIGHTS, blind, f"dice {dice}", turn) for dice in range(3) for turn in (0, 1)]
     assert sum(took) >= 4
-    four = WeightTuner(tmp_path / "f.json", GauntletSettings(effort=16, snakes=4, width=7, height=7), USUAL)
-    assert 0 <= four._game(USUAL, blind, "dice", 3) <= 1
+    four = WeightTuner(tmp_path / "f.json", GauntletSettings(effort=16, snakes=4, width=7, height=7), DEFAULT_WEIGHTS)
+    assert 0 <= four._game(DEFAULT_WEIGHTS, blind, "dice", 3) <= 1
 
 
 def test_weights_are_read_by_search(tmp_path):
@@ -87,7 +87,7 @@ def test_weights_are_read_by_search(tmp_path):
     settings = GameSettings(7, 7, 2)
     board = Board(7, 7, snakes=[Snake("a", [(1, 1)] * 3), Snake("b", [(5, 5), (5, 4), (5, 3), (5, 2)])], food=[(3, 3)])
     worths = {}
-    for weights in (USUAL, Weights(length=1.0, squares=0.0, meal=0.0, room=0.0)):
+    for weights in (DEFAULT_WEIGHTS, Weights(length=1.0, squares=0.0, meal=0.0, room=0.0)):
         position = position_of(board, settings, weights=weights)
         worths[weights] = [0.0, 0.0]
         row = position.rows[0, :, 0].astype(float)
@@ -95,7 +95,7 @@ def test_weights_are_read_by_search(tmp_path):
         worths[weights] = row.tolist()
     lengths = worths[Weights(length=1.0, squares=0.0, meal=0.0, room=0.0)]
     assert lengths == pytest.approx([3 / 7, 4 / 7])
-    assert worths[USUAL] != pytest.approx(lengths)
+    assert worths[DEFAULT_WEIGHTS] != pytest.approx(lengths)
 
 
 @pytest.mark.parametrize(
@@ -103,9 +103,9 @@ def test_weights_are_read_by_search(tmp_path):
     [
         ("[]", "another kind of file"),
         ("{", "no JSON"),
-        (weights_text(USUAL, {}).replace("squares", "sqares"), "There is no weight 'sqares'"),
-        (weights_text(USUAL, {}).replace("0.6", "1.6"), "is 1.6; expected a number from 0 to 1"),
-        (weights_text(USUAL, {"version": 7}), "version 7; expected version 1"),
+        (weights_text(DEFAULT_WEIGHTS, {}).replace("squares", "sqares"), "There is no weight 'sqares'"),
+        (weights_text(DEFAULT_WEIGHTS, {}).replace("0.6", "1.6"), "is 1.6; expected a number from 0 to 1"),
+        (weights_text(DEFAULT_WEIGHTS, {"version": 7}), "version 7; expected version 1"),
     ],
 )
 def test_files_that_are_no_weights_are_named(tmp_path, text, said):
@@ -120,10 +120,12 @@ def test_another_gauntlet_is_not_gone_on_with(tmp_path, monkeypatch):
     path = tmp_path / "w.json"
     run(path)
     with pytest.raises(InputFileError, match="another gauntlet \\(rounds 4, now 5\\)"):
-        WeightTuner(path, GauntletSettings(rounds=5, proof=6, effort=16, width=7, height=7, most_turns=20), USUAL)
-    path.write_text(weights_text(USUAL, {}))
+        WeightTuner(
+            path, GauntletSettings(rounds=5, proof=6, effort=16, width=7, height=7, most_turns=20), DEFAULT_WEIGHTS
+        )
+    path.write_text(weights_text(DEFAULT_WEIGHTS, {}))
     with pytest.raises(InputFileError, match="weights of which no gauntlet tells"):
-        WeightTuner(path, TINY, USUAL)
+        WeightTuner(path, TINY, DEFAULT_WEIGHTS)
     with pytest.raises(SettingError, match="3 snakes at a board"):
         GauntletSettings(snakes=3)
     with pytest.raises(SettingError, match="rounds is 0"):

@@ -9,7 +9,7 @@ from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.reference import apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Table
+from racecraft.worlds.battlesnake.env.stages import GameContext
 from racecraft.worlds.battlesnake.players.alpha_beta_search import AlphaBetaSearch
 from racecraft.worlds.battlesnake.players.area_control import Lookout
 from racecraft.worlds.battlesnake.players.kernels.alpha_beta import DRAWN, PROVEN, WIN
@@ -37,7 +37,7 @@ def answer(board, settings, me, order, depth, moves):
     waiting = [one for one in order if one not in moves and any(snake.id == one for snake in board.alive())]
     if not waiting:
         after = board.copy()
-        apply_rules(find_ruleset(settings.ruleset), after, moves, Table(settings))
+        apply_rules(find_ruleset(settings.ruleset), after, moves, GameContext(settings))
         after.turn += 1
         return everything(after, settings, me, order, depth - 1)
     replies = ways(board, settings, waiting[0])

@@ -9,7 +9,7 @@ from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.players import network_tree
 from racecraft.worlds.battlesnake.players.batched_mcts import BatchedMcts
 from racecraft.worlds.battlesnake.players.find import find_player
-from racecraft.worlds.battlesnake.players.kernels.leaves import descend
+from racecraft.worlds.battlesnake.players.kernels.leaves import select_leaves
 from racecraft.worlds.battlesnake.players.kernels.position import advance
 from racecraft.worlds.battlesnake.players.network_tree import Leaves, Network, NetworkTree
 from racecraft.worlds.battlesnake.players.protocol import PlayerError
@@ -63,7 +63,7 @@ def test_the_network_sees_a_leaf_as_training_would_show_it(make, ruleset, outloo
     leaves = Leaves(Network(policy, SnakeConfig(view=9, outlook=outlook)), settings, len(board.snakes), 8)
     fresh = NetworkTree(board, settings, "a", Network(policy, SnakeConfig(view=9, outlook=outlook)))
     policy.shown.clear()
-    count, _ = descend(
+    count, _ = select_leaves(
         8, 0, 0.7, 0, 8, *fresh.position, *fresh._room, fresh._ways, *fresh._nodes, fresh._size,
         *leaves.found, *leaves.games,
     )  # fmt: skip

@@ -20,7 +20,7 @@ class Sure:
     def __init__(self, way):
         self.way = way
 
-    def weigh(self, board, settings):
+    def move_priors(self, board, settings):
         chances = np.zeros((len(board.alive()), 4), np.float32)
         chances[:, self.way] = 1.0
         return chances
@@ -36,7 +36,7 @@ def open_board():
 
 def test_chances_are_mixed_with_what_is_safe():
     tree = Tree(open_board(), SETTINGS, "a")
-    tree.believe(Sure(LEFT).weigh(open_board(), SETTINGS))
+    tree.mix_priors(Sure(LEFT).move_priors(open_board(), SETTINGS))
     rest = (1 - WEIGHER_SHARE) / 3
     assert tree.priors()[0] == pytest.approx([rest, 0.0, WEIGHER_SHARE + rest, rest]), "down is its own neck"
     assert tree.priors().sum(axis=1) == pytest.approx([1.0, 1.0])
@@ -44,7 +44,7 @@ def test_chances_are_mixed_with_what_is_safe():
 
 def test_a_guide_who_believes_in_the_fatal_is_not_heard():
     tree = Tree(open_board(), SETTINGS, "a")
-    tree.believe(Sure(DOWN).weigh(open_board(), SETTINGS))
+    tree.mix_priors(Sure(DOWN).move_priors(open_board(), SETTINGS))
     assert tree.priors()[0] == pytest.approx([1 / 3, 0.0, 1 / 3, 1 / 3])
 
 
@@ -70,7 +70,7 @@ def test_in_a_duel_the_guide_decides_between_equals(way, effort):
 class Divided(Sure):
     """Thinks that the first snake goes left and the second one right."""
 
-    def weigh(self, board, settings):
+    def move_priors(self, board, settings):
         chances = np.zeros((2, 4), np.float32)
         chances[0, LEFT] = chances[1, RIGHT] = 1.0
         return chances
@@ -120,8 +120,8 @@ def test_a_bad_guide_is_overruled_by_many_walks():
 class Duellist(Sure):
     """Has never met more than one other."""
 
-    def weigh(self, board, settings):
-        return super().weigh(board, settings) if len(board.alive()) <= 2 else None
+    def move_priors(self, board, settings):
+        return super().move_priors(board, settings) if len(board.alive()) <= 2 else None
 
 
 @pytest.mark.parametrize("way", [LEFT, RIGHT])
@@ -143,7 +143,7 @@ def test_a_trained_snake_is_no_guide_among_more_than_it_was_trained_among():
             return np.full((len(mask), 4), 0.25, np.float32)
 
     weighed = {
-        most: TrainedSnake(Even(), SnakeConfig(), most_snakes=most).weigh(open_board(), SETTINGS)
+        most: TrainedSnake(Even(), SnakeConfig(), most_snakes=most).move_priors(open_board(), SETTINGS)
         for most in (1, 2, None)
     }
     assert weighed[1] is None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.players.worker_pool import WorkerPool
+from racecraft.players.thread_pool import ThreadPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
@@ -146,7 +146,7 @@ def test_search_stops_on_time():
 
 def test_a_guide_gets_the_first_walks():
     tree = Tree(board_of([(3, 3), (3, 2), (3, 1)], [(6, 6)] * 3), SMALL, "s0")
-    tree.trust("left")
+    tree.boost_move("left")
     tree.walk(4)
     assert tree.visits().argmax() == MOVES.index("left")
 
@@ -359,7 +359,7 @@ def test_the_process_of_a_file_ends_with_its_owner(tmp_path):
 def test_a_crew_goes_on_when_a_task_hangs():
     import threading
 
-    crew, gate = WorkerPool(1), threading.Event()
+    crew, gate = ThreadPool(1), threading.Event()
     stuck = crew.submit(gate.wait)
     behind = crew.submit(lambda: 7)
     with pytest.raises(TimeoutError):

@@ -28,7 +28,7 @@ from racecraft.worlds.battlesnake.env.world import WorldSettings
 from racecraft.worlds.battlesnake.evaluation.batch import play_batch
 from racecraft.worlds.battlesnake.players.find import find_player
 from racecraft.worlds.battlesnake.players.messages import GameCard, message, read_message
-from racecraft.worlds.battlesnake.players.protocol import BatchPlayer, MovePrior, Question
+from racecraft.worlds.battlesnake.players.protocol import BatchPlayer, MovePrior, MoveRequest
 from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 from racecraft.worlds.battlesnake.players.search import Search
 from racecraft.worlds.battlesnake.players.trained import load_trained_snake
@@ -131,7 +131,7 @@ class FirstAllowed:
 
     def begin(self, seed): ...
 
-    def forget(self, rows): ...
+    def reset_state(self, rows): ...
 
     def act(self, observations, action_mask=None):
         return action_mask.argmax(axis=1)
@@ -189,7 +189,7 @@ def test_a_past_self_is_asked_for_its_own_seats_only():
 
     class Up:
         def begin(self, seed): ...
-        def forget(self, rows): ...
+        def reset_state(self, rows): ...
         def act(self, observations, action_mask=None):
             asked.append(len(action_mask))
             return np.zeros(len(action_mask), np.int64)
@@ -304,7 +304,7 @@ def test_a_trained_snake_plays_from_files_alone(run):
         referee = Referee(settings, StreamDice(1))
         for _ in range(8):
             living = referee.board.alive()
-            asked = [Question(referee.board, snake.id, settings) for snake in living]
+            asked = [MoveRequest(referee.board, snake.id, settings) for snake in living]
             one_by_one = [player.choose(*question[:1], settings, question.snake_id, 0.1) for question in asked]
             assert player.choose_many(asked) == one_by_one
             for snake, move in zip(living, one_by_one, strict=True):

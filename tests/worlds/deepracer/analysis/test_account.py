@@ -3,7 +3,7 @@
 import pytest
 
 from racecraft.analysis.advice import Advice
-from racecraft.worlds.deepracer.analysis.account import of_one_mind
+from racecraft.worlds.deepracer.analysis.account import merge_advice
 
 BACK, ON, WHY = "racecraft train --from RUN:best --set a=1", "racecraft train --run RUN --resume", "racecraft why RUN"
 
@@ -18,4 +18,4 @@ BACK, ON, WHY = "racecraft train --from RUN:best --set a=1", "racecraft train --
 )
 def test_nobody_is_told_to_go_back_and_on_at_once(learners, logs, left):
     sides = ([Advice("", "", None, command) for command in side] for side in (learners, logs))
-    assert [one.command for one in of_one_mind(*sides)] == left
+    assert [one.command for one in merge_advice(*sides)] == left

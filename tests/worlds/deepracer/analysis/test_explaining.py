@@ -57,7 +57,7 @@ class WrongAtOnePlace:
             return np.column_stack([steering, np.ones(len(steering))]).astype(np.float32)
         return np.abs(np.array(TABLE.steering) - steering[:, None]).argmin(axis=1)
 
-    def forget(self, rows): ...
+    def reset_state(self, rows): ...
 
 
 class Car:

@@ -98,7 +98,7 @@ def test_a_bot_that_changes_lanes_faces_where_it_goes():
     )  # fmt: skip
     world = make_world(bots)
     buffers, worst, before = begin(world), 0.0, None
-    world.park(np.ones((1, 1), bool))  # nobody is in their way
+    world.freeze(np.ones((1, 1), bool))  # nobody is in their way
     for _ in range(60):
         world.step(CRAWL, buffers)
         after = world.boxes[0]
@@ -117,7 +117,7 @@ def test_lanes_are_changed_within_the_distance_and_not_before_the_time():
     )  # fmt: skip
     world = make_world(bots, worlds=20)
     buffers, sides, changing = begin(world), [], []
-    world.park(np.ones((20, 1), bool))
+    world.freeze(np.ones((20, 1), bool))
     for _ in range(120):
         world.step(np.full((20, 1), 2), buffers)
         states = world._objects.states[:, 0]

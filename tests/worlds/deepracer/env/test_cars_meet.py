@@ -223,7 +223,7 @@ def test_nobody_meets_a_parked_car():
     buffers = begin(world)
     for _ in range(2):
         world.step(np.zeros((1, 3), int), buffers)
-    world.park(np.array([[False, True, False]]))
+    world.freeze(np.array([[False, True, False]]))
     told.clear()
     world.step(np.full((1, 3), SLOW), buffers)
     assert [len(params["objects_location"]) for params in told] == [1, 1]

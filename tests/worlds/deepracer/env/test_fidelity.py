@@ -96,7 +96,7 @@ class Straight:
     def act(self, observations, action_mask=None):
         return np.ones((len(next(iter(observations.values()))), 1), np.int64)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         """Remembers nothing."""
 
 

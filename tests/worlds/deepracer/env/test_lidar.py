@@ -223,7 +223,7 @@ def test_a_parked_car_is_nowhere():
     world = race(cars_per_world=2, boxes=0)
     lined_up(world)
     assert (looked(world) < 1.0).any()
-    world.park(np.array([[False, True]]))
+    world.freeze(np.array([[False, True]]))
     assert (looked(world) == 1.0).all()
 
 

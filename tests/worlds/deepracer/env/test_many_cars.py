@@ -183,7 +183,7 @@ def test_a_parked_car_stands_while_the_others_of_its_world_drive():
     world = make_world(1, 3)
     buffers = begin(world)
     world.step(np.full((1, 3), 3), buffers)
-    world.park(np.array([[False, True, False]]))
+    world.freeze(np.array([[False, True, False]]))
     before = world.cars
     for _ in range(5):
         world.step(np.full((1, 3), 3), buffers)

@@ -82,7 +82,7 @@ class Standing:
     def act(self, observations, action_mask=None):
         return np.ones(len(next(iter(observations.values()))), np.int64)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 
@@ -120,7 +120,7 @@ class Noting:
     def __init__(self, name, worlds, objects=False, variation=None, paid=True, begun=0):
         camera = CameraConfig(16, 12)
         self.spec = world_spec(ACTIONS, camera, worlds, f"DeepRacer {name}", has_objects=objects)
-        self.track, self.variation, self.is_paid = SimpleNamespace(name=name), variation, paid
+        self.track, self.variation, self.has_reward = SimpleNamespace(name=name), variation, paid
         self.episodes_begun, self.next_start_share, self.habits = begun, 0.25 * begun, f"habits of {name}"
         self.start_shares, self.track_lengths = np.full(worlds, 0.1 * worlds), np.full(worlds, 10.0 * worlds)
         self.reports, self.heard, self.told = np.full((worlds, 1), worlds), [], []
@@ -158,8 +158,8 @@ def test_a_whole_is_named_and_counted_by_its_courses():
     assert whole.start_shares == pytest.approx([0.2, 0.2, 0.3, 0.3, 0.3])
     assert whole.track_lengths.tolist() == [20.0, 20.0, 30.0, 30.0, 30.0]
     assert whole.reports[:, 0].tolist() == [2, 2, 3, 3, 3]
-    assert whole.is_paid
-    assert not two(paid=False)[1].is_paid
+    assert whole.has_reward
+    assert not two(paid=False)[1].has_reward
     twice = MultiCourseWorld([Noting("one", 1), Noting("one", 1)])
     assert twice.spec.name == "DeepRacer one", "a track is named once"
 
@@ -172,7 +172,7 @@ def test_each_course_is_given_its_rows_and_a_seed_of_its_own():
     assert [course.heard[-1][::2] for course in (one, other)] == [("reset", 3), ("reset", 3 + 7919)]
     whole.move_starts([0.0, 0.1, 0.2, 0.3, 0.4])
     assert [course.heard[-1][1].tolist() for course in (one, other)] == [[0.0, 0.1], [0.2, 0.3, 0.4]]
-    whole.park(np.array([[True], [False], [False], [True], [True]]))
+    whole.freeze(np.array([[True], [False], [False], [True], [True]]))
     assert [course.heard[-1][1].tolist() for course in (one, other)] == [[[True], [False]], [[False], [True], [True]]]
     whole.begin_episodes(buffers)
     assert [course.heard[-1][0] for course in (one, other)] == ["begin_episodes"] * 2

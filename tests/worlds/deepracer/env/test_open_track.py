@@ -22,7 +22,7 @@ class StraightOn:
     def act(self, observations, action_mask=None):
         return np.zeros(len(next(iter(observations.values()))), np.int64)
 
-    def forget(self, rows): ...
+    def reset_state(self, rows): ...
 
 
 def straight(num_cars=1, track=None, actions=((0.0, 1.0),), config=None, **options):

@@ -33,7 +33,7 @@ def test_one_car_drives_one_lap_of_an_empty_road_where_nothing_is_said():
     assert (world.spec.num_worlds, world.spec.num_agents) == (1, 1)
     assert (world.boxes.shape, world.kinds.shape, world.reports.shape) == ((1, 0, 6), (1, 0), (1, 1))
     assert world._rules == rules_of(RaceConfig(), world.track, 1, 0.0)
-    assert (world.is_paid, world.variation, world.episodes_begun, world.next_start_share) == (False, None, 0, 0.0)
+    assert (world.has_reward, world.variation, world.episodes_begun, world.next_start_share) == (False, None, 0, 0.0)
     assert world.start_shares.tolist() == [0.0]
     assert world.track_lengths.tolist() == [world.track.length]
     assert world.pop_episodes() == []
@@ -63,7 +63,7 @@ def test_rows_that_a_route_file_repeats_count_as_waypoints_unless_they_are_disti
 def test_a_compiled_tick_is_all_where_one_eye_sees_what_is_there_and_nobody_pays(sensors, reward, variation, alone):
     world = world_of(reward, (sensors,), variation=VariationConfig(variation))
     assert world.is_told_by_ticks_alone == alone
-    assert world.is_paid == (reward is not None)
+    assert world.has_reward == (reward is not None)
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_race_that_an_older_version_kept_goes_on_without_what_it_did_not_know(
     assert state["reward_sums"].tolist() == [[3.0], [3.0]]
     for name in ("car.start_left", "keys", "object.speed"):
         del state[name]
-    other.park(np.array([[True], [False]]))
+    other.freeze(np.array([[True], [False]]))
     other.load_state(state, theirs)
     assert not other.cars["away"].any()
     assert (theirs.observations["FRONT_FACING_CAMERA"] == buffers.observations["FRONT_FACING_CAMERA"]).all()

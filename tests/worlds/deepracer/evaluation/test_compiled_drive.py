@@ -6,8 +6,8 @@ import torch
 from torch import nn
 
 from racecraft.algorithms.architecture import Architecture
-from racecraft.algorithms.compiled_policy import MOST_PRODUCTS, plain_look
-from racecraft.algorithms.kernels.plain_look import likeliest
+from racecraft.algorithms.compiled_policy import MOST_PRODUCTS, compile_policy
+from racecraft.algorithms.kernels.greedy_action import argmax_action
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.ppo_config import PpoConfig
 from racecraft.contract.world import allocate
@@ -129,10 +129,10 @@ def test_a_compiled_look_chooses_as_pytorch_does(network):
     learner = PpoLearner(world.spec, network, PpoConfig(), seed=3)
     with torch.no_grad():
         learner.network.policy_head.weight.mul_(100.0)
-    look = learner.plain_look(FRONT, (30, 40))
+    look = learner.compile_policy(FRONT, (30, 40))
     frames = np.random.default_rng(0).integers(0, 256, (200, 30, 40), np.uint8)
     room = np.zeros((3, look.room), np.float32)
-    found = [likeliest(look.layers, look.weights, look.scale, frame, room) for frame in frames]
+    found = [argmax_action(look.layers, look.weights, look.scale, frame, room) for frame in frames]
     assert found == learner.choose({FRONT: frames}).tolist()
     assert len(set(found)) > 1
 
@@ -143,13 +143,13 @@ def test_what_is_not_plain_is_asked_tick_by_tick(learner):
     class Rule:
         def act(self, observations, action_mask=None): ...
 
-        def forget(self, rows): ...
+        def reset_state(self, rows): ...
 
     assert compiled_drive(policy, world_of(1)) is not None
     assert compiled_drive(Rule(), world_of(1)) is None
     assert compiled_drive(policy, world_of(1, cars_per_world=2)) is None
     assert compiled_drive(policy, world_of(1, reward=lambda params: 1.0)) is None
     assert compiled_drive(policy, world_of(1, variation=VariationConfig(lamps=True))) is None
-    assert plain_look(learner.network, learner.distribution, "another camera", (30, 40)) is None
+    assert compile_policy(learner.network, learner.distribution, "another camera", (30, 40)) is None
     wide = PpoLearner(world_of(1).spec, Architecture(trunk_units=(MOST_PRODUCTS // 1200 + 1,)), PpoConfig(), seed=1)
-    assert wide.plain_look(FRONT, (30, 40)) is None
+    assert wide.compile_policy(FRONT, (30, 40)) is None

@@ -29,12 +29,12 @@ from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.sensors import FRONT_CAMERA, car_sensors
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.evaluation.head_to_head import (
+    DriverResult,
     HeadToHead,
     RaceResult,
-    Showing,
     _Field,
     _place,
-    race_heads,
+    race_head_to_head,
     require_company,
     summed,
 )
@@ -61,7 +61,7 @@ class Follower:
         speed = self.speed * np.exp(self.noise * self.chance.normal(size=len(told)))
         return np.column_stack([np.clip(steering, -0.52, 0.52), speed])
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 
@@ -72,7 +72,7 @@ def driver(name, speed, beside=0.0, **options):
 
 def race(*drivers, config=None, **rules):
     rules.setdefault("laps", 1)
-    return race_heads(drivers, TRACK, HeadToHead(**rules), config)
+    return race_head_to_head(drivers, TRACK, HeadToHead(**rules), config)
 
 
 def test_a_policy_is_level_with_its_mirror():
@@ -100,7 +100,7 @@ def test_a_trained_network_is_level_with_itself(tmp_path, stop):
     trained = train(asked, Silence(), lambda text: None)
     drivers = [replace(load_driver(f"{trained.run.path}:last"), name=name) for name in "ab"]
     rules = HeadToHead(laps=1, races=20, max_resets=2)
-    races = race_heads(drivers, load_track("reinvent_base"), rules).races
+    races = race_head_to_head(drivers, load_track("reinvent_base"), rules).races
     for (a, b), (a_behind, b_before) in zip(races[::2], races[1::2], strict=True):
         assert [replace(one, driver="") for one in (a, b)] == [replace(one, driver="") for one in (b_before, a_behind)]
     assert len({(a.laps, b.laps, a.seconds, b.seconds) for a, b in races[::2]}) > 1, "from other places they differ"
@@ -147,7 +147,7 @@ def test_of_three_cars_the_one_that_was_run_into_is_told():
 
 def test_a_car_that_ran_into_another_waits_where_it_is_and_its_clocks_of_mishaps_begin_anew():
     field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(collision_penalty=2.0), RaceConfig())
-    field.line_up(0)
+    field.place_on_grid(0)
     car = field._world.cars[0, :1].copy()
     car["backward_ticks"], car["still_ticks"], car["speed"] = 7, 5, 2.0
     waits = field._set_back(0, car, CRASHED)
@@ -269,7 +269,7 @@ class Sees:
         self.shown = {name: array.shape[1:] for name, array in observations.items()}
         return np.tile([0.0, 1.0], (len(next(iter(observations.values()))), 1))
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 
@@ -332,16 +332,16 @@ def test_two_to_eight_cars_are_company(count, fits):
 def test_what_drivers_came_to_is_summed_by_hand():
     nothing = {"place": 0, "seconds": None, "laps": 0.0, "ended": "", "overtakes": 0, "overtaken": 0, "crashes": 0,
                "was_hit": 0, "off_tracks": 0}  # fmt: skip
-    assert vars(Showing("a", 1)) == {"driver": "a", "grid": 1, **nothing}
+    assert vars(DriverResult("a", 1)) == {"driver": "a", "grid": 1, **nothing}
     one = (
-        Showing("a", 1, 1, 30.5, 3.0, "finished", 1, 0, 0, 1, 0),
-        Showing("a", 2, 2, None, 1.25, "retired", 0, 1, 2, 0, 5),
-        Showing("a", 1, 1, 31.25, 3.0, "finished", 1, 1, 0, 0, 0),
+        DriverResult("a", 1, 1, 30.5, 3.0, "finished", 1, 0, 0, 1, 0),
+        DriverResult("a", 2, 2, None, 1.25, "retired", 0, 1, 2, 0, 5),
+        DriverResult("a", 1, 1, 31.25, 3.0, "finished", 1, 1, 0, 0, 0),
     )  # fmt: skip
     other = (
-        Showing("b", 2, 2, None, 0.5, "time_up", 0, 1, 1, 0, 3),
-        Showing("b", 1, 1, None, 2.0, "retired", 1, 0, 0, 2, 1),
-        Showing("b", 2, 2, None, 2.5, "not_finished", 1, 1, 0, 0, 0),
+        DriverResult("b", 2, 2, None, 0.5, "time_up", 0, 1, 1, 0, 3),
+        DriverResult("b", 1, 1, None, 2.0, "retired", 1, 0, 0, 2, 1),
+        DriverResult("b", 2, 2, None, 2.5, "not_finished", 1, 1, 0, 0, 0),
     )  # fmt: skip
     result = RaceResult(("a", "b"), tuple(zip(one, other, strict=True)), ())
     assert (result.of(0), result.of(1)) == ([*one], [*other])
@@ -364,8 +364,9 @@ def test_what_drivers_came_to_is_summed_by_hand():
 
 def test_who_finished_stands_by_time_before_who_did_not_by_way_and_equals_share_a_place():
     row = [
-        Showing("a", 1, seconds=10.0, laps=1.0), Showing("b", 2, laps=2.5), Showing("c", 3, seconds=9.0, laps=1.0),
-        Showing("d", 4, laps=2.5), Showing("e", 5, laps=0.3), Showing("f", 6, seconds=9.0, laps=1.0),
+        DriverResult("a", 1, seconds=10.0, laps=1.0), DriverResult("b", 2, laps=2.5),
+        DriverResult("c", 3, seconds=9.0, laps=1.0),
+        DriverResult("d", 4, laps=2.5), DriverResult("e", 5, laps=0.3), DriverResult("f", 6, seconds=9.0, laps=1.0),
     ]  # fmt: skip
     _place(row)
     assert [one.place for one in row] == [3, 4, 1, 4, 6, 1]
@@ -377,12 +378,12 @@ def scripted(cars, **rules):
     field._rules = HeadToHead(**rules)
     field._out = np.zeros((1, cars), bool)
     field._resets_left = np.full((1, cars), field._rules.max_resets)
-    field._shown = [[Showing(f"car {place}", place + 1) for place in range(cars)]]
+    field._shown = [[DriverResult(f"car {place}", place + 1) for place in range(cars)]]
     field.parked, field.forgot = [], []
     field._world = SimpleNamespace(
-        track=SimpleNamespace(length=10.0), park=lambda out: field.parked.append(out[0].tolist())
+        track=SimpleNamespace(length=10.0), freeze=lambda out: field.parked.append(out[0].tolist())
     )
-    field._seats = SimpleNamespace(forget=lambda ended: field.forgot.append(ended[0].tolist()))
+    field._seats = SimpleNamespace(reset_state=lambda ended: field.forgot.append(ended[0].tolist()))
     return field
 
 

@@ -83,14 +83,14 @@ def test_no_more_tries_are_made_than_laps_are_wanted(drive):
 
 
 @pytest.mark.parametrize("is_paid", [True, False])
-def test_a_lap_from_each_start_is_what_its_episode_came_to(drive, is_paid):
+def test_a_lap_from_each_start_is_what_its_episode_came_to(drive, has_reward):
     def came(world, progress, seconds, status):
         return EpisodeRecord(world, 0, 99, 7.5, status, {"lap_seconds": seconds, "progress_percent": progress})
 
     drive.records = [came(1, 100.0, 10.12345678, "lap_complete"), came(0, -2.0, math.nan, "off_track"),
                      came(1, 130.0, math.nan, "truncated")]  # fmt: skip
-    world = SimpleNamespace(start_shares=np.array([0.0, 1 / 3]), is_paid=is_paid)
-    reward = 7.5 if is_paid else None
+    world = SimpleNamespace(start_shares=np.array([0.0, 1 / 3]), has_reward=has_reward)
+    reward = 7.5 if has_reward else None
     assert judge_starts(None, world).laps == (
         Lap(33.333333, 100.0, 10.123457, "lap_complete", 99, reward),
         Lap(0.0, 0.0, None, "off_track", 99, reward),
@@ -103,7 +103,7 @@ def test_a_lap_from_each_start_is_what_its_episode_came_to(drive, is_paid):
 def test_who_looks_on_sees_a_drive_that_is_driven_tick_by_tick(drive, monkeypatch):
     asked = []
     monkeypatch.setattr(laps, "play_episodes", lambda *_, **how: asked.append(how) or [])
-    judge_starts(None, SimpleNamespace(start_shares=[], is_paid=False), iter(["looks on"]), 3)
+    judge_starts(None, SimpleNamespace(start_shares=[], has_reward=False), iter(["looks on"]), 3)
     assert asked == [{"seed": 3, "observers": ["looks on"]}]
     assert drive.asked == []
 
@@ -120,5 +120,5 @@ def test_who_waits_hears_how_many_episodes_have_ended_whenever_one_does(monkeypa
 
     monkeypatch.setattr(laps, "play_episodes", play)
     heard = []
-    judge_starts(None, SimpleNamespace(start_shares=[], is_paid=False), on_progress=heard.append)
+    judge_starts(None, SimpleNamespace(start_shares=[], has_reward=False), on_progress=heard.append)
     assert heard == [1, 3]

@@ -18,7 +18,7 @@ class StraightOn:
     def act(self, observations, action_mask=None):
         return np.zeros(len(next(iter(observations.values()))), np.int64)
 
-    def forget(self, rows): ...
+    def reset_state(self, rows): ...
 
 
 def tries(fidelity):

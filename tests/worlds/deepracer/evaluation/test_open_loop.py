@@ -15,7 +15,7 @@ from racecraft.worlds.deepracer.evaluation.open_loop import (
     open_windows,
     seconds_of,
 )
-from racecraft.worlds.deepracer.evaluation.recompute import Walk
+from racecraft.worlds.deepracer.evaluation.recompute import TracePath
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 
 TICK = 1 / 15
@@ -33,7 +33,7 @@ def flags(rows, *places):
 
 def walked(rows, begins=(0,), held=(0,), restarts=None):
     restarts = begins if restarts is None else restarts
-    return Walk(places=np.zeros((rows, 3)), begins=flags(rows, *begins), restarts=flags(rows, *restarts),
+    return TracePath(places=np.zeros((rows, 3)), begins=flags(rows, *begins), restarts=flags(rows, *restarts),
                 held=flags(rows, *held))  # fmt: skip
 
 

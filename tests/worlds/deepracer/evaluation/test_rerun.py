@@ -17,7 +17,7 @@ from racecraft.worlds.deepracer.evaluation import counterfactuals, rerun
 from racecraft.worlds.deepracer.evaluation.counterfactuals import HOLDS, MOMENTS, Options, Trials, try_alternatives
 from racecraft.worlds.deepracer.evaluation.failure_clusters import APART_M, LONGEST_M, cluster_failures
 from racecraft.worlds.deepracer.evaluation.recorded_drives import record_drives
-from racecraft.worlds.deepracer.evaluation.rerun import Change, rehearse, states_of
+from racecraft.worlds.deepracer.evaluation.rerun import Change, rerun_with_change, states_of
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 TRACK = load_track("reinvent_base")
@@ -48,7 +48,7 @@ class Weaves:
         self.seen += 1
         return self.plan[self.seen % len(self.plan)]
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         if len(self.seen) == len(rows):
             self.seen[rows] = 0
 
@@ -89,7 +89,7 @@ def test_no_change_saves_nobody_and_what_a_policy_remembers_comes_along():
     assert len(drives.failed) == 4
     same = [Change(int(row), int(drives.last[row] - 20), drives.actions[drives.last[row] - 20, row], 1)
             for row in drives.failed]  # fmt: skip
-    assert not rehearse(Weaves(), world, drives, same, remembers=True).any()
+    assert not rerun_with_change(Weaves(), world, drives, same, remembers=True).any()
 
 
 class Forks:
@@ -104,7 +104,7 @@ class Forks:
         self.seen += 1
         return np.where(self.seen >= self.turn_at, LEFT, STRAIGHT)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         if len(self.seen) == len(rows):
             self.seen[rows] = 0
 
@@ -113,14 +113,16 @@ def test_a_memory_is_as_old_as_the_episode_at_the_change():
     """Of a policy that turns at its 15th tick: told its own action once at tick 12 it still turns then, not at 27."""
     drives = record_drives(Forks(15), world(1))
     change = [Change(0, 12, drives.actions[12, 0], 1)]
-    assert not rehearse(Forks(15), world, drives, change, remembers=True, past_m=0.6).any()
-    assert rehearse(Forks(15), world, drives, change, remembers=False, past_m=0.6).all()  # 12 ticks later, 1.2 m on
+    assert not rerun_with_change(Forks(15), world, drives, change, remembers=True, past_m=0.6).any()
+    assert rerun_with_change(
+        Forks(15), world, drives, change, remembers=False, past_m=0.6
+    ).all()  # 12 ticks later, 1.2 m on
 
 
 def test_a_change_is_held_as_long_as_it_says():
     drives = record_drives(Forks(15), world(1))
     changes = [Change(0, 14, np.int64(STRAIGHT), hold) for hold in (1, 12)]
-    saved = rehearse(Forks(15), world, drives, changes, remembers=True, past_m=0.6)
+    saved = rerun_with_change(Forks(15), world, drives, changes, remembers=True, past_m=0.6)
     assert saved.tolist() == [False, True]
 
 
@@ -233,7 +235,7 @@ class Same:
         self.shapes.add(observations["progress"].shape)
         return np.full(len(observations["progress"]), self.says)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgot.append(rows.tolist())
 
 
@@ -262,13 +264,13 @@ def line(monkeypatch):
 )
 def test_a_car_is_past_its_place_a_metre_and_a_half_beyond(line, row, action, saved):
     """It is told otherwise in its last tick, and then stands until nobody waits any longer."""
-    assert rehearse(Same(0.0), Line, line, [Change(row, 3, np.float64(action), 1)]).tolist() == [saved]
+    assert rerun_with_change(Same(0.0), Line, line, [Change(row, 3, np.float64(action), 1)]).tolist() == [saved]
     assert len(Line.made[0].told) == (1 if saved or action < 0 else 61), "60 ticks after that of the failure"
 
 
 def test_a_change_is_held_and_then_the_policy_drives_on(line):
     policy = Same(1.0)
-    rehearse(policy, Line, line, [Change(0, 1, np.float64(4.0), 2)])
+    rerun_with_change(policy, Line, line, [Change(0, 1, np.float64(4.0), 2)])
     (world,) = Line.made
     assert world.loaded == [10.0]
     assert [told[0] for told in world.told[:4]] == [4.0, 4.0, 1.0, 1.0]
@@ -279,7 +281,7 @@ def test_a_change_is_held_and_then_the_policy_drives_on(line):
 
 
 def test_who_remembers_is_driven_from_the_first_tick_as_it_drove(line):
-    rehearse(Same(1.0), Line, line, [Change(1, 2, np.float64(-90.0), 3)], remembers=True)
+    rerun_with_change(Same(1.0), Line, line, [Change(1, 2, np.float64(-90.0), 3)], remembers=True)
     (world,) = Line.made
     assert world.loaded == [20.0]
     assert [told[0] for told in world.told] == [10.0, 10.0, -90.0], "and the drive ends where it leaves the road"
@@ -289,10 +291,10 @@ def test_many_changes_share_worlds_the_short_ones_together(line, monkeypatch):
     monkeypatch.setattr(rerun, "AT_ONCE", 2)
     ticks = [0, 3, 1]
     changes = [Change(0, tick, np.float64(100.0 if tick < 3 else -99.0), 1) for tick in ticks]
-    assert rehearse(Same(0.0), Line, line, changes).tolist() == [True, False, True]
+    assert rerun_with_change(Same(0.0), Line, line, changes).tolist() == [True, False, True]
     (world,) = Line.made
     assert world.count == 2
     assert world.told[0] == [-99.0, 100.0], "ticks 3 and 1: who begins latest is soonest done"
     assert world.told[1:] == [[100.0, 100.0]], "the last one is driven twice where a place is free"
-    assert rehearse(Same(0.0), Line, line, []).tolist() == []
+    assert rerun_with_change(Same(0.0), Line, line, []).tolist() == []
     assert len(Line.made) == 1

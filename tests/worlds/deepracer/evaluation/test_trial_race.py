@@ -18,7 +18,7 @@ from racecraft.worlds.deepracer.evaluation import trial_race
 from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, _pose, set_down
 from racecraft.worlds.deepracer.evaluation.trial_race import (
     RaceRecord,
-    Trial,
+    RaceTrial,
     TrialRaceRules,
     _Marshal,
     judge_race,
@@ -47,7 +47,7 @@ class Driver:
         wish = sine + observations["track_state"][0, 9] - 0.8 * offset
         return np.array([LEFT if wish > 0.12 else RIGHT if wish < -0.12 else STRAIGHT])
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         if self.mistakes and self.tick >= self.mistakes[0]:
             self.mistakes.pop(0)
 
@@ -302,7 +302,7 @@ def test_the_trace_counts_crashes_within_each_episode(tmp_path):
 
 
 def test_resets_of_every_kind_are_counted_together_without_the_mishap_that_ended_the_trial():
-    trial = Trial(1, None, 10.0, "time_up", 0, 9, 1, 10, 100, 1000, 5.0)
+    trial = RaceTrial(1, None, 10.0, "time_up", 0, 9, 1, 10, 100, 1000, 5.0)
     assert trial.reset_count == 1111
     assert replace(trial, status="off_track").reset_count == 1110
 
@@ -343,7 +343,7 @@ class Listens:
         self.shown.append(observations["seen"].shape)
         return [0.25, 1.5]
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgot.append((len(self.shown), rows.tolist()))
 
 
@@ -382,8 +382,8 @@ def test_two_laps_of_one_drive_are_counted_by_hand(monkeypatch):
     rules = TrialRaceRules(2, max_resets=2, off_track_penalty=2.0, collision_penalty=1.0)
     record, policy, set_back = judged(monkeypatch, world, rules, seed=4)
     assert record.trials == (
-        Trial(1, 20.0, 100.0, "lap_complete", 0, 49, 1, 1, 0, 0, 3.0),
-        Trial(2, None, 42.5, "immobilized", 50, 51, 0, 0, 0, 1, 0.0),
+        RaceTrial(1, 20.0, 100.0, "lap_complete", 0, 49, 1, 1, 0, 0, 3.0),
+        RaceTrial(2, None, 42.5, "immobilized", 50, 51, 0, 0, 0, 1, 0.0),
     )
     assert [one.reset_count for one in record.trials] == [2, 0]
     assert (len(record), record.full_laps, record.best_lap_seconds) == (2, 1, 20.0)
@@ -419,11 +419,11 @@ def test_laps_from_the_start_line_are_drives_of_their_own(monkeypatch):
     rules = TrialRaceRules(5, is_continuous=False, max_resets=0)
     record, policy, set_back = judged(monkeypatch, world, rules)
     assert record.trials == (
-        Trial(1, None, 0.0, "off_track", 0, 0, 0, 1, 0, 0, 0.0),
-        Trial(2, 9.0, 100.0, "lap_complete", 1, 1, 0, 0, 0, 0, 0.0),
-        Trial(3, None, 55.0, "time_up", 2, 2, 0, 0, 0, 0, 0.0),
-        Trial(4, None, 60.0, "time_up", 3, 3, 0, 0, 0, 0, 0.0),
-        Trial(5, None, 5.0, "reversed", 4, 4, 0, 0, 1, 0, 0.0),
+        RaceTrial(1, None, 0.0, "off_track", 0, 0, 0, 1, 0, 0, 0.0),
+        RaceTrial(2, 9.0, 100.0, "lap_complete", 1, 1, 0, 0, 0, 0, 0.0),
+        RaceTrial(3, None, 55.0, "time_up", 2, 2, 0, 0, 0, 0, 0.0),
+        RaceTrial(4, None, 60.0, "time_up", 3, 3, 0, 0, 0, 0, 0.0),
+        RaceTrial(5, None, 5.0, "reversed", 4, 4, 0, 0, 1, 0, 0.0),
     )
     assert (set_back, record.objects) == ([], None)
     assert world.seeds == [0, 1, 2, 3, 4], "each with a chance of its own"
@@ -441,10 +441,10 @@ def test_every_trial_from_the_start_line_has_all_its_resets(monkeypatch):
 
 def test_the_figures_of_a_race_are_those_of_its_trials():
     trials = (
-        Trial(1, 10.0, 100.0, "lap_complete", 0, 9, 1, 0, 0, 2, 5.0),
-        Trial(2, None, 40.0, "off_track", 10, 19, 0, 3, 0, 0, 7.5),
-        Trial(3, 10.1, 100.0, "lap_complete", 20, 29, 0, 0, 4, 0, 0.5),
-        Trial(4, 10.0, 100.0, "lap_complete", 30, 30, 0, 0, 0, 0, 0.0),
+        RaceTrial(1, 10.0, 100.0, "lap_complete", 0, 9, 1, 0, 0, 2, 5.0),
+        RaceTrial(2, None, 40.0, "off_track", 10, 19, 0, 3, 0, 0, 7.5),
+        RaceTrial(3, 10.1, 100.0, "lap_complete", 20, 29, 0, 0, 4, 0, 0.5),
+        RaceTrial(4, 10.0, 100.0, "lap_complete", 30, 30, 0, 0, 0, 0, 0.0),
     )
     nothing = np.zeros(31)
     told = RaceRecord(trials, *[nothing] * 6, None).as_dictionary()

@@ -29,7 +29,7 @@ class Watcher:
         self.seen.append({name: array.copy() for name, array in observations.items()})
         return np.full(len(next(iter(observations.values()))), len(self.seen) // 7 % 3)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 
@@ -50,7 +50,7 @@ def drive(own, other, fidelity, ticks=50):
     for _ in range(ticks):
         seats.choose(buffers.observations, actions)
         world.step(actions, buffers)
-        seats.forget(buffers.ended)
+        seats.reset_state(buffers.ended)
     assert world.episodes_begun > 0, "a new episode should begin on the way"
     return other.policy.seen
 

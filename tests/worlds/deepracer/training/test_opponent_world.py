@@ -41,7 +41,7 @@ class Always:
         self.asked.append(len(observations[CAMERA_NAME]))
         return np.repeat(np.array([self.action]), self.asked[-1], axis=0)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         self.forgotten += int(rows.sum())
 
 

@@ -13,7 +13,7 @@ from tests.cluster.workers_here import spread_here
 from racecraft.formats import live_ticks
 from racecraft.formats.live_ticks import WISH_SECONDS, read_live_ticks, request_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.analysis.watching.reels import iteration_reel, live_reel
 from racecraft.worlds.deepracer.training import live
@@ -108,7 +108,7 @@ def test_a_car_that_was_parked_before_the_others_stands_at_the_end(run):
 
 
 def test_a_training_on_a_cluster_is_watched(tmp_path):
-    class Watcher(Silent):
+    class Watcher(NullCallback):
         """Looks at every iteration, and wishes for the next."""
 
         def run_made(self, path):

@@ -139,7 +139,7 @@ class Straight:
     def act(self, observations, action_mask=None):
         return np.ones((len(next(iter(observations.values()))), 1), np.int64)
 
-    def forget(self, rows): ...
+    def reset_state(self, rows): ...
 
 
 def test_a_reward_that_is_compared_is_what_the_reward_function_paid():

@@ -15,7 +15,14 @@ import time
 import numpy as np
 
 from racecraft.worlds.unity.env.basic_scene import BasicScene
-from racecraft.worlds.unity.env.player import Act, ActionCard, Info, Player, Seen, run_player
+from racecraft.worlds.unity.env.player import (
+    ActionMessage,
+    Info,
+    ObservationMessage,
+    Player,
+    UnityActionSpec,
+    run_player,
+)
 
 
 class Recorder:
@@ -42,7 +49,7 @@ class Recorder:
 class CopyScene:
     """Each agent sees a number in [-1, 1] and a bit, and should tell both: hybrid actions, learnable in seconds."""
 
-    behaviors = {"Copy?team=0": ActionCard(continuous=1, branches=(2,))}
+    behaviors = {"Copy?team=0": UnityActionSpec(continuous=1, branches=(2,))}
 
     def __init__(self, agents=4):
         self.agents = agents
@@ -58,7 +65,11 @@ class CopyScene:
     def infos(self):
         return {
             "Copy?team=0": [
-                Info(i, [Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")], float(self.rewards[i]))
+                Info(
+                    i,
+                    [ObservationMessage(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")],
+                    float(self.rewards[i]),
+                )
                 for i in range(self.agents)
             ]
         }
@@ -77,7 +88,7 @@ class CopyScene:
 class PictureScene:
     """One agent with a picture as PNG (5 channels), a raw one (2 channels) and three numbers."""
 
-    behaviors = {"Eyes": ActionCard(branches=(2, 3))}
+    behaviors = {"Eyes": UnityActionSpec(branches=(2, 3))}
     png = np.random.default_rng(1).integers(0, 256, (6, 8, 5), dtype=np.uint8)
     raw = np.random.default_rng(2).random((3, 4, 2)).astype(np.float32)
 
@@ -88,7 +99,11 @@ class PictureScene:
         pass
 
     def infos(self):
-        seen = [Seen(self.png, "camera"), Seen(self.raw, "grid"), Seen(np.arange(3, dtype=np.float32), "numbers")]
+        seen = [
+            ObservationMessage(self.png, "camera"),
+            ObservationMessage(self.raw, "grid"),
+            ObservationMessage(np.arange(3, dtype=np.float32), "numbers"),
+        ]
         return {"Eyes": [Info(5, seen, forbidden=[False, True, False, True, False])]}
 
     def act(self, actions):
@@ -106,7 +121,7 @@ class DotScene:
             neither alone tells what to do.
     """
 
-    behaviors = {"Dot?team=0": ActionCard(branches=(2,))}
+    behaviors = {"Dot?team=0": UnityActionSpec(branches=(2,))}
     side = 16
 
     def __init__(self, as_png=True, with_sign=False, agents=16):
@@ -127,7 +142,7 @@ class DotScene:
         return {"Dot?team=0": told}
 
     def act(self, actions):
-        listed = actions.get("Dot?team=0") or [Act([], [0])] * self.agents
+        listed = actions.get("Dot?team=0") or [ActionMessage([], [0])] * self.agents
         for i, action in enumerate(listed):
             wanted = self.right[i] if self.signs[i] > 0 else not self.right[i]
             reward = 1.0 if action.discrete[0] == int(wanted) else -1.0
@@ -143,14 +158,14 @@ class DotScene:
     def _seen(self, i):
         picture = np.full((self.side, self.side, 3 if self.as_png else 2), 60, np.uint8)
         picture[self.rows[i] : self.rows[i] + 3, self.columns[i] : self.columns[i] + 3] = 255
-        eye = Seen(picture if self.as_png else picture.astype(np.float32) / 255, "eye")
-        return [eye, Seen(np.array([self.signs[i]], np.float32), "sign")] if self.with_sign else [eye]
+        eye = ObservationMessage(picture if self.as_png else picture.astype(np.float32) / 255, "eye")
+        return [eye, ObservationMessage(np.array([self.signs[i]], np.float32), "sign")] if self.with_sign else [eye]
 
 
 class MaskScene:
     """Three doors, of which one is forbidden each time; behind the highest allowed one lies +1, behind the other -1."""
 
-    behaviors = {"Door?team=0": ActionCard(branches=(3,))}
+    behaviors = {"Door?team=0": UnityActionSpec(branches=(3,))}
 
     def __init__(self, agents=16):
         self.agents = agents
@@ -181,7 +196,7 @@ class MaskScene:
         self.shut = self.rng.integers(0, 3, self.agents)
 
     def _seen(self, i):
-        return Seen(np.eye(3, dtype=np.float32)[self.shut[i]], "sight")
+        return ObservationMessage(np.eye(3, dtype=np.float32)[self.shut[i]], "sight")
 
 
 class TellScene:
@@ -191,7 +206,7 @@ class TellScene:
     telling is an episode.
     """
 
-    behaviors = {"Teller?team=0": ActionCard(continuous=1, branches=(3,))}
+    behaviors = {"Teller?team=0": UnityActionSpec(continuous=1, branches=(3,))}
 
     def __init__(self, agents=16):
         self.agents = agents
@@ -211,7 +226,7 @@ class TellScene:
         return {"Teller?team=0": told}
 
     def act(self, actions):
-        listed = actions.get("Teller?team=0") or [Act([0.0], [0])] * self.agents
+        listed = actions.get("Teller?team=0") or [ActionMessage([0.0], [0])] * self.agents
         for i, action in enumerate(listed):
             if action.discrete[0] == 2:
                 raise AssertionError(f"agent {i} chose what was forbidden")
@@ -225,7 +240,7 @@ class TellScene:
         self.bits = self.rng.integers(0, 2, self.agents)
 
     def _seen(self, i):
-        return Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
+        return ObservationMessage(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
 
 
 class AimScene:
@@ -234,7 +249,7 @@ class AimScene:
     One telling is an episode.
     """
 
-    behaviors = {"Aim?team=0": ActionCard(continuous=1)}
+    behaviors = {"Aim?team=0": UnityActionSpec(continuous=1)}
 
     def __init__(self, agents=16):
         self.agents = agents
@@ -253,7 +268,7 @@ class AimScene:
         return {"Aim?team=0": told + [Info(i, [self._seen(i)]) for i in range(self.agents)]}
 
     def act(self, actions):
-        listed = actions.get("Aim?team=0") or [Act([0.0], [])] * self.agents
+        listed = actions.get("Aim?team=0") or [ActionMessage([0.0], [])] * self.agents
         for i, action in enumerate(listed):
             reward = 1.0 - abs(action.continuous[0] - self.numbers[i])
             self.ended.append(Info(i, [self._seen(i)], float(reward), done=True))
@@ -263,7 +278,7 @@ class AimScene:
         self.numbers = self.rng.uniform(-1, 1, self.agents)
 
     def _seen(self, i):
-        return Seen(np.array([self.numbers[i]], np.float32), "sight")
+        return ObservationMessage(np.array([self.numbers[i]], np.float32), "sight")
 
 
 class LeverScene:
@@ -273,7 +288,7 @@ class LeverScene:
     pull is an episode.
     """
 
-    behaviors = {"Lever?team=0": ActionCard(branches=(2, 3))}
+    behaviors = {"Lever?team=0": UnityActionSpec(branches=(2, 3))}
 
     def __init__(self, agents=16):
         self.agents = agents
@@ -311,7 +326,7 @@ class LeverScene:
 
     def _seen(self, i):
         seen = np.concatenate([np.eye(2)[self.left[i]], np.eye(3)[self.right[i]]])
-        return Seen(seen.astype(np.float32), "sight")
+        return ObservationMessage(seen.astype(np.float32), "sight")
 
 
 class DuoScene:
@@ -344,7 +359,7 @@ class DuoScene:
 class BigScene:
     """One agent that sees eight megabytes."""
 
-    behaviors = {"Big": ActionCard(continuous=2)}
+    behaviors = {"Big": UnityActionSpec(continuous=2)}
     sight = np.linspace(0, 1, 2_000_000, dtype=np.float32)
 
     def begin(self, seed):
@@ -354,7 +369,7 @@ class BigScene:
         pass
 
     def infos(self):
-        return {"Big": [Info(0, [Seen(self.sight)])]}
+        return {"Big": [Info(0, [ObservationMessage(self.sight)])]}
 
     def act(self, actions):
         pass
@@ -364,9 +379,9 @@ class GameScene:
     """Two teams of two, with groups; every third moment an agent is interrupted, and a referee sees other things."""
 
     behaviors = {
-        "Striker?team=0": ActionCard(continuous=2),
-        "Striker?team=1": ActionCard(continuous=2),
-        "Referee?team=0": ActionCard(branches=(2, 2)),
+        "Striker?team=0": UnityActionSpec(continuous=2),
+        "Striker?team=1": UnityActionSpec(continuous=2),
+        "Referee?team=0": UnityActionSpec(branches=(2, 2)),
     }
 
     def begin(self, seed):
@@ -379,12 +394,14 @@ class GameScene:
     def infos(self):
         told = {}
         for team in (0, 1):
-            sight = [Seen(np.array([team, self.tick, 0.5], np.float32))]
+            sight = [ObservationMessage(np.array([team, self.tick, 0.5], np.float32))]
             infos = [Info(10 * team + i, sight, 0.25, group_id=team + 1, group_reward=0.5) for i in (0, 1)]
             if self.tick and self.tick % 3 == 0:
                 infos.insert(0, Info(10 * team, sight, 1.0, done=True, interrupted=team == 1, group_id=team + 1))
             told[f"Striker?team={team}"] = infos
-        told["Referee?team=0"] = [Info(99, [Seen(np.eye(4, dtype=np.float32))], forbidden=[True, False, False, False])]
+        told["Referee?team=0"] = [
+            Info(99, [ObservationMessage(np.eye(4, dtype=np.float32))], forbidden=[True, False, False, False])
+        ]
         return told
 
     def act(self, actions):

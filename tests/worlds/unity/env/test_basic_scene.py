@@ -4,7 +4,7 @@ import pytest
 
 from racecraft.worlds.unity.env import basic_scene
 from racecraft.worlds.unity.env.basic_scene import BEHAVIOR, BasicScene
-from racecraft.worlds.unity.env.player import Act
+from racecraft.worlds.unity.env.player import ActionMessage
 
 STAY, LEFT, RIGHT = range(3)
 
@@ -27,7 +27,7 @@ def test_it_moves_and_pays_as_unitys_does(choices, rows):
     scene.reset()
     assert told(scene) == [(10, 0.0, False)]
     for choice in choices:
-        scene.act({BEHAVIOR: [Act([], [choice])]})
+        scene.act({BEHAVIOR: [ActionMessage([], [choice])]})
     assert told(scene) == [(place, pytest.approx(reward), done) for place, reward, done in rows]
 
 
@@ -35,7 +35,7 @@ def test_an_end_that_nobody_has_heard_of_is_forgotten_at_a_reset():
     scene = BasicScene()
     scene.reset()
     for _ in range(3):
-        scene.act({BEHAVIOR: [Act([], [LEFT])]})
+        scene.act({BEHAVIOR: [ActionMessage([], [LEFT])]})
     scene.reset()
     assert told(scene) == [(10, -0.01, False)]
 
@@ -49,11 +49,11 @@ def test_each_episode_has_a_new_agent_id_and_ends_are_told_once():
     scene.reset()
     assert ids(scene) == [(0, False), (1, False)]
     for _ in range(3):
-        scene.act({BEHAVIOR: [Act([], [LEFT]), Act([], [RIGHT])]})
+        scene.act({BEHAVIOR: [ActionMessage([], [LEFT]), ActionMessage([], [RIGHT])]})
     assert ids(scene) == [(0, True), (2, False), (1, False)]
     assert ids(scene) == [(2, False), (1, False)]
     for _ in range(4):
-        scene.act({BEHAVIOR: [Act([], [STAY]), Act([], [RIGHT])]})
+        scene.act({BEHAVIOR: [ActionMessage([], [STAY]), ActionMessage([], [RIGHT])]})
     assert ids(scene) == [(1, True), (2, False), (3, False)]
 
 
@@ -63,7 +63,7 @@ def test_agents_that_are_told_nothing_stay_and_pay():
     scene.act({})
     assert told(scene) == [(10, -0.01, False)] * 2
     with pytest.raises(ValueError, match="zip"):
-        scene.act({BEHAVIOR: [Act([], [STAY])]})
+        scene.act({BEHAVIOR: [ActionMessage([], [STAY])]})
 
 
 def test_a_late_start_is_one_message_late_or_is_brought_by_a_reset():
@@ -71,12 +71,12 @@ def test_a_late_start_is_one_message_late_or_is_brought_by_a_reset():
     scene.reset()
     asking = []
     for choices in ([LEFT, STAY], [LEFT, STAY], [LEFT, STAY], [RIGHT]):
-        scene.act({BEHAVIOR: [Act([], [choice]) for choice in choices]})
+        scene.act({BEHAVIOR: [ActionMessage([], [choice]) for choice in choices]})
         asking.append(ids(scene))
     assert asking[2:] == [[(0, True), (1, False)], [(2, False), (1, False)]]
     assert told(scene) == [(10, 0.0, False), (11, -0.01, False)]
     for choice in (LEFT, LEFT, LEFT):
-        scene.act({BEHAVIOR: [Act([], [choice]), Act([], [STAY])]})
+        scene.act({BEHAVIOR: [ActionMessage([], [choice]), ActionMessage([], [STAY])]})
     scene.reset()
     assert ids(scene) == [(3, False), (1, False)]
 
@@ -104,7 +104,7 @@ def test_the_program_plays_what_its_words_say_and_passes_over_unitys_own(program
     assert lingers == 0.5
     scene.reset()
     for choices in ([LEFT] * 3, [LEFT] * 3, [LEFT] * 3):
-        scene.act({BEHAVIOR: [Act([], [choice]) for choice in choices]})
+        scene.act({BEHAVIOR: [ActionMessage([], [choice]) for choice in choices]})
     assert ids(scene) == [(0, True), (1, True), (2, True)]
 
 

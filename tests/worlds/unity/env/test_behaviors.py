@@ -19,7 +19,7 @@ from racecraft.worlds.unity.env.behaviors import (
     write_actions,
 )
 from racecraft.worlds.unity.env.errors import WireError
-from racecraft.worlds.unity.env.player import ActionCard, Info, Player, Seen, mapping_of, pngs
+from racecraft.worlds.unity.env.player import Info, ObservationMessage, Player, UnityActionSpec, mapping_of, pngs
 from racecraft.worlds.unity.env.session import Choice
 from racecraft.worlds.unity.files.messages import load
 
@@ -71,7 +71,7 @@ class Bent(Player):
 
 def see(talk, scenes, values, **bent):
     player = type("Bent", (Bent,), bent)
-    scene = scenes.Recorder({"A": ActionCard(branches=(2,))}, [{"A": [Info(0, [Seen(values)])]}])
+    scene = scenes.Recorder({"A": UnityActionSpec(branches=(2,))}, [{"A": [Info(0, [ObservationMessage(values)])]}])
     return talk(scene, player=player, claims={"package_version": "2.0.0"}).reset()["A"].decisions.observations[0][0]
 
 
@@ -130,8 +130,8 @@ def test_a_picture_may_change_its_compression(talk, scenes):
     picture = np.random.default_rng(0).integers(0, 256, (4, 5, 3), np.uint8)
     plain = (picture / np.float32(255)).astype(np.float32)
     for first, second in ((picture, plain), (plain, picture)):
-        moments = [{"A": [Info(0, [Seen(first)])]}, {"A": [Info(0, [Seen(second)])]}]
-        session = talk(scenes.Recorder({"A": ActionCard(branches=(2,))}, moments))
+        moments = [{"A": [Info(0, [ObservationMessage(first)])]}, {"A": [Info(0, [ObservationMessage(second)])]}]
+        session = talk(scenes.Recorder({"A": UnityActionSpec(branches=(2,))}, moments))
         session.reset()
         again = session.step({"A": Choice(discrete=[[0]])})["A"].decisions.observations[0][0]
         np.testing.assert_allclose(again, first, atol=1e-6)
@@ -139,8 +139,11 @@ def test_a_picture_may_change_its_compression(talk, scenes):
 
 def test_variable_length_and_goal_observations_are_marked(talk, scenes):
     entities = np.zeros((5, 3), np.float32)
-    seen = [Seen(entities, "entities", variable_length=True), Seen(np.ones(2, np.float32), "aim", goal=True)]
-    session = talk(scenes.Recorder({"A": ActionCard(continuous=1)}, [{"A": [Info(0, seen)]}]))
+    seen = [
+        ObservationMessage(entities, "entities", variable_length=True),
+        ObservationMessage(np.ones(2, np.float32), "aim", goal=True),
+    ]
+    session = talk(scenes.Recorder({"A": UnityActionSpec(continuous=1)}, [{"A": [Info(0, seen)]}]))
     session.reset()
     first, second = session.behaviors["A"].sensors
     assert (first.shape, first.variable_length, first.goal) == ((5, 3), True, False)
@@ -148,8 +151,12 @@ def test_variable_length_and_goal_observations_are_marked(talk, scenes):
 
 
 def test_sensors_without_names_of_their_own_are_numbered(talk, scenes):
-    seen = [Seen(np.ones(1, np.float32), "eye"), Seen(np.ones(2, np.float32)), Seen(np.ones(3, np.float32), "eye")]
-    session = talk(scenes.Recorder({"A": ActionCard(continuous=1)}, [{"A": [Info(0, seen)]}]))
+    seen = [
+        ObservationMessage(np.ones(1, np.float32), "eye"),
+        ObservationMessage(np.ones(2, np.float32)),
+        ObservationMessage(np.ones(3, np.float32), "eye"),
+    ]
+    session = talk(scenes.Recorder({"A": UnityActionSpec(continuous=1)}, [{"A": [Info(0, seen)]}]))
     session.reset()
     assert [sensor.name for sensor in session.behaviors["A"].sensors] == ["eye", "obs_1", "obs_2"]
 

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from racecraft.worlds.unity.env.player import ActionCard, Info, Player, Seen, mapping_of, pngs, run_player
+from racecraft.worlds.unity.env.player import (
+    Info,
+    ObservationMessage,
+    Player,
+    UnityActionSpec,
+    mapping_of,
+    pngs,
+    run_player,
+)
 from racecraft.worlds.unity.env.side_channels import FLOAT_PROPERTIES, SideChannels
 from racecraft.worlds.unity.files import messages
 from racecraft.worlds.unity.files.pictures import decode_picture
@@ -67,8 +75,8 @@ def live(monkeypatch):
 
 
 SEEN = [
-    Seen(np.array([1, 2], np.float32), "place", goal=True),
-    Seen(np.zeros((2, 3), np.float32), variable_length=True),
+    ObservationMessage(np.array([1, 2], np.float32), "place", goal=True),
+    ObservationMessage(np.zeros((2, 3), np.float32), variable_length=True),
 ]
 
 
@@ -77,7 +85,7 @@ def test_a_players_life_goes_from_its_introduction_to_goodbye(live, scenes):
         {"A": [Info(7, SEEN, 0.5, forbidden=[True, False], group_id=3, group_reward=0.25)], "B": []},
         {"A": [Info(7, SEEN, 1.0, done=True, interrupted=True)]},
     ]
-    scene = scenes.Recorder({"A": ActionCard(1, (2,)), "B": ActionCard(2)}, infos)
+    scene = scenes.Recorder({"A": UnityActionSpec(1, (2,)), "B": UnityActionSpec(2)}, infos)
     player = Player(scene, 9, side_channels_to_say=b"once")
     code, said, ends = live(player, [answer(), answer(1), answer(0, A=([0.5], [1])), answer(0, status=400)])
     assert (code, ends, scene.seed, scene.resets) == (0, [9], 41, 1)
@@ -107,7 +115,7 @@ def test_a_players_life_goes_from_its_introduction_to_goodbye(live, scenes):
 
 
 def test_a_player_that_is_told_goodbye_at_once_begins_nothing(live, scenes):
-    scene = scenes.Recorder({"A": ActionCard(1)}, [{}])
+    scene = scenes.Recorder({"A": UnityActionSpec(1)}, [{}])
     code, said, ends = live(Player(scene, 9), [answer(status=400)])
     assert (code, len(said), ends, scene.seed) == (0, 1, [9], None)
 
@@ -131,10 +139,10 @@ def test_a_broken_connection_ends_a_player_quietly(monkeypatch, scenes):
 )
 def test_what_is_seen_travels_with_its_shape_and_its_marks(live, scenes, version, shape, wire):
     values = np.arange(np.prod(shape), dtype=np.float32).reshape(shape)
-    seen = [Seen(values, "plain"), Seen(values, variable_length=True, goal=True)]
+    seen = [ObservationMessage(values, "plain"), ObservationMessage(values, variable_length=True, goal=True)]
     if len(shape) == 3:
-        seen.append(Seen(values.astype(np.uint8)))
-    scene = scenes.Recorder({"A": ActionCard(1)}, [{"A": [Info(0, seen)]}])
+        seen.append(ObservationMessage(values.astype(np.uint8)))
+    scene = scenes.Recorder({"A": UnityActionSpec(1)}, [{"A": [Info(0, seen)]}])
     _, said, _ = live(Player(scene, 9, version), [answer(), answer(1), answer(0, status=400)])
     plain, marked, *pictures = said[-1].unity_output.rl_output.agentInfos["A"].value[0].observations
     sent = np.moveaxis(values, 2, 0) if wire != shape else values
@@ -151,4 +159,8 @@ def test_what_is_seen_travels_with_its_shape_and_its_marks(live, scenes, version
 
 def test_who_says_nothing_more_has_nothing_more():
     assert Info(1, []) == Info(1, [], 0.0, False, False, (), 0, 0.0)
-    assert (Seen(SEEN).variable_length, Seen(SEEN).goal, ActionCard()) == (False, False, ActionCard(0, ()))
+    assert (ObservationMessage(SEEN).variable_length, ObservationMessage(SEEN).goal, UnityActionSpec()) == (
+        False,
+        False,
+        UnityActionSpec(0, ()),
+    )

@@ -13,7 +13,7 @@ from racecraft.worlds.unity.env.errors import (
     WireError,
     WireVersionError,
 )
-from racecraft.worlds.unity.env.player import ActionCard, Info, Player, Seen
+from racecraft.worlds.unity.env.player import Info, ObservationMessage, Player, UnityActionSpec
 from racecraft.worlds.unity.env.session import Choice, Session, require_patience
 from racecraft.worlds.unity.files import messages
 
@@ -21,7 +21,7 @@ BASIC = "Basic?team=0"
 
 
 def sight(*numbers):
-    return [Seen(np.array(numbers, np.float32))]
+    return [ObservationMessage(np.array(numbers, np.float32))]
 
 
 def test_seven_steps_to_the_right_earn_the_best_return():
@@ -53,7 +53,7 @@ def test_a_reset_moves_nobody_and_brings_no_reward(talk, scenes):
 
 def test_ends_that_ride_with_a_reset_are_left_out(talk, scenes):
     scene = scenes.Recorder(
-        {"A": ActionCard(continuous=1)}, [{"A": [Info(0, sight(1), 3.0, done=True), Info(1, sight(2))]}]
+        {"A": UnityActionSpec(continuous=1)}, [{"A": [Info(0, sight(1), 3.0, done=True), Info(1, sight(2))]}]
     )
     moment = talk(scene).reset()["A"]
     assert len(moment.ended) == 0
@@ -62,7 +62,7 @@ def test_ends_that_ride_with_a_reset_are_left_out(talk, scenes):
 
 def test_actions_go_back_by_position_and_ends_take_no_place(talk, scenes):
     infos = [Info(7, sight(1)), Info(3, sight(2), done=True), Info(5, sight(3))]
-    scene = scenes.Recorder({"A": ActionCard(continuous=2)}, [{"A": infos}])
+    scene = scenes.Recorder({"A": UnityActionSpec(continuous=2)}, [{"A": infos}])
     session = talk(scene, seed=41)
     session.reset()
     session.step({"A": Choice(continuous=[[0.25, 0.5], [-1.0, 1.0]])})
@@ -72,7 +72,7 @@ def test_actions_go_back_by_position_and_ends_take_no_place(talk, scenes):
 
 def test_a_message_may_hold_ends_alone(talk, scenes):
     moments = [{"A": [Info(0, sight(1))]}, {"A": [Info(0, sight(2), 1.0, done=True)]}, {"A": [Info(1, sight(3))]}]
-    session = talk(scenes.Recorder({"A": ActionCard(branches=(2,))}, moments))
+    session = talk(scenes.Recorder({"A": UnityActionSpec(branches=(2,))}, moments))
     session.reset()
     moment = session.step({"A": Choice(discrete=[[1]])})["A"]
     assert (len(moment.decisions), len(moment.ended)) == (0, 1)
@@ -82,7 +82,7 @@ def test_a_message_may_hold_ends_alone(talk, scenes):
 
 def test_an_interruption_is_told_apart_from_an_end(talk, scenes):
     ended = [Info(0, sight(1), done=True, interrupted=True), Info(1, sight(1), done=True)]
-    scene = scenes.Recorder({"A": ActionCard(branches=(2,))}, [{"A": [Info(0, sight(1))]}, {"A": ended}])
+    scene = scenes.Recorder({"A": UnityActionSpec(branches=(2,))}, [{"A": [Info(0, sight(1))]}, {"A": ended}])
     session = talk(scene)
     session.reset()
     assert session.step({"A": Choice(discrete=[[0]])})["A"].ended.interrupted.tolist() == [True, False]
@@ -91,7 +91,7 @@ def test_an_interruption_is_told_apart_from_an_end(talk, scenes):
 def test_masks_are_turned_round(talk, scenes):
     """The wire says True where an action is forbidden; we say True where it is allowed."""
     infos = [Info(0, sight(1), forbidden=[True, False, False, True, False]), Info(1, sight(1))]
-    session = talk(scenes.Recorder({"A": ActionCard(branches=(2, 3))}, [{"A": infos}]))
+    session = talk(scenes.Recorder({"A": UnityActionSpec(branches=(2, 3))}, [{"A": infos}]))
     allowed = session.reset()["A"].decisions.allowed
     assert allowed.tolist() == [[False, True, True, False, True], [True] * 5]
 
@@ -163,7 +163,7 @@ def test_action_specs_of_old_packages_are_read(talk, scenes):
         kind, sizes = 1, [3]
 
     for player, expected in ((Old, UnityActions(0, (2, 4))), (OldContinuous, UnityActions(3, ()))):
-        session = talk(scenes.Recorder({"A": ActionCard()}, [{"A": [Info(0, sight(1))]}]), player=player)
+        session = talk(scenes.Recorder({"A": UnityActionSpec()}, [{"A": [Info(0, sight(1))]}]), player=player)
         session.reset()
         assert session.behaviors["A"].actions == expected
 
@@ -342,15 +342,19 @@ def test_a_seed_is_folded_into_32_bits(talk, scenes, seed, told):
 
 def test_who_ended_chooses_nothing_so_its_mask_is_nobodys(talk, scenes):
     ended = Info(0, sight(1), done=True, forbidden=[True, True])
-    scene = scenes.Recorder({"A": ActionCard(branches=(2,))}, [{"A": [Info(0, sight(1))]}, {"A": [ended]}])
+    scene = scenes.Recorder({"A": UnityActionSpec(branches=(2,))}, [{"A": [Info(0, sight(1))]}, {"A": [ended]}])
     session = talk(scene)
     session.reset()
     assert len(session.step({"A": Choice(discrete=[[0]])})["A"].ended) == 1
 
 
 def test_the_first_picture_tells_the_axes_where_the_version_does_not(talk, scenes):
-    seen = [*sight(1, 2), Seen(np.zeros((3, 6, 8), np.float32)), Seen(np.zeros((9, 6, 2), np.float32))]
-    scene = scenes.Recorder({"A": ActionCard(continuous=1)}, [{"A": [Info(0, seen)]}])
+    seen = [
+        *sight(1, 2),
+        ObservationMessage(np.zeros((3, 6, 8), np.float32)),
+        ObservationMessage(np.zeros((9, 6, 2), np.float32)),
+    ]
+    scene = scenes.Recorder({"A": UnityActionSpec(continuous=1)}, [{"A": [Info(0, seen)]}])
     session = talk(scene, claims={"package_version": "preview"})
     session.reset()
     assert [sensor.shape for sensor in session.behaviors["A"].sensors] == [(2,), (6, 8, 3), (6, 2, 9)]

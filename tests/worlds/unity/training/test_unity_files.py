@@ -7,7 +7,7 @@ from racecraft.algorithms.registry import find_algorithm
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.named_files import found_in_run
 from racecraft.worlds.unity.training.plan import defaults_for
-from racecraft.worlds.unity.training.resolve_settings import Settled, own_groups, whose
+from racecraft.worlds.unity.training.resolve_settings import ResolvedSettings, own_groups, whose
 from racecraft.worlds.unity.training.trainer import _lay_files
 
 
@@ -18,7 +18,7 @@ def test_the_demonstrations_of_every_behavior_travel(tmp_path):
         shown = tmp_path / f"{base}.demo"
         shown.write_text(base)
         each[base] = defaults.with_group("gail", replace(defaults.gail, demonstrations=str(shown)))
-    settled = Settled(each, ())
+    settled = ResolvedSettings(each, ())
     planned = SimpleNamespace(request=SimpleNamespace(config=None))
     run = RunFolder.create(tmp_path / "run", {}, lambda run: _lay_files(planned, settled, run))
     told = {base: groups["gail"]["demonstrations"] for base, groups in own_groups(settled, ppo).items()}

@@ -83,7 +83,7 @@ class Chance:
         numbers = [self.rng.uniform(-1, 1, rows)] if isinstance(self.actions, HybridActions) else []
         return np.stack([*numbers, *chosen], axis=1).astype(self.actions.dtype)
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

@@ -110,7 +110,7 @@ class OnnxPlayer:
         feeds = {"obs_0": observations["Basic"], "action_masks": action_mask.astype(np.float32)}
         return self.session.run(["deterministic_discrete_actions"], feeds)[0][:, 0]
 
-    def forget(self, rows):
+    def reset_state(self, rows):
         pass
 
 

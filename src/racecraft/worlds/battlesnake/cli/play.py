@@ -45,11 +45,11 @@ def watched(request: WatchedPlayRequest, progress: Progress = quiet) -> PlayedGa
 
 
 def _observers(request: WatchedPlayRequest, in_terminal: bool, json: bool) -> list[StepObserver]:
-    from racecraft.worlds.battlesnake.serving.game_audience import Browser, Showing, Terminal
+    from racecraft.worlds.battlesnake.serving.game_audience import BoardPage, Browser, Terminal
 
     observers: list[StepObserver] = []
     if request.browser or request.board_url:
-        showing = Showing(request.board_url, announce=page_told(json), say=aside)
+        showing = BoardPage(request.board_url, announce=page_told(json), say=aside)
         observers.append(Browser(request.settings(), showing))
     if in_terminal:
         observers.append(Terminal(request.color))

@@ -23,7 +23,7 @@ from racecraft.worlds.battlesnake.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from racecraft.worlds.battlesnake.serving.game_audience import Showing
+    from racecraft.worlds.battlesnake.serving.game_audience import BoardPage
 
 Recorded = Annotated[
     Path, typer.Argument(help="A game from `snakes play --output`, or any file that `snakes import` reads.")
@@ -69,11 +69,11 @@ def watch(
     from racecraft.worlds.battlesnake.env.settings import GameSettings
     from racecraft.worlds.battlesnake.evaluation.live import play_live
     from racecraft.worlds.battlesnake.players.protocol import PlayerError
-    from racecraft.worlds.battlesnake.serving.game_audience import Browser, Showing
+    from racecraft.worlds.battlesnake.serving.game_audience import BoardPage, Browser
 
     if live == (game is not None):
         raise PlayerError("expected either a recorded game or --live.")
-    showing = Showing(board_url, port, open_it, speed, stays=True, announce=page_told(json, stays=True), say=aside)
+    showing = BoardPage(board_url, port, open_it, speed, stays=True, announce=page_told(json, stays=True), say=aside)
     if game is not None:
         _show_recorded(game, html, showing, json)
         return
@@ -115,7 +115,7 @@ def gif(
     film(game, picture, fps)
 
 
-def _show_recorded(game: Path, html: Path | None, showing: Showing, json: bool) -> None:
+def _show_recorded(game: Path, html: Path | None, showing: BoardPage, json: bool) -> None:
     from racecraft.cli.output import print_json
     from racecraft.formats.atomic import write_atomic
     from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of

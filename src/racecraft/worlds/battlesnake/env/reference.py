@@ -14,7 +14,7 @@ from racecraft.worlds.battlesnake.env.board import Board
 from racecraft.worlds.battlesnake.env.dice import Dice
 from racecraft.worlds.battlesnake.env.rulesets import Ruleset, find_ruleset, is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Moves, Table
+from racecraft.worlds.battlesnake.env.stages import GameContext, Moves
 
 
 class Referee:
@@ -29,7 +29,7 @@ class Referee:
         self.settings, self.dice = settings, dice
         self.rules: Ruleset = find_ruleset(settings.ruleset)
         self.board, self.map_state = maps.set_up(settings, dice)
-        self.table = Table(settings, self.map_state.sides)
+        self.table = GameContext(settings, self.map_state.sides)
         apply_rules(self.rules, self.board, None, self.table)
 
     @property
@@ -56,7 +56,7 @@ class Referee:
         return board
 
 
-def apply_rules(rules: Ruleset, board: Board, moves: Moves | None, table: Table) -> None:
+def apply_rules(rules: Ruleset, board: Board, moves: Moves | None, table: GameContext) -> None:
     """Walk a ruleset's stages in place; `moves` is None at set-up, where most stages do nothing."""
     for stage in rules.stages:
         stage(board, moves, table)

@@ -1,7 +1,7 @@
 """The rules, one named stage each; `rulesets.py` puts them into order.
 
 A stage looks at the board and changes it in place. It is given the moves of this turn (None while the game is being set
-up) and the `Table` the game is played on. Every stage sees the *old* turn number (facts: A.2, A.3).
+up) and the `GameContext` the game is played on. Every stage sees the *old* turn number (facts: A.2, A.3).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Moves = Mapping[str, str]
 
 
 @dataclass
-class Table:
+class GameContext:
     """What a game has besides its board."""
 
     settings: GameSettings
@@ -26,20 +26,20 @@ class Table:
     """The game's list of royale shrinks, drawn once: 0 left, 1 right, 2 bottom, 3 top."""
 
 
-Stage = Callable[[Board, Moves | None, Table], None]
+Stage = Callable[[Board, Moves | None, GameContext], None]
 
 
-def move(board: Board, moves: Moves | None, table: Table) -> None:
+def move(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Put a new head in front of every living snake and take its last segment away. Reversing is allowed, and fatal."""
     _move(board, moves, wrapped=False)
 
 
-def move_wrapped(board: Board, moves: Moves | None, table: Table) -> None:
+def move_wrapped(board: Board, moves: Moves | None, table: GameContext) -> None:
     """As `move`; a head that leaves the board comes in again at the opposite edge."""
     _move(board, moves, wrapped=True)
 
 
-def lose_health(board: Board, moves: Moves | None, table: Table) -> None:
+def lose_health(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Take one health from every living snake."""
     if moves is None:
         return
@@ -47,7 +47,7 @@ def lose_health(board: Board, moves: Moves | None, table: Table) -> None:
         snake.health -= 1
 
 
-def suffer_hazards(board: Board, moves: Moves | None, table: Table) -> None:
+def suffer_hazards(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Let hazards under heads do their damage, once per stacked hazard; food on the square protects.
 
     Who falls to 0 leaves at once, with cause "hazard": before feeding and before any collision is looked at.
@@ -64,7 +64,7 @@ def suffer_hazards(board: Board, moves: Moves | None, table: Table) -> None:
                 break
 
 
-def feed(board: Board, moves: Moves | None, table: Table) -> None:
+def feed(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Let living snakes whose head is on food eat: health 100, tail doubled. All heads on one food eat it."""
     eaten = set()
     for snake in board.alive():
@@ -75,7 +75,7 @@ def feed(board: Board, moves: Moves | None, table: Table) -> None:
     board.food = [point for point in board.food if point not in eaten]
 
 
-def eliminate(board: Board, moves: Moves | None, table: Table) -> None:
+def eliminate(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Take out the starved and those off the board; then judge all collisions of the rest and apply them together."""
     if moves is None:
         return
@@ -91,7 +91,7 @@ def eliminate(board: Board, moves: Moves | None, table: Table) -> None:
             _eliminate(board, snake, cause, by)
 
 
-def shrink_safe_zone(board: Board, moves: Moves | None, table: Table) -> None:
+def shrink_safe_zone(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Lay royale hazards anew: everything outside the rectangle that is left after the shrinks so far (facts: A.4)."""
     if moves is None:
         return
@@ -101,12 +101,12 @@ def shrink_safe_zone(board: Board, moves: Moves | None, table: Table) -> None:
     board.hazards = outside_safe_zone(board, table.sides[: (board.turn + 1) // every])
 
 
-def remove_food(board: Board, moves: Moves | None, table: Table) -> None:
+def remove_food(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Empty the board of food."""
     board.food = []
 
 
-def always_grow(board: Board, moves: Moves | None, table: Table) -> None:
+def always_grow(board: Board, moves: Moves | None, table: GameContext) -> None:
     """Give every snake, the eliminated too, full health, and double its tail unless it is doubled already."""
     for snake in board.snakes:
         snake.health = MAX_HEALTH

@@ -24,7 +24,7 @@ from racecraft.worlds.battlesnake.env.layouts import layout
 from racecraft.worlds.battlesnake.env.records import RecordedGame, RecordedStep, read_games
 from racecraft.worlds.battlesnake.env.reference import apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset, is_over
-from racecraft.worlds.battlesnake.env.stages import Table, default_move, outside_safe_zone
+from racecraft.worlds.battlesnake.env.stages import GameContext, default_move, outside_safe_zone
 from racecraft.worlds.battlesnake.env.state import Games, allocate_games, get_board, params_of, put_board
 
 _NO_DICE = ("standard", "empty", "snail_mode", "sinkholes", "hz_hazard_pits", "hz_inner_wall", "hz_rings", "hz_columns")
@@ -104,7 +104,7 @@ def tell(board: Board) -> str:
 
 def _replay(game: RecordedGame, report: Report) -> None:
     sides = _sides_seen(game)
-    rules, table = find_ruleset(game.settings.ruleset), Table(game.settings, sides)
+    rules, table = find_ruleset(game.settings.ruleset), GameContext(game.settings, sides)
     games, params = allocate_games(game.settings, 1), params_of(game.settings)
     map_state = maps.MapState(_plan(game), sides)
     put_board(games, 0, game.start, map_state)

@@ -88,7 +88,7 @@ class SeatedPlayers:
         self._playing = np.zeros(sitting.shape, bool)
         world.looks[...] = self._sees
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin, when nobody plays yet; then tell whose episode has ended."""
         if not self._playing.any():
             self._playing[...] = True

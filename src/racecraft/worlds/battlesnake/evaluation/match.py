@@ -88,7 +88,7 @@ def play(
     by_id = {f"s{number}": seat for number, seat in enumerate(seats)}
     played = Played(settings, _card(by_id, game_id, timeout_ms))
     for seat in seats:
-        seat.sit_down()
+        seat.reset_seat()
     _keep(played, referee.board, watch)
     _tell(by_id, "start", referee.board, played, timeout_ms / 1000)
     while not referee.over and (most_turns is None or referee.board.turn < most_turns):

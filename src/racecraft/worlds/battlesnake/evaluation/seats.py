@@ -11,7 +11,7 @@ from concurrent.futures import Future, TimeoutError
 from dataclasses import dataclass, field
 from typing import Any
 
-from racecraft.players.worker_pool import WorkerPool
+from racecraft.players.thread_pool import ThreadPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.remote import Remote
@@ -62,11 +62,11 @@ class Seat:
     last_move: str = "up"
     latency_ms: int = 0
     """How long the last answer took."""
-    _pool: WorkerPool = field(default_factory=WorkerPool)
+    _pool: ThreadPool = field(default_factory=ThreadPool)
     _under_way: Future[Any] | None = None
     _asked_at: float = 0.0
 
-    def sit_down(self) -> None:
+    def reset_seat(self) -> None:
         """Forget the game before."""
         self.last_move, self.latency_ms = "up", 0
 

@@ -37,7 +37,7 @@ class GameResult:
 
 
 @dataclass(frozen=True)
-class Standing:
+class StandingsRow:
     """One line of the table."""
 
     name: str
@@ -69,7 +69,7 @@ class Score:
 class Table:
     """What came of a tournament, strongest first."""
 
-    standings: list[Standing]
+    standings: list[StandingsRow]
     games: int
     turns: int
     head_to_head: dict[str, dict[str, Score]] = field(default_factory=dict)
@@ -98,7 +98,7 @@ def table_of(names: Sequence[str], games: Sequence[GameResult], planned: int) ->
         low, high = wilson(wins, len(mine))
         late = sum(game.timeouts[game.players.index(number)] for game in mine)
         failed = sum(game.crashes[game.players.index(number)] for game in mine)
-        lines.append(Standing(name, rating, len(mine), wins, low, high, late, failed))
+        lines.append(StandingsRow(name, rating, len(mine), wins, low, high, late, failed))
     lines.sort(key=lambda line: -line.rating.points)
     turns = sum(game.turns for game in games)
     return Table(lines, len(games), turns, _head_to_head(names, games), planned)

@@ -19,7 +19,7 @@ from racecraft.worlds.battlesnake.env.records import RecordedGame, RecordedStep
 from racecraft.worlds.battlesnake.env.reference import apply_rules
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset, is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Table, outside_safe_zone
+from racecraft.worlds.battlesnake.env.stages import GameContext, outside_safe_zone
 
 MOST_GUESSES = 4096
 """Combinations of moves tried for those who left in one turn: six snakes."""
@@ -92,7 +92,7 @@ def _step(settings: GameSettings, before: Board, frame: Frame, zone: Counter[Poi
     for guess in itertools.islice(itertools.product(MOVES, repeat=len(guessed)), MOST_GUESSES):
         moves = known | dict(zip(guessed, guess, strict=True))
         ours = before.copy()
-        apply_rules(find_ruleset(settings.ruleset), ours, moves, Table(settings, _ANY_SIDES))
+        apply_rules(find_ruleset(settings.ruleset), ours, moves, GameContext(settings, _ANY_SIDES))
         if rebuilds and len(ours.food) < len(before.food):
             return RecordedStep(moves, before.copy(), ours, _after_map(before, frame.board.snakes, frame))
         step = _told(settings, before, ours, moves, frame, zone)

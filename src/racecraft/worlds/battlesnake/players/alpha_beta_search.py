@@ -19,7 +19,7 @@ from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.hungry import steps_between
 from racecraft.worlds.battlesnake.players.kernels import alpha_beta as ab
 from racecraft.worlds.battlesnake.players.search_position import DEEPEST, Position, bulk, fill_buffers, position_of
-from racecraft.worlds.battlesnake.players.weights import USUAL, Weights
+from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights
 
 TURNS_AT_A_TIME = 500
 """Turns played between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
@@ -74,7 +74,7 @@ class AlphaBetaSearch:
         board: Board,
         settings: GameSettings,
         snake_id: str,
-        weights: Weights = USUAL,
+        weights: Weights = DEFAULT_WEIGHTS,
         beside: AlphaBetaSearch | None = None,
     ) -> None:
         self._weights = weights

@@ -11,7 +11,7 @@ from typing import Any
 
 from racecraft.worlds.battlesnake.env.board import MAX_HEALTH, Board, BoardError, Point, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.stages import Table, eliminate
+from racecraft.worlds.battlesnake.env.stages import GameContext, eliminate
 from racecraft.worlds.battlesnake.players.messages import read_point, read_snake
 from racecraft.worlds.battlesnake.players.protocol import Message
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move
@@ -116,7 +116,7 @@ def _eliminated(board: Board, dead: set[str], you: str) -> set[str]:
     while True:
         judged = Board(board.width, board.height, board.turn - 1)
         judged.snakes = [snake.copy() for snake in board.snakes if snake.id not in gone]
-        eliminate(judged, {}, Table(GameSettings()))
+        eliminate(judged, {}, GameContext(GameSettings()))
         blamed = {snake.by for snake in judged.snakes if snake.id == you and snake.by not in ("", you)}
         if not blamed:
             return {snake.id for snake in judged.snakes if not snake.alive and snake.id != you} | (gone - dead)

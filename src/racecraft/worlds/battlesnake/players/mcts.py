@@ -64,7 +64,7 @@ class Tree:
         self._size = np.zeros(1, np.int64)
         self.eagerness = EAGERNESS if num_snakes <= 2 else EAGERNESS_AMONG_SEVERAL
         self._nodes = empty_nodes(FIRST_NODES, num_snakes)
-        self.walk(0)
+        self.simulate(0)
 
     @property
     def walks_at_a_time(self) -> int:
@@ -76,7 +76,7 @@ class Tree:
         """Nodes of the tree."""
         return int(self._size[0])
 
-    def walk(self, walks: int) -> None:
+    def simulate(self, walks: int) -> None:
         """Add walks."""
         self.make_room(walks)
         look_ahead(
@@ -92,7 +92,7 @@ class Tree:
         if room > len(self._nodes[0]):
             self._nodes = tuple(_lengthened(array, room) for array in self._nodes)
 
-    def shun(self, moves: Iterable[str]) -> None:
+    def exclude_move(self, moves: Iterable[str]) -> None:
         """Walk certain own moves no more, unless there are no others."""
         priors = self.priors()[self._me]
         shunned = [MOVES.index(move) for move in moves]
@@ -101,14 +101,14 @@ class Tree:
             priors /= priors.sum()
             self.visits()[shunned] = 0
 
-    def trust(self, move: str) -> None:
+    def boost_move(self, move: str) -> None:
         """Let a move have the guide's share of the first walks, if it is not surely fatal."""
         priors, way = self.priors()[self._me], MOVES.index(move)
         if priors[way] > 0 and np.count_nonzero(priors) > 1:
             priors *= (1 - GUIDE_SHARE) / (priors.sum() - priors[way])
             priors[way] = GUIDE_SHARE
 
-    def believe(self, chances: Array) -> None:
+    def mix_priors(self, chances: Array) -> None:
         """Mix chances of the living snakes' moves, float (M, 4), into the first walks; what is fatal stays out."""
         priors = self.priors()
         believed = np.where(priors > 0, chances, 0.0)

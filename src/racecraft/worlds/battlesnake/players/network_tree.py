@@ -26,11 +26,11 @@ from racecraft.worlds.battlesnake.env.observation import (
 )
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.env.state import allocate_games, params_of
-from racecraft.worlds.battlesnake.players.kernels.leaves import descend, hear
+from racecraft.worlds.battlesnake.players.kernels.leaves import hear, select_leaves
 from racecraft.worlds.battlesnake.players.kernels.puct import IS_OVER
 from racecraft.worlds.battlesnake.players.mcts import EAGERNESS, Tree
 from racecraft.worlds.battlesnake.players.search_position import DEEPEST
-from racecraft.worlds.battlesnake.players.weights import USUAL
+from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS
 
 LEAVES_AT_A_TIME = 16
 """Leaves that the network is asked about at once, a millisecond or two: two looks at the clock lie so far apart."""
@@ -124,7 +124,7 @@ class NetworkTree(Tree):
 
     def __init__(self, board: Board, settings: GameSettings, snake_id: str, network: Network) -> None:
         self._leaves = Leaves(network, settings, len(board.alive()), LEAVES_AT_A_TIME)
-        super().__init__(board, settings, snake_id, USUAL)
+        super().__init__(board, settings, snake_id, DEFAULT_WEIGHTS)
         self.eagerness = EAGERNESS  # among several, too: as its networks were trained (`batched_mcts.py`)
 
     @property
@@ -132,12 +132,12 @@ class NetworkTree(Tree):
         """Walks between two looks at the clock."""
         return LEAVES_AT_A_TIME
 
-    def walk(self, walks: int) -> None:
+    def simulate(self, walks: int) -> None:
         """Add walks; the first of a new tree is about its root."""
         left = max(walks, 1 if self.size == 0 else 0)
         self.make_room(left)
         while left > 0 and not self._nodes[0][0, IS_OVER]:
-            asked, ended = descend(
+            asked, ended = select_leaves(
                 left, self._me, self.eagerness, 0, LEAVES_AT_A_TIME, *self.position, *self._room, self._ways,
                 *self._nodes, self._size, *self._leaves.found, *self._leaves.games,
             )  # fmt: skip

@@ -45,7 +45,7 @@ class SnakePlayer(Protocol):
         ...
 
 
-class Question(NamedTuple):
+class MoveRequest(NamedTuple):
     """What one snake is asked: the first three arguments of `SnakePlayer.choose` in the order of a tuple."""
 
     board: Board
@@ -61,7 +61,7 @@ class BatchPlayer(SnakePlayer, Protocol):
     The server gathers the questions that wait at a moment and asks them together.
     """
 
-    def choose_many(self, questions: Sequence[Question]) -> list[str]:
+    def choose_many(self, questions: Sequence[MoveRequest]) -> list[str]:
         """Return one of `board.MOVES` for every question, in their order.
 
         The boards may differ in everything: size, ruleset, number of snakes. Called by one thread at a time, with at
@@ -87,7 +87,7 @@ class InlinePlayer(SnakePlayer, Protocol):
 class MovePrior(Protocol):
     """Whoever can say of every snake on a board how likely it would choose each move: a guide for search."""
 
-    def weigh(self, board: Board, settings: GameSettings) -> Array | None:
+    def move_priors(self, board: Board, settings: GameSettings) -> Array | None:
         """Return for every living snake, in their order, the chances of its moves, float (M, 4), each row summing to 1.
 
         Moves are in the order of `board.MOVES`. None: it knows nothing of such boards, and had better not be heard.

@@ -22,7 +22,7 @@ from functools import partial
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.players.worker_pool import WorkerPool
+from racecraft.players.thread_pool import ThreadPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.alpha_beta_search import SearchResult
@@ -33,7 +33,7 @@ from racecraft.worlds.battlesnake.players.protocol import MovePrior, SnakePlayer
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, safe_moves
 from racecraft.worlds.battlesnake.players.search_position import DEEPEST
 from racecraft.worlds.battlesnake.players.sessions import Plant, SearchSession, SessionCache
-from racecraft.worlds.battlesnake.players.weights import USUAL, Weights
+from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights
 
 SURE_AMONG = 2
 """Snakes alive up to which it looks for what it can be sure of."""
@@ -75,8 +75,8 @@ class Search:
         cores: int = 1,
         weights: Weights | None = None,
     ) -> None:
-        self.cores, self._helpers, self._is_free = cores, WorkerPool(), threading.Lock()
-        self.most_walks, self.guide, self.network, self.weights = most_walks, guide, network, weights or USUAL
+        self.cores, self._helpers, self._is_free = cores, ThreadPool(), threading.Lock()
+        self.most_walks, self.guide, self.network, self.weights = most_walks, guide, network, weights or DEFAULT_WEIGHTS
         self.sure_among = 0 if network is not None else sure_among
         self._plant: Plant = (
             partial(Tree, weights=weights) if network is None else partial(NetworkTree, network=network)
@@ -124,7 +124,7 @@ class Search:
             return surest
         tree = mind.grown_tree()
         self._ask_guide(tree, mind, seconds)
-        tree.shun(dangers)
+        tree.exclude_move(dangers)
         with self._second_core(lambda: self._begin_beside(mind, seconds, dangers)) as other:
             self._grow(tree, until)
         visits = tree.visits() + (other.tree.visits() if other is not None and other.tree is not None else 0)
@@ -135,7 +135,7 @@ class Search:
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
             walks = min(left, tree.walks_at_a_time)
-            tree.walk(walks)
+            tree.simulate(walks)
             left -= walks
             if time.monotonic() >= until:
                 break
@@ -159,7 +159,7 @@ class Search:
         other = mind.helper
         tree = other.grown_tree()
         self._ask_guide(tree, other, seconds)
-        tree.shun(dangers)
+        tree.exclude_move(dangers)
         return other
 
     @contextmanager
@@ -201,15 +201,15 @@ class Search:
     def _ask_guide(self, tree: Tree, mind: SearchSession, seconds: float) -> None:
         said = self._guides_word(mind, seconds)
         if isinstance(said, str):
-            tree.trust(said)
+            tree.boost_move(said)
         elif said is not None:
-            tree.believe(said)
+            tree.mix_priors(said)
 
     def _guides_word(self, mind: SearchSession, seconds: float) -> Array | str | None:
         """Return the priors of every living snake's moves, of a `MovePrior`, or one move of ours; or None."""
         guide = self.guide
         if isinstance(guide, MovePrior):
-            return guide.weigh(mind.board, mind.settings)
+            return guide.move_priors(mind.board, mind.settings)
         if guide is not None:
             with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
                 return guide.choose(mind.board, mind.settings, mind.snake_id, seconds / 4)

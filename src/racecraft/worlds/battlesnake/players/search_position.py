@@ -16,7 +16,7 @@ from racecraft.worlds.battlesnake.env.rulesets import is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.kernels import position as at
 from racecraft.worlds.battlesnake.players.safe_moves import is_wrapped
-from racecraft.worlds.battlesnake.players.weights import USUAL, Weights
+from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights
 
 DEEPEST = 64
 """Turns that a search plays forward at most."""
@@ -33,7 +33,9 @@ class Position(NamedTuple):
     rules: Array
 
 
-def position_of(board: Board, settings: GameSettings, deepest: int = DEEPEST, weights: Weights = USUAL) -> Position:
+def position_of(
+    board: Board, settings: GameSettings, deepest: int = DEEPEST, weights: Weights = DEFAULT_WEIGHTS
+) -> Position:
     """Return a board as ply 0 of a line.
 
     Raises:

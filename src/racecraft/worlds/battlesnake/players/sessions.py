@@ -15,7 +15,7 @@ from racecraft.worlds.battlesnake.env.board import Board, BoardError, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.alpha_beta_search import AlphaBetaSearch
 from racecraft.worlds.battlesnake.players.mcts import Tree
-from racecraft.worlds.battlesnake.players.weights import USUAL, Weights
+from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights
 
 MINDS_KEPT = 64
 """Games remembered; the one not heard of for the longest goes first."""
@@ -42,7 +42,12 @@ class SearchSession:
     """
 
     def __init__(
-        self, board: Board, settings: GameSettings, snake_id: str, plant: Plant = Tree, weights: Weights = USUAL
+        self,
+        board: Board,
+        settings: GameSettings,
+        snake_id: str,
+        plant: Plant = Tree,
+        weights: Weights = DEFAULT_WEIGHTS,
     ) -> None:
         self.board, self.settings, self.snake_id = board, settings, snake_id
         self._plant, self._weights = plant, weights
@@ -103,7 +108,7 @@ class SearchSession:
         """Think on for a few milliseconds; return whether there is anything left to think about."""
         if self.tree is not None:
             before = self.tree.size
-            self.tree.walk(self.tree.walks_at_a_time)
+            self.tree.simulate(self.tree.walks_at_a_time)
             return self.tree.size > before
         before = self.certainty.found.turns
         found = self.certainty.deepen(time.monotonic() + PONDER_CHUNK_SECONDS)
@@ -121,7 +126,7 @@ class SessionCache:
     """
 
     def __init__(
-        self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree, weights: Weights = USUAL
+        self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree, weights: Weights = DEFAULT_WEIGHTS
     ) -> None:
         self._most, self.ponders, self._plant, self._weights = most, ponders, plant, weights
         self._kept: OrderedDict[Key, SearchSession] = OrderedDict()

@@ -17,7 +17,7 @@ from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.observation import observe_board
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.players.network_tree import Network, PolicyValueNetwork
-from racecraft.worlds.battlesnake.players.protocol import PlayerError, Question
+from racecraft.worlds.battlesnake.players.protocol import MoveRequest, PlayerError
 
 KIND = "battlesnake"
 """What job.json calls a run of a snake."""
@@ -51,19 +51,19 @@ class TrainedSnake:
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the likeliest move."""
-        return self.choose_many([Question(board, snake_id, settings)])[0]
+        return self.choose_many([MoveRequest(board, snake_id, settings)])[0]
 
-    def choose_many(self, questions: Sequence[Question]) -> list[str]:
+    def choose_many(self, questions: Sequence[MoveRequest]) -> list[str]:
         """Return the likeliest move for every question, from one forward pass for all."""
         seen, mask = self._see(questions)
         return [MOVES[int(way)] for way in self.policy.act(seen, mask)]
 
-    def chances(self, questions: Sequence[Question]) -> Array:
+    def chances(self, questions: Sequence[MoveRequest]) -> Array:
         """Return how likely the policy makes each move, float32 (Q, 4); exactly 0 where a move is surely fatal."""
         seen, mask = self._see(questions)
         return self.policy.probabilities(seen, mask)
 
-    def weigh(self, board: Board, settings: GameSettings) -> Array | None:
+    def move_priors(self, board: Board, settings: GameSettings) -> Array | None:
         """Return for every living snake, in their order, how likely the policy makes its moves, float32 (M, 4).
 
         None among more snakes than it was trained among.
@@ -71,9 +71,9 @@ class TrainedSnake:
         living = board.alive()
         if self.most_snakes is not None and len(living) > self.most_snakes:
             return None
-        return self.chances([Question(board, snake.id, settings) for snake in living])
+        return self.chances([MoveRequest(board, snake.id, settings) for snake in living])
 
-    def _see(self, questions: Sequence[Question]) -> tuple[dict[str, Array], Array]:
+    def _see(self, questions: Sequence[MoveRequest]) -> tuple[dict[str, Array], Array]:
         looks = [
             observe_board(board, settings, snake_id, self.seen.view, self.seen.outlook)
             for board, snake_id, settings in questions

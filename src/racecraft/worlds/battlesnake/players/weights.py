@@ -64,7 +64,7 @@ class Weights:
         return tuple(round(WEIGHT_SCALE * one) for one in (*shares, self.health, self.room, self.burn))
 
 
-USUAL = Weights()
+DEFAULT_WEIGHTS = Weights()
 """Those that search has in a duel without a file."""
 AMONG_SEVERAL = Weights(squares=0.4, length=0.4, meal=0.2)
 """Those among more, where squares are soon lost again and whoever is longer takes the food."""
@@ -72,7 +72,7 @@ AMONG_SEVERAL = Weights(squares=0.4, length=0.4, meal=0.2)
 
 def usual_among(snakes: int) -> Weights:
     """Return the weights that search has without a file where so many snakes are alive."""
-    return USUAL if snakes <= 2 else AMONG_SEVERAL
+    return DEFAULT_WEIGHTS if snakes <= 2 else AMONG_SEVERAL
 
 
 def weights_in(told: Mapping[str, Any]) -> Weights:

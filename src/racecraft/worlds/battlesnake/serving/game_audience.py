@@ -47,7 +47,7 @@ class Terminal:
 
 
 @dataclass(frozen=True)
-class Showing:
+class BoardPage:
     """How a page comes to whoever wants to see it."""
 
     board_url: str = ""
@@ -94,7 +94,7 @@ class Showing:
 class Browser:
     """Serves a game on this machine while it is played, and opens a page that shows it."""
 
-    def __init__(self, settings: GameSettings, showing: Showing) -> None:
+    def __init__(self, settings: GameSettings, showing: BoardPage) -> None:
         self._settings, self._showing = settings, showing
         self._server: BoardServer | None = None
         self._card: GameCard | None = None

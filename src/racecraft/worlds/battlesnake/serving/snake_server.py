@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from racecraft.players.worker_pool import WorkerPool
+from racecraft.players.thread_pool import ThreadPool
 from racecraft.serving.batching_queue import BatchingQueue
 from racecraft.serving.loop_lag import LoopLag
 from racecraft.web.errors import WebError
@@ -34,8 +34,8 @@ from racecraft.worlds.battlesnake.players.protocol import (
     InlinePlayer,
     JsonPlayer,
     Message,
+    MoveRequest,
     PlayerError,
-    Question,
     SnakePlayer,
 )
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, square_after
@@ -89,11 +89,11 @@ class OpenGame:
     heard: float = 0.0
     """When it was heard of last, by the server's clock."""
     living: LivingSnakes = field(default_factory=LivingSnakes)
-    answer: Answer | None = None
+    answer: WebhookResponse | None = None
     """The last move sent."""
 
 
-class Answer(NamedTuple):
+class WebhookResponse(NamedTuple):
     """A move that was sent."""
 
     turn: int
@@ -136,7 +136,7 @@ class SnakeServer:
         self._margin_ms, self._silence_seconds = margin_ms, silence_seconds
         self._most_games = most_games
         self._complain = complain or (lambda sentence: None)
-        self._pool = WorkerPool(threads or os.cpu_count() or 1)
+        self._pool = ThreadPool(threads or os.cpu_count() or 1)
         self._queue = BatchingQueue(player.choose_many) if isinstance(player, BatchPlayer) else None
         self._lag = LoopLag()
         self._admission = Admission(self._lag)
@@ -214,7 +214,7 @@ class SnakeServer:
         self._admission.note_move(taken, seconds)
         self.count.moves += 1
         self.count.latencies_ms.append(taken * 1000)
-        game.answer = Answer(letter.board.turn, square_after(head, word, letter.board, letter.settings), taken)
+        game.answer = WebhookResponse(letter.board.turn, square_after(head, word, letter.board, letter.settings), taken)
         return word
 
     async def _think(self, letter: Letter, message: Message, deadline: float) -> str | None:
@@ -222,7 +222,7 @@ class SnakeServer:
         self._thinking += 1
         try:
             if self._queue is not None:
-                question = Question(letter.board, letter.you, letter.settings)
+                question = MoveRequest(letter.board, letter.you, letter.settings)
                 word = await self._queue.ask(question, deadline)
             elif isinstance(self._player, InlinePlayer):
                 if time.monotonic() >= deadline:
@@ -337,7 +337,7 @@ def _is_probe(letter: Letter) -> bool:
     return alone and letter.settings.ruleset != "solo" and letter.settings.map != "solo_maze"
 
 
-def _seems_missed(letter: Letter, message: Message, answer: Answer | None) -> bool:
+def _seems_missed(letter: Letter, message: Message, answer: WebhookResponse | None) -> bool:
     """Tell whether the answer to the turn before seems not to have arrived in time.
 
     The snake went elsewhere; or the engine tells a latency of its timeout or more, or of 0 ms for an answer that took

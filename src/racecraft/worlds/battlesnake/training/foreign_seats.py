@@ -87,7 +87,7 @@ class ForeignSeats:
         card = GameCard(f"training-{self._begun}", self._timeout_ms, names, looks)
         self._games[game] = card, board
         for seat in seated.values():
-            seat.sit_down()
+            seat.reset_seat()
         self._tell("start", game)
         return card
 

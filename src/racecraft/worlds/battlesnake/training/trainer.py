@@ -1,4 +1,4 @@
-"""Train a snake by self-play: what its games bring along to the common road. Begin with `opened`."""
+"""Train a snake by self-play: what its games bring along to the common steps. Begin with `build_experiment`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
-from racecraft.training.resume import Say, open_to_resume
+from racecraft.training.resume import MessageCallback, open_to_resume
 from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
 from racecraft.training.stopping import RATING, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
@@ -125,7 +125,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> SnakePlan:
 
 
 @contextlib.contextmanager
-def opened(planned: SnakePlan, say: Say) -> Iterator[Experiment]:
+def build_experiment(planned: SnakePlan, say: MessageCallback) -> Iterator[Experiment]:
     """Open the games that are learned in, and the pool of past selves that are met there."""
     settings, game = planned.settings, planned.request.game
     played = world_settings(WorldSettings(game), settings.snake, settings.rollout.num_worlds)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from racecraft.actions.mirroring import is_needed_to_drive
 from racecraft.actions.stores import open_store
-from racecraft.storage.access import Access
 from racecraft.storage.address import Address, is_address
-from racecraft.storage.mirror_note import Place
+from racecraft.storage.connection import S3Connection
+from racecraft.storage.mirror_note import MirrorLocation
 from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, place_of, upload_bucket
 from racecraft.worlds.deepracer.files.drfc_folder import RUN_ENV, DrfcFolder, open_drfc_folder
 
@@ -24,7 +24,7 @@ class DrfcInstallation:
 
     drfc: DrfcFolder
 
-    def access(self, address: Address | None) -> Access | None:
+    def access(self, address: Address | None) -> S3Connection | None:
         """Return how an address is reached: as that of its two buckets whose name it has, else as the local one."""
         local = local_bucket(self.drfc)
         for place in (local, upload_bucket(self.drfc)):
@@ -32,7 +32,7 @@ class DrfcInstallation:
                 return place.access
         return None if local is None else local.access
 
-    def mirror(self, tell: Tell) -> Place | None:
+    def mirror(self, tell: Tell) -> MirrorLocation | None:
         """Fetch what a training lacks from the local bucket, and return where the model is kept; None: in no S3.
 
         Raises:
@@ -64,7 +64,7 @@ def open_installation(folder: Path) -> DrfcInstallation | None:
     return DrfcInstallation(open_drfc_folder(folder, shell=os.environ))
 
 
-def bring_in(drfc: DrfcFolder, bucket: Place, into: Path, tell: Tell, missing_only: bool = False) -> None:
+def bring_in(drfc: DrfcFolder, bucket: MirrorLocation, into: Path, tell: Tell, missing_only: bool = False) -> None:
     """Fetch what a training reads: the racer's files, and the model it begins with.
 
     Args:

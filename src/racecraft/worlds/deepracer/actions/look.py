@@ -14,7 +14,7 @@ from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
 
 if TYPE_CHECKING:
-    from racecraft.analysis.attribution import Question
+    from racecraft.analysis.attribution import ExplainTarget
     from racecraft.worlds.deepracer.analysis.look import Look
     from racecraft.worlds.deepracer.analysis.look_page import LapLook
 
@@ -49,9 +49,9 @@ def look(request: LookRequest, progress: Progress = quiet) -> Figures:
 
         racecraft look runs/reinvent_base-1 --track Oval_track --page oval.html --json
     """
-    from racecraft.analysis.attribution import Question
+    from racecraft.analysis.attribution import ExplainTarget
 
-    question = Question(request.part, request.option_)
+    question = ExplainTarget(request.part, request.option_)
     if request.source is None:
         return _lap(request, question, progress)
     if request.track is not None or request.page is not None:
@@ -59,7 +59,7 @@ def look(request: LookRequest, progress: Progress = quiet) -> Figures:
     return _pictures(request, request.source, question)
 
 
-def _lap(request: LookRequest, question: Question, progress: Progress) -> Figures:
+def _lap(request: LookRequest, question: ExplainTarget, progress: Progress) -> Figures:
     """Drive a lap, explain it, write film and page; return what was found."""
     from racecraft.analysis.video import film_path, small_film
     from racecraft.formats.checkpoint import IMPORTED
@@ -102,7 +102,7 @@ def _surfaces(lap: LapLook) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _pictures(request: LookRequest, source: Path, question: Question) -> Figures:
+def _pictures(request: LookRequest, source: Path, question: ExplainTarget) -> Figures:
     """Explain pictures, write the film; return what was found."""
     from racecraft.analysis.video import film_path
     from racecraft.players.trained import load_policy
@@ -124,5 +124,5 @@ def _pictures(request: LookRequest, source: Path, question: Question) -> Figures
 
 
 def _sureness(look: Look) -> dict[str, Any]:
-    values, words = look.sureness
+    values, words = look.confidence_values
     return {"sureness": words, "mean_sureness": float(values.mean()), "least_sureness": float(values.min())}

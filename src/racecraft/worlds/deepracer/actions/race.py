@@ -129,7 +129,7 @@ def race(request: RaceRequest, progress: Progress = quiet) -> Raced:
     """
     from racecraft.worlds.deepracer.analysis.race_film import film_race
     from racecraft.worlds.deepracer.env.vehicle import beyond_logs
-    from racecraft.worlds.deepracer.evaluation.head_to_head import race_heads, require_company
+    from racecraft.worlds.deepracer.evaluation.head_to_head import race_head_to_head, require_company
     from racecraft.worlds.deepracer.players.driver import driver_of, load_car, names_of
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -145,7 +145,7 @@ def race(request: RaceRequest, progress: Progress = quiet) -> Raced:
     config = loaded[0].settings.race
     if request.reverse_direction is not None:
         config = replace(config, reverse=request.reverse_direction)
-    result = race_heads(drivers, circuit, rules, config, request.seed)
+    result = race_head_to_head(drivers, circuit, rules, config, request.seed)
     files: dict[str, Path] = {}
     if request.film.video is not None:
         progress(f"Filming {len(result.ticks[0])} ticks …")

@@ -32,13 +32,13 @@ MOST_TICKS = 500_000
 def car_advice(run: RunFolder, learner: Learner, found: list[Advice]) -> list[Advice]:
     """Return what the learner's figures suggest together with what the log does."""
     told = _log_of(run)
-    return found if told is None else of_one_mind(found, advice(*told, learner, judged_in_run(run.read_metrics())))
+    return found if told is None else merge_advice(found, advice(*told, learner, judged_in_run(run.read_metrics())))
 
 
 BACK, ON = "--from RUN:best", "--run RUN --resume"
 
 
-def of_one_mind(learners: list[Advice], logs: list[Advice]) -> list[Advice]:
+def merge_advice(learners: list[Advice], logs: list[Advice]) -> list[Advice]:
     """Return both sides' advice, without a log's to go on from the last checkpoint where the learner would go back.
 
     Evaluations that fell while exploring drives rose tell both, and only one can be followed.

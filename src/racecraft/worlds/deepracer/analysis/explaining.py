@@ -20,7 +20,7 @@ from racecraft.contract.errors import RewardError, RewardFileError
 from racecraft.contract.world import Array, allocate
 from racecraft.worlds.deepracer.analysis import tables
 from racecraft.worlds.deepracer.analysis.drive import OFF_TRACK
-from racecraft.worlds.deepracer.analysis.failure_places import Before, Cure, FailurePlace, RewardLine, Why
+from racecraft.worlds.deepracer.analysis.failure_places import Alternative, Before, FailurePlace, RewardLine, Why
 from racecraft.worlds.deepracer.analysis.logs.segments import Segments, find_segments
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.camera import Camera
@@ -139,7 +139,7 @@ class _Explaining:
                 began = time.perf_counter()
             seen = {name: part[:, 0] for name, part in buffers.observations.items()}
             world.step(np.asarray(self.car.policy.act(seen, None))[:, None], buffers)
-        self.car.policy.forget(np.ones(TIMED_CARS, bool))
+        self.car.policy.reset_state(np.ones(TIMED_CARS, bool))
         each = (time.perf_counter() - began) / (TIMED_TICKS * TIMED_CARS)
         one = len(MOMENTS) * len(Options.of(self.car.actions).labels) * len(HOLDS) * USUAL_TICKS * each
         self._failures = int(np.clip(seconds / one, 1, failures))
@@ -209,14 +209,14 @@ class _Explaining:
         along = (self._late_exits - first + BESIDE_M) % lap
         return int((along <= (last - first) % lap + 2.0 * BESIDE_M).sum())
 
-    def _cures(self, trials: Trials) -> list[Cure]:
+    def _cures(self, trials: Trials) -> list[Alternative]:
         """Return the best changes, each of another action."""
         drives, rows = self.drives, trials.rows
         at = drives.last[rows][:, None] - trials.moments  # (F, D)
         reports = drives.reports[np.maximum(at, 0), rows[:, None]]
         common = [_commonest(reports[:, d]) for d in range(len(trials.moments))]
         ranked = trials.ranked(np.array([command for command, _ in common]))
-        cures: list[Cure] = []
+        cures: list[Alternative] = []
         for d, a, h in ranked:
             saved, label = int(trials.counts[d, a, h]), trials.options.labels[a]
             if not saved or len(cures) == CURES:
@@ -226,7 +226,7 @@ class _Explaining:
             command, waypoint = common[d]
             before, held = trials.moments[d] / TICKS_PER_SECOND, trials.holds[h] / TICKS_PER_SECOND
             was = command_words(*command)
-            cures.append(Cure(float(before), waypoint, label, was, float(held), saved, len(rows)))
+            cures.append(Alternative(float(before), waypoint, label, was, float(held), saved, len(rows)))
         return cures
 
     def _before(self, row: int) -> Before:

@@ -19,7 +19,7 @@ MOST = 0.5
 
 
 @dataclass(frozen=True)
-class Cure:
+class Alternative:
     """One change of what was done before the failures of a place."""
 
     seconds_before: float
@@ -103,7 +103,7 @@ class FailurePlace:
     xy: Array
     """(F, 2) m: where."""
     before: Before
-    cures: Sequence[Cure]
+    cures: Sequence[Alternative]
     """The best, of different actions; empty where nothing that was tried saves any."""
     moments: Array
     """(D,) s before the failure at which changes were tried."""

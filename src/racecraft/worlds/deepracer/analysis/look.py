@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.attribution import STEPS, TAKEN, AttentionError, Confidence, Question, Seen, attend
+from racecraft.analysis.attribution import STEPS, TAKEN, AttentionError, Confidence, ExplainTarget, Recording, attribute
 from racecraft.contract.world import Array, ContinuousActions, DiscreteActions
 
 SHARPEST = 99.5
@@ -76,7 +76,7 @@ class Look:
         return self.actions.labels or tuple(str(k) for k in range(self.actions.count))
 
     @property
-    def sureness(self) -> tuple[Array, str]:
+    def confidence_values(self) -> tuple[Array, str]:
         """How sure it was, (T,), and what that number is; higher is surer but for a spread."""
         told = self.confidence
         if np.isfinite(told.gap).all() and len(told.gap):
@@ -86,9 +86,9 @@ class Look:
         return told.deviations[:, 0], f"spread of {self.number_name(0)} (of its range, -1 to 1)"
 
     @property
-    def is_equally_sure(self) -> bool:
+    def has_constant_confidence(self) -> bool:
         """Whether it is as sure at every picture: one that learned a single spread for all of them."""
-        values, _ = self.sureness
+        values, _ = self.confidence_values
         return bool(np.ptp(values) <= EQUAL * np.abs(values).max(initial=1e-12)) if len(values) else True
 
     @property
@@ -97,8 +97,8 @@ class Look:
 
         Of numbers of which it is as sure everywhere that line would be flat; there it is the first number itself.
         """
-        if self.labels or not self.is_equally_sure:
-            values, words = self.sureness
+        if self.labels or not self.has_constant_confidence:
+            values, words = self.confidence_values
             return Along(values, None, words, [f"{value:.3g}" for value in values])
         spread, name = self.confidence.deviations[:, 0], self.number_name(0)
         up = ", up: left" if name == CAR_NUMBERS[0] else ""
@@ -109,7 +109,7 @@ class Look:
     @property
     def doubtful(self) -> Array:
         """Pictures in the order of doubt, the least sure first, (T,)."""
-        values, name = self.sureness
+        values, name = self.confidence_values
         return np.argsort(-values if name.startswith("spread") else values, kind="stable")
 
     def number_name(self, which: int) -> str:
@@ -166,9 +166,9 @@ def number_words(name: str, value: float) -> str:
 
 def look_at(
     policy: Any,
-    seen: Seen,
+    seen: Recording,
     actions: Any,
-    question: Question = TAKEN,
+    question: ExplainTarget = TAKEN,
     steps: int = STEPS,
 ) -> Look:
     """Explain all that a policy was fed.
@@ -185,13 +185,13 @@ def look_at(
     """
     if not seen.pictures:
         raise AttentionError(
-            "this policy sees {fed}, no picture; expected a camera. `analysis.attention.attend` tells "
+            "this policy sees {fed}, no picture; expected a camera. `analysis.attention.attribute` tells "
             "how much every number counts.",
-            fed=", ".join(seen.fed),
+            fed=", ".join(seen.inputs),
         )
     name = seen.pictures[0]
-    told = attend(policy, seen, question, steps)
-    frames = grey(seen.fed[name].cpu().numpy())
+    told = attribute(policy, seen, question, steps)
+    frames = grey(seen.inputs[name].cpu().numpy())
     beside = {one: np.abs(part).reshape(len(part), -1) for one, part in told.parts.items() if one not in seen.pictures}
     return Look(name, frames, told.heat(name), told.maps.get(name), told.confidence, actions, beside)
 

@@ -192,8 +192,8 @@ def beside_figure(look: Look, name: str) -> Figure:
 
 def _sureness(lap: LapLook) -> Iterator[Heading | Markup]:
     yield heading("How sure it is along the lap")
-    values, words = lap.look.sureness
-    if lap.look.is_equally_sure:
+    values, words = lap.look.confidence_values
+    if lap.look.has_constant_confidence:
         told = (
             f"Equally sure everywhere: its {words}, is {float(values[0]):.2f} at every moment. Such a "
             "policy learns one spread for the whole lap, which says how far it has come, not where it doubts."
@@ -208,7 +208,7 @@ def _sureness(lap: LapLook) -> Iterator[Heading | Markup]:
 
 def confidence_figure(lap: LapLook) -> Figure:
     """Return how sure it was over the lap."""
-    values, words = lap.look.sureness
+    values, words = lap.look.confidence_values
     figure, axes = small_axes(words, 9.0, 2.8, 12)
     axes.plot(lap.progress_percent, values, color=BLUE, lw=1.2)
     axes.plot(
@@ -224,7 +224,7 @@ def confidence_figure(lap: LapLook) -> Figure:
 
 def confidence_map(lap: LapLook) -> Figure:
     """Return how sure it was, on the track."""
-    values, words = lap.look.sureness
+    values, words = lap.look.confidence_values
     path = PaintedPath(lap.place.xy, values, words)
     return draw_track(lap.place.track, paths=[path], number_every=0, title="How sure it is")
 

@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.attribution import TAKEN, AttentionError, Question, SeeingPolicy, Seen, changed, confidence
+from racecraft.analysis.attribution import (
+    TAKEN,
+    AttentionError,
+    ExplainTarget,
+    Recording,
+    SeeingPolicy,
+    changed,
+    confidence,
+)
 from racecraft.analysis.video import read_film
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.players.trained import TrainedPolicy
@@ -42,7 +50,7 @@ GREY = (0.2989, 0.587, 0.114)
 """Of red, green and blue in the grey that policies see (facts: simapp observation filter)."""
 
 
-def look_at_lap(car: TrainedCar, track: Track, question: Question = TAKEN) -> LapLook:
+def look_at_lap(car: TrainedCar, track: Track, question: ExplainTarget = TAKEN) -> LapLook:
     """Let a car drive one lap and explain every tick of it.
 
     Args:
@@ -64,7 +72,7 @@ def look_at_lap(car: TrainedCar, track: Track, question: Question = TAKEN) -> La
 
 
 def _surfaces(
-    policy: TrainedPolicy, world: RaceWorld, look: Look, seen: Seen, keeper: DriveKeeper
+    policy: TrainedPolicy, world: RaceWorld, look: Look, seen: Recording, keeper: DriveKeeper
 ) -> list[SurfaceAttention]:
     """Return what each surface gets, and what painting it over changes; nothing where the frames are not the camera's.
 
@@ -100,7 +108,7 @@ def _surfaces(
     return found
 
 
-def look_at_pictures(policy: TrainedPolicy, source: Path, question: Question = TAKEN) -> Look:
+def look_at_pictures(policy: TrainedPolicy, source: Path, question: ExplainTarget = TAKEN) -> Look:
     """Explain what a policy would decide at a picture, at each of a folder, or through a film.
 
     Pictures stand each for itself; in a film a policy with a memory remembers what came before.
@@ -117,11 +125,11 @@ def look_at_pictures(policy: TrainedPolicy, source: Path, question: Question = T
     height, width = spec.shape[:2]
     eyes = SeeingPolicy(policy)
     everyone = np.ones(1, bool)
-    policy.forget(everyone)
+    policy.reset_state(everyone)
     follows = source.suffix.lower() in FILMS
     for picture in _pictures_of(source):
         if not follows:
-            policy.forget(everyone)
+            policy.reset_state(everyone)
         eyes.act({name: as_seen(picture, width, height, spec)[None]})
     return look_at(policy, eyes.seen, policy.spec.actions, question)
 

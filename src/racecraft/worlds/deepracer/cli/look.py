@@ -24,7 +24,9 @@ def _show(facts: Figures) -> None:
             for number, row in enumerate(facts["pictures"][:MOST_ROWS], 1)
         ]
     table(titles, rows, left=("surface", "chosen", "second"))
-    print(f"{facts['sureness']}: {facts['mean_sureness']:.3g} on average, {facts['least_sureness']:.3g} at least")
+    print(
+        f"{facts['confidence_values']}: {facts['mean_sureness']:.3g} on average, {facts['least_sureness']:.3g} at least"
+    )
     for sentence in facts.get("findings", ()):
         print(sentence)
     for kind, path in facts.files.items():

@@ -261,8 +261,8 @@ def explain(
 
     payer = _payer(reward or run / REWARD_FUNCTION)
     ticks, circuit = _ticks([run], track)
-    rows, is_paid = rows_of(ticks, circuit)
-    found = lines_paid(payer, circuit, rows[is_paid][-MAX_TRACED:])
+    rows, has_reward = rows_of(ticks, circuit)
+    found = lines_paid(payer, circuit, rows[has_reward][-MAX_TRACED:])
     if json:
         print_json({"track": circuit.name, **found.as_dictionary()})
     else:

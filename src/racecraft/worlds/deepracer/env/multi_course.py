@@ -95,9 +95,9 @@ class MultiCourseWorld:
         return self.courses[0].habits
 
     @property
-    def is_paid(self) -> bool:
+    def has_reward(self) -> bool:
         """Whether a reward function is asked on each course."""
-        return all(course.is_paid for course in self.courses)
+        return all(course.has_reward for course in self.courses)
 
     @property
     def start_shares(self) -> Array:
@@ -135,10 +135,10 @@ class MultiCourseWorld:
         for course, _, own in self._with_buffers(buffers):
             course.begin_episodes(own)
 
-    def park(self, rows: Array) -> None:
+    def freeze(self, rows: Array) -> None:
         """Let cars (bool (N, M)) stand where they are until `begin_episodes` or `reset`."""
         for course, own in zip(self.courses, self._rows, strict=True):
-            course.park(rows[own])
+            course.freeze(rows[own])
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every car by one tick.

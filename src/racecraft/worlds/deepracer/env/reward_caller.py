@@ -51,7 +51,9 @@ class CarRewards(ABC):
         """Return how many cars they pay."""
 
     @abstractmethod
-    def pay(self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None, rewards: Any) -> None:
+    def compute_rewards(
+        self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None, rewards: Any
+    ) -> None:
         """Write what cars earned in a tick.
 
         Args:
@@ -96,7 +98,7 @@ class RewardCaller:
             for kept, found in zip(self._told, self._found, strict=True):
                 kept[:] = found
 
-    def pay(
+    def compute_rewards(
         self, reward: RewardFunction | Sequence[RewardFunction] | CarRewards, reports: Array, rewards: Array
     ) -> None:
         """Write what cars earned in a tick.
@@ -113,7 +115,7 @@ class RewardCaller:
         cars = np.flatnonzero(IS_PAID[flat["status"]])
         objects = self._object_reports() if self._around.kinds.size else None
         if isinstance(reward, CarRewards):
-            reward.pay(self._course, cars, flat[cars], None if objects is None else objects.of(cars), paid)
+            reward.compute_rewards(self._course, cars, flat[cars], None if objects is None else objects.of(cars), paid)
             return
         of_car = [reward] * flat.size if callable(reward) else reward
         for car, params in zip(cars.tolist(), self._params.of(flat[cars], objects, cars), strict=True):

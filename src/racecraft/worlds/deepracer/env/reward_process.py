@@ -114,7 +114,7 @@ class RewardProcess:
         """
         points = params.get("waypoints", ())
         asked = {name: [] if name == "waypoints" else value for name, value in params.items()}
-        (paid,) = self.pay({"call": asked}, np.array(points, float).tobytes(), 1)[0].tolist()
+        (paid,) = self.compute_rewards({"call": asked}, np.array(points, float).tobytes(), 1)[0].tolist()
         return float(paid)
 
     def close(self) -> None:
@@ -129,7 +129,7 @@ class RewardProcess:
             known = self._courses[id(course)] = (len(self._courses), course)
         return known[0]
 
-    def pay(self, asked: Mapping[str, Any] | bytes, body: bytes, rows: int) -> tuple[Array, dict[str, Any]]:
+    def compute_rewards(self, asked: Mapping[str, Any] | bytes, body: bytes, rows: int) -> tuple[Array, dict[str, Any]]:
         """Return what so many rows earned, float64 (rows,), and what else was told.
 
         Raises:
@@ -233,8 +233,10 @@ class RewardCopies(CarRewards):
     def __len__(self) -> int:
         return self._count
 
-    def pay(self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None, rewards: Any) -> None:
-        """Write what cars earned in a tick; see `CarRewards.pay`."""
+    def compute_rewards(
+        self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None, rewards: Any
+    ) -> None:
+        """Write what cars earned in a tick; see `CarRewards.compute_rewards`."""
         if not len(cars):
             return
         try:
@@ -249,7 +251,7 @@ class RewardCopies(CarRewards):
     def ask(
         self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Return what rows earned, float64 (R,), and what else was told; see `CarRewards.pay` for the arguments.
+        """Return the rewards of the rows, float64 (R,), and notes; arguments as in `CarRewards.compute_rewards`.
 
         Traced, "traces" holds what each row's lines did, as `RewardTrace.steps`, "last_lines" where each returned, and
         "lines" which lines ran.
@@ -265,7 +267,7 @@ class RewardCopies(CarRewards):
         if objects is not None:
             counts = () if objects.counts is None else (objects.counts.astype(np.int64),)
             parts = (*parts, objects.boxes.astype(float), objects.states, *counts)
-        return self._process.pay(head, b"".join(part.tobytes() for part in parts), rows)
+        return self._process.compute_rewards(head, b"".join(part.tobytes() for part in parts), rows)
 
 
 class FailedRowError(RewardError):

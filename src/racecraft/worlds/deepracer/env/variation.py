@@ -154,7 +154,7 @@ DISTURBANCES: Mapping[str, Disturbance] = {
 """Every disturbance, by the name that a command takes."""
 
 
-class Amount(NamedTuple):
+class RandomisedParameter(NamedTuple):
     """One number that is drawn for an episode and written down with it."""
 
     name: str
@@ -163,28 +163,28 @@ class Amount(NamedTuple):
 
 
 DRAWN = (
-    Amount("gain", "", "The frame is brighter by this factor."),
-    Amount("gradient_x", "", "Share by which the right edge is brighter than the middle."),
-    Amount("gradient_y", "", "Share by which the lower edge is."),
-    Amount("grain", "level", "Spread of the field's grain."),
-    Amount("glare", "level", "Brightness of the glow in its middle."),
-    Amount("glare_azimuth", "rad", "Where it stands, counter-clockwise from east."),
-    Amount("glare_elevation", "rad", "How high, above the horizon."),
-    Amount("noise", "level", "Standard deviation of every pixel."),
-    Amount("blur", "width", "Spread of the lens, share of the frame's width."),
-    Amount("camera_height", "m", "How much higher the camera sits."),
-    Amount("camera_pitch", "rad", "How much further down it looks."),
-    Amount("camera_roll", "rad", "How far it leans to the right."),
-    Amount("camera_view", "rad", "How much wider its view is."),
-    Amount("latency", "s", "How much later commands act."),
-    Amount("dropped_frames", "", "Share of the frames that fail."),
-    Amount("steering_gain", "", "The wheels turn by this factor."),
-    Amount("steering_offset", "rad", "What they turn besides, left positive."),
-    Amount("steering_lag", "s", "How much longer the time constant of the steering is."),
-    Amount("speed_gain", "", "The car drives faster by this factor."),
-    Amount("slip", "s²/m", "What is added to one over the sideways acceleration that the tyres hold."),
-    Amount("steering_noise", "rad", "Standard deviation of every command to the wheels."),
-    Amount("speed_noise", "", "Standard deviation of every command of speed, share of it."),
+    RandomisedParameter("gain", "", "The frame is brighter by this factor."),
+    RandomisedParameter("gradient_x", "", "Share by which the right edge is brighter than the middle."),
+    RandomisedParameter("gradient_y", "", "Share by which the lower edge is."),
+    RandomisedParameter("grain", "level", "Spread of the field's grain."),
+    RandomisedParameter("glare", "level", "Brightness of the glow in its middle."),
+    RandomisedParameter("glare_azimuth", "rad", "Where it stands, counter-clockwise from east."),
+    RandomisedParameter("glare_elevation", "rad", "How high, above the horizon."),
+    RandomisedParameter("noise", "level", "Standard deviation of every pixel."),
+    RandomisedParameter("blur", "width", "Spread of the lens, share of the frame's width."),
+    RandomisedParameter("camera_height", "m", "How much higher the camera sits."),
+    RandomisedParameter("camera_pitch", "rad", "How much further down it looks."),
+    RandomisedParameter("camera_roll", "rad", "How far it leans to the right."),
+    RandomisedParameter("camera_view", "rad", "How much wider its view is."),
+    RandomisedParameter("latency", "s", "How much later commands act."),
+    RandomisedParameter("dropped_frames", "", "Share of the frames that fail."),
+    RandomisedParameter("steering_gain", "", "The wheels turn by this factor."),
+    RandomisedParameter("steering_offset", "rad", "What they turn besides, left positive."),
+    RandomisedParameter("steering_lag", "s", "How much longer the time constant of the steering is."),
+    RandomisedParameter("speed_gain", "", "The car drives faster by this factor."),
+    RandomisedParameter("slip", "s²/m", "What is added to one over the sideways acceleration that the tyres hold."),
+    RandomisedParameter("steering_noise", "rad", "Standard deviation of every command to the wheels."),
+    RandomisedParameter("speed_noise", "", "Standard deviation of every command of speed, share of it."),
 )
 """What is drawn, in the order of the record; the grey level of each material and object follows."""
 

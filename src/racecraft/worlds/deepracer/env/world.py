@@ -198,7 +198,7 @@ class RaceWorld:
         return np.full(self._spec.num_worlds, self.track.length)
 
     @property
-    def is_paid(self) -> bool:
+    def has_reward(self) -> bool:
         """Whether a reward function is asked."""
         return self.reward is not None
 
@@ -264,14 +264,14 @@ class RaceWorld:
         self._finished.clear()
         if self._varied is not None:
             self._varied.begin(self._every_car, self._cars["episode"])
-        kernels.line_up(
+        kernels.place_on_grid(
             self._arrays, self._plan, self._objects, self._around, *self._seeing.sight, self._keys, self._cars,
             self._seeing.ranges, *self._seeing.views(buffers.observations),
         )  # fmt: skip
         self._show_frames(buffers)
         self._show_active(buffers)
 
-    def park(self, rows: Array) -> None:
+    def freeze(self, rows: Array) -> None:
         """Carry cars (bool (N, M)) off the road until `begin_episodes` or `reset`: no tick, no report, no reward.
 
         Nobody meets them there. Their next start stays where it is, so that a car whose quota is full does not run
@@ -303,7 +303,7 @@ class RaceWorld:
                 action_shape=self._action_shape,
             )
         told = self.actions.commands(actions.reshape(self._action_shape))
-        self._paying.keep(is_asked=self.is_paid)
+        self._paying.keep(is_asked=self.has_reward)
         with at_most(self._threads):
             kernels.tick(*self.of_a_tick(told, buffers))
         buffers.terminated[:] = self.reports["terminated"]
@@ -315,7 +315,7 @@ class RaceWorld:
         self._show_active(buffers)
         buffers.reward[:] = 0.0
         if self.reward is not None:
-            self._paying.pay(self.reward, self.reports, buffers.reward)
+            self._paying.compute_rewards(self.reward, self.reports, buffers.reward)
         self._keep_episodes(buffers.reward)
 
     def of_a_tick(self, told: Commands, buffers: StepBuffers) -> tuple[Any, ...]:

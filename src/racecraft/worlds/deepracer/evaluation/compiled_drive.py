@@ -94,5 +94,5 @@ def compiled_drive(policy: Policy, world: World) -> CompiledDrive | None:
     if world.spec.num_agents != 1 or not isinstance(world.actions, ActionTable):
         return None
     name = world.sensors.camera_name
-    look = policy.plain_look(name, world.spec.observations[name].shape) if name in world.spec.observations else None
+    look = policy.compile_policy(name, world.spec.observations[name].shape) if name in world.spec.observations else None
     return None if look is None else CompiledDrive(look, world, world.actions)

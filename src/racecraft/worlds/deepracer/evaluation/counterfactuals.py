@@ -13,7 +13,7 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, action_label
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.recorded_drives import RecordedDrives
-from racecraft.worlds.deepracer.evaluation.rerun import Change, rehearse
+from racecraft.worlds.deepracer.evaluation.rerun import Change, rerun_with_change
 
 MOMENTS = (2, 4, 6, 8, 10, 12, 15, 18, 22, 26, 30)
 """Ticks before the failure at which another action is tried: closer together the later, within its last two seconds."""
@@ -156,6 +156,6 @@ def _try_all(
         if tick >= 1 and (drives.actions[tick, row] != options.actions[a]).any():  # the first tick holds the car
             places.append((f, d, a))
             changes.append(Change(row, tick, options.actions[a], hold))
-    for place, passed in zip(places, rehearse(policy, worlds, drives, changes, remembers), strict=True):
+    for place, passed in zip(places, rerun_with_change(policy, worlds, drives, changes, remembers), strict=True):
         saved[place] = passed
     return saved

@@ -1,4 +1,4 @@
-"""Races of cars against each other, as the original judges them. Begin with `race_heads`.
+"""Races of cars against each other, as the original judges them. Begin with `race_head_to_head`.
 
 Two or more drivers stand on one grid, 0.75 m behind one another, and drive so many laps of their own, each from its own
 place. A car that leaves the road, drives backwards or stands still is set back on it and waits there; one that runs
@@ -79,7 +79,7 @@ class HeadToHead:
 
 
 @dataclass
-class Showing:
+class DriverResult:
     """What a driver came to in a race."""
 
     driver: str
@@ -109,12 +109,12 @@ class RaceResult:
     """Races of the same drivers."""
 
     drivers: tuple[str, ...]
-    races: tuple[tuple[Showing, ...], ...]
+    races: tuple[tuple[DriverResult, ...], ...]
     """In each, the drivers in their own order."""
     ticks: tuple[Array, ...]
     """TICK_REPORT (T, M) of each of the first KEPT_RACES races, in the order of the drivers."""
 
-    def of(self, number: int) -> list[Showing]:
+    def of(self, number: int) -> list[DriverResult]:
         """Return what a driver came to, race by race."""
         return [one[number] for one in self.races]
 
@@ -132,7 +132,7 @@ class RaceResult:
         }
 
 
-def summed(name: str, showings: Sequence[Showing]) -> dict[str, Any]:
+def summed(name: str, showings: Sequence[DriverResult]) -> dict[str, Any]:
     """Return a driver's figures over all races."""
     times = [one.seconds for one in showings if one.seconds is not None]
     counts = ("overtakes", "overtaken", "crashes", "was_hit", "off_tracks")
@@ -148,7 +148,7 @@ def summed(name: str, showings: Sequence[Showing]) -> dict[str, Any]:
     }
 
 
-def race_heads(
+def race_head_to_head(
     drivers: Sequence[Driver], track: Track, rules: HeadToHead, config: RaceConfig | None = None, seed: int = 0
 ) -> RaceResult:
     """Let drivers race each other, greedily.
@@ -165,7 +165,7 @@ def race_heads(
     """
     require_company(len(drivers))
     field = _Field(drivers, track, rules, config or RaceConfig())
-    field.line_up(seed)
+    field.place_on_grid(seed)
     while not field.is_over:
         field.tick()
     return field.result()
@@ -209,7 +209,9 @@ class _Field:
         self._actions = np.zeros((races, count, 2))
         self._out = np.zeros((races, count), bool)
         self._resets_left = np.full((races, count), rules.max_resets)
-        self._shown = [[Showing(drivers[one].name, place + 1) for place, one in enumerate(row)] for row in self.whose]
+        self._shown = [
+            [DriverResult(drivers[one].name, place + 1) for place, one in enumerate(row)] for row in self.whose
+        ]
         self._order = np.zeros((races, count, count), np.int8)
         self._driven = np.zeros((races, count))
         self._arcs = np.zeros((races, count))
@@ -220,10 +222,10 @@ class _Field:
         """Nobody drives any more."""
         return bool(self._out.all())
 
-    def line_up(self, seed: int) -> None:
+    def place_on_grid(self, seed: int) -> None:
         """Put every car on its grid."""
         self._world.reset(self._buffers, seed)
-        self._seats.forget(np.ones_like(self._out))
+        self._seats.reset_state(np.ones_like(self._out))
         cars, length = self._world.cars, self._world.track.length
         first = cars["arc"][:, :1]
         self._driven = -np.mod(first - cars["arc"], length)
@@ -279,8 +281,8 @@ class _Field:
         if back:
             self._write(back)
         if ended.any():
-            self._seats.forget(ended)
-            self._world.park(self._out)
+            self._seats.reset_state(ended)
+            self._world.freeze(self._out)
 
     def _set_back(self, n: int, car: Array, status: int) -> Array:
         """Return a car as it goes on after a mishap, CAR_STATE (1,): on the road, at rest, waiting."""
@@ -303,7 +305,7 @@ class _Field:
             for name in race.CAR_STATE.names or ():
                 state[f"car.{name}"][n, m] = car[name][0]
         self._world.load_state(state, self._buffers)
-        self._world.park(self._out)
+        self._world.freeze(self._out)
 
     def _leave(self, n: int, m: int, report: Array, how: str) -> None:
         laps = float(report["laps"])
@@ -340,10 +342,10 @@ class _Field:
         return (np.sign(gap) * (np.abs(gap) > 2.0 * BODY_HALF_LENGTH_M)).astype(np.int8)
 
 
-def _place(row: Sequence[Showing]) -> None:
+def _place(row: Sequence[DriverResult]) -> None:
     """Write places down: who finished, by time; behind them the others, by how far they came."""
 
-    def merit(one: Showing) -> tuple[bool, float]:
+    def merit(one: DriverResult) -> tuple[bool, float]:
         return (one.seconds is not None, -one.seconds if one.seconds is not None else one.laps)
 
     for one in row:

@@ -123,8 +123,8 @@ def judge_starts(
     else:
         counters = [] if on_progress is None else [_EndedEpisodes(on_progress)]
         episodes = play_episodes(policy, world, seed=seed, observers=[*observers, *counters])
-    starts, is_paid = world.start_shares, world.is_paid
-    return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), is_paid) for episode in episodes))
+    starts, has_reward = world.start_shares, world.has_reward
+    return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), has_reward) for episode in episodes))
 
 
 class _EndedEpisodes:
@@ -187,7 +187,7 @@ class _LapKeeper:
         self.laps.append(Lap(100.0 * float(report["start_share"]), progress, seconds, status, ticks))
 
 
-def _lap_of(episode: EpisodeRecord, start_percent: float, is_paid: bool) -> Lap:
+def _lap_of(episode: EpisodeRecord, start_percent: float, has_reward: bool) -> Lap:
     seconds = episode.facts["lap_seconds"]
     return Lap(
         start_percent=round(start_percent, 6),
@@ -195,5 +195,5 @@ def _lap_of(episode: EpisodeRecord, start_percent: float, is_paid: bool) -> Lap:
         seconds=None if math.isnan(seconds) else round(seconds, 6),
         status=episode.status,
         steps=episode.steps,
-        reward=episode.reward if is_paid else None,
+        reward=episode.reward if has_reward else None,
     )

@@ -31,7 +31,7 @@ from racecraft.worlds.deepracer.env.vehicle import (
     CarProfile,
 )
 from racecraft.worlds.deepracer.evaluation.kernels.replay import drive_windows
-from racecraft.worlds.deepracer.evaluation.recompute import Walk
+from racecraft.worlds.deepracer.evaluation.recompute import TracePath
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 
 HORIZONS = {"0.5s": 8, "1s": 15}
@@ -64,7 +64,7 @@ class Windows:
         return len(self.first)
 
 
-def drive_open_loop(trace: SimTrace, retold: Walk, car: str | CarProfile, clocked: bool | None = None) -> Windows:
+def drive_open_loop(trace: SimTrace, retold: TracePath, car: str | CarProfile, clocked: bool | None = None) -> Windows:
     """Drive a car with the commands of a trace.
 
     Args:
@@ -106,7 +106,7 @@ def real_speeds(trace: SimTrace, windows: Windows) -> Array:
     return (way[windows.first + windows.ticks] - way[windows.first]) / (windows.ticks * TICK_SECONDS)
 
 
-def open_windows(trace: SimTrace, retold: Walk) -> tuple[Array, Array]:
+def open_windows(trace: SimTrace, retold: TracePath) -> tuple[Array, Array]:
     """Return the first row of every window and how many ticks it lasts, (W,) each."""
     follows = np.zeros(len(trace), bool)  # the row after this one is the tick after it
     follows[:-1] = (np.diff(trace.columns["steps"]) == 1) & ~retold.begins[1:] & ~retold.held[:-1] & ~retold.held[1:]
@@ -130,7 +130,7 @@ def commands_of(trace: SimTrace) -> Array:
     return np.column_stack([steering, np.clip(trace.columns["throttle"], MIN_SPEED_MPS, MAX_SPEED_MPS)])
 
 
-def seconds_of(trace: SimTrace, retold: Walk, clocked: bool) -> Array:
+def seconds_of(trace: SimTrace, retold: TracePath, clocked: bool) -> Array:
     """Return how long each row's command acted, s, (T,); over a row that is missing the command acts on."""
     steps = np.ones(len(trace))
     steps[:-1] = np.where(retold.restarts[1:], TICKS_TO_RESET, np.diff(trace.columns["steps"]))

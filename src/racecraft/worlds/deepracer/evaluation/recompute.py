@@ -31,7 +31,7 @@ HELD = ("pause", "park", "prepare")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Walk:
+class TracePath:
     """Where a trace's car stood and what was done with it, on whatever track; arrays of shape (T,)."""
 
     places: Array
@@ -45,7 +45,7 @@ class Walk:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecomputedTrace(Walk):
+class RecomputedTrace(TracePath):
     """A trace and what we make of it; arrays of shape (T,), a mismatch is True."""
 
     reversed: Array
@@ -67,13 +67,13 @@ class RecomputedTrace(Walk):
     or where both ways agree equally well."""
 
 
-def walk(trace: SimTrace) -> Walk:
+def walk(trace: SimTrace) -> TracePath:
     """Return what a trace says of its car's whereabouts, without asking a track."""
     begins = episode_begins(trace)
     known = "episode_status" in trace.columns
     held = np.isin(trace.columns["episode_status"], HELD) if known else begins & (trace.columns["steps"] <= 1)
     restarts = begins & (held | (trace.columns["steps"] <= 1))
-    return Walk(places=places_of(trace), begins=begins, restarts=restarts, held=held)
+    return TracePath(places=places_of(trace), begins=begins, restarts=restarts, held=held)
 
 
 def recompute(trace: SimTrace, track: Track) -> RecomputedTrace:

@@ -1,4 +1,4 @@
-"""What would have become of it: a drive taken up again before its end, one action changed. Begin with `rehearse`.
+"""Repeat a drive from a state before its end with one action changed. Begin with `rerun_with_change`.
 
 Each change is a world of its own beside hundreds of others: it begins in the state before the change, takes the other
 action for some ticks, and then the policy drives on. A policy that remembers is shown the episode from its first tick,
@@ -40,7 +40,7 @@ class Change:
     """For so many ticks."""
 
 
-def rehearse(
+def rerun_with_change(
     policy: Policy,
     worlds: Callable[[int], RaceWorld],
     drives: RecordedDrives,
@@ -88,7 +88,7 @@ def _drive_on(
     goal = np.minimum(endings["progress"] + 100.0 * past_m / world.track.length, 100.0)
     buffers = allocate(world.spec)
     world.load_state(states_of(drives, begin, rows), buffers)
-    policy.forget(np.ones(len(rows), bool))
+    policy.reset_state(np.ones(len(rows), bool))
     saved, decided = np.zeros(len(rows), bool), np.zeros(len(rows), bool)
     now = begin.copy()
     while not decided.all():
@@ -104,7 +104,7 @@ def _drive_on(
         past = np.where(ended, reports["status"] == race.LAP_COMPLETE, reports["progress"] >= goal)
         saved |= past & ~decided
         decided |= past | ended | (now >= last + PATIENCE_TICKS)
-        policy.forget(ended)
+        policy.reset_state(ended)
         now += 1
     return saved
 

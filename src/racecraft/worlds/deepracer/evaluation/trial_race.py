@@ -105,7 +105,7 @@ class TrialRaceRules:
 
 
 @dataclass(frozen=True)
-class Trial:
+class RaceTrial:
     """What a trial came to."""
 
     trial: int
@@ -138,7 +138,7 @@ class Trial:
 class RaceRecord:
     """A judged race, tick by tick and trial by trial."""
 
-    trials: tuple[Trial, ...]
+    trials: tuple[RaceTrial, ...]
     ticks: Array
     """TICK_REPORT (T,); of a tick that was waited through the pose is where the car was set down, its command that of
     the policy, which did nothing."""
@@ -195,7 +195,7 @@ def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: in
     buffers = allocate(world.spec)
     while not marshal.is_over:
         world.reset(buffers, seed + len(marshal.trials))
-        policy.forget(np.ones(1, bool))
+        policy.reset_state(np.ones(1, bool))
         marshal.begin()
         while marshal.goes_on:
             before = world.save_state()
@@ -205,7 +205,7 @@ def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: in
             if marshal.judge(world.reports[0, 0]):
                 crashed = int(world.reports[0, 0]["status"]) == race.CRASHED
                 set_back(world, before, crashed, resets, marshal.held_ticks, buffers)
-                policy.forget(np.ones(1, bool))
+                policy.reset_state(np.ones(1, bool))
     return marshal.record()
 
 
@@ -247,7 +247,7 @@ class _Marshal:
 
     world: RaceWorld
     rules: TrialRaceRules
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[RaceTrial] = field(default_factory=list)
     is_over: bool = False
     goes_on: bool = False
 
@@ -317,7 +317,7 @@ class _Marshal:
     def _end_trial(self, report: Array, status: str) -> None:
         full = status == "lap_complete"
         self.trials.append(
-            Trial(
+            RaceTrial(
                 trial=len(self.trials) + 1,
                 seconds=round(float(report["lap_seconds"]), 6) if full else None,
                 progress_percent=min(max(float(report["progress"]), 0.0), 100.0),

@@ -14,13 +14,13 @@ Source: facts: deepracer-systems.md A2 (names, templates).
 
 from __future__ import annotations
 
-from racecraft.storage.access import WHERE_KEYS_ARE, Access, require_endpoint
 from racecraft.storage.address import Address, BucketError, is_address
-from racecraft.storage.mirror_note import Place
+from racecraft.storage.connection import WHERE_KEYS_ARE, S3Connection, require_endpoint
+from racecraft.storage.mirror_note import MirrorLocation
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 
-def local_bucket(drfc: DrfcFolder) -> Place | None:
+def local_bucket(drfc: DrfcFolder) -> MirrorLocation | None:
     """Return where the local bucket is; None: it is a folder.
 
     Raises:
@@ -34,11 +34,13 @@ def local_bucket(drfc: DrfcFolder) -> Place | None:
         name = "DR_LOCAL_ACCESS_KEY_ID" if not key else "DR_LOCAL_SECRET_ACCESS_KEY"
         raise drfc.error_at(name, "both halves of the pair of keys, or none", found="it has no value")
     by_role = drfc.text("DR_LOCAL_S3_AUTH_MODE") == "role"
-    access = Access(endpoint, "" if by_role or key else _own(drfc, "DR_LOCAL_S3_PROFILE"), _region(drfc), key, secret)
+    access = S3Connection(
+        endpoint, "" if by_role or key else _own(drfc, "DR_LOCAL_S3_PROFILE"), _region(drfc), key, secret
+    )
     return _place(drfc, "DR_LOCAL_S3_BUCKET", access)
 
 
-def upload_bucket(drfc: DrfcFolder) -> Place | None:
+def upload_bucket(drfc: DrfcFolder) -> MirrorLocation | None:
     """Return where the bucket for uploads is; None: it is a folder, or none is named.
 
     Raises:
@@ -46,11 +48,11 @@ def upload_bucket(drfc: DrfcFolder) -> Place | None:
     """
     if not drfc.upload_is_s3:
         return None
-    access = Access(profile=_own(drfc, "DR_UPLOAD_S3_PROFILE"), region=_region(drfc))
+    access = S3Connection(profile=_own(drfc, "DR_UPLOAD_S3_PROFILE"), region=_region(drfc))
     return _place(drfc, "DR_UPLOAD_S3_BUCKET", access)
 
 
-def place_of(drfc: DrfcFolder, bucket: Place, name: str) -> Place:
+def place_of(drfc: DrfcFolder, bucket: MirrorLocation, name: str) -> MirrorLocation:
     """Return the place of a prefix that a variable such as DR_LOCAL_S3_MODEL_PREFIX names.
 
     Raises:
@@ -60,10 +62,10 @@ def place_of(drfc: DrfcFolder, bucket: Place, name: str) -> Place:
         whole = Address.parse(f"{bucket.address}{'/' if bucket.address.prefix else ''}{drfc.text(name)}")
     except BucketError as error:
         raise drfc.error_at(name, "a prefix of the bucket, such as my-model-2") from error
-    return Place(whole, bucket.access, bucket.installation)
+    return MirrorLocation(whole, bucket.access, bucket.installation)
 
 
-def _place(drfc: DrfcFolder, name: str, access: Access) -> Place:
+def _place(drfc: DrfcFolder, name: str, access: S3Connection) -> MirrorLocation:
     written = drfc.text(name)
     try:
         address = Address.parse(written if is_address(written) else f"s3://{written}")
@@ -71,7 +73,7 @@ def _place(drfc: DrfcFolder, name: str, access: Access) -> Place:
         raise drfc.error_at(name, "the name of a bucket, such as my-models or s3://my-models") from error
     if address.prefix:
         raise drfc.error_at(name, "a bucket without a prefix", "DR_LOCAL_S3_MODEL_PREFIX and its like say where in it.")
-    return Place(address, access, str(drfc.path.absolute()))
+    return MirrorLocation(address, access, str(drfc.path.absolute()))
 
 
 def _endpoint(drfc: DrfcFolder, name: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from racecraft.worlds.deepracer.logs.columns import TICK_COLUMNS, schema
 from racecraft.worlds.deepracer.logs.errors import Damage
 from racecraft.worlds.deepracer.logs.sources import Source
-from racecraft.worlds.deepracer.logs.ticks import Said, read_ticks
+from racecraft.worlds.deepracer.logs.ticks import RawRow, read_ticks
 
 if TYPE_CHECKING:
     import polars as pl
@@ -26,7 +26,7 @@ class LazyTicks:
     def __init__(self, sources: Sequence[Source], phase: str | None) -> None:
         self._sources, self._phase = sources, phase
         self._lock = threading.RLock()  # Polars may run a second query on the thread that waits for the first
-        self._result: tuple[pl.DataFrame, list[Damage], Said] | None = None
+        self._result: tuple[pl.DataFrame, list[Damage], RawRow] | None = None
 
     def lazy(self) -> pl.LazyFrame:
         """Return the table; nothing is read before it is queried."""
@@ -34,7 +34,7 @@ class LazyTicks:
 
         return register_io_source(self._batches, schema=schema(TICK_COLUMNS))
 
-    def read(self) -> tuple[pl.DataFrame, list[Damage], Said]:
+    def read(self) -> tuple[pl.DataFrame, list[Damage], RawRow]:
         """Return every tick, what was damaged, and what logs say beside the ticks."""
         with self._lock:
             if self._result is None:

@@ -14,7 +14,7 @@ from racecraft.worlds.deepracer.logs.errors import Damage, LogError
 from racecraft.worlds.deepracer.logs.lazy_ticks import LazyTicks
 from racecraft.worlds.deepracer.logs.metric_rows import read_metrics
 from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, LOG, METRICS, Source
-from racecraft.worlds.deepracer.logs.ticks import OURS, Said
+from racecraft.worlds.deepracer.logs.ticks import OURS, RawRow
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -42,9 +42,9 @@ class Logs:
             rounds.setdefault("" if self.is_one_training else source.root, set()).add(source.round)
         return {root: tuple(sorted(numbers)) for root, numbers in rounds.items()}
 
-    def about_rounds(self, rounds: Collection[int]) -> Said:
+    def about_rounds(self, rounds: Collection[int]) -> RawRow:
         """Return what the files of some rounds say beside the ticks, as `about` does of all."""
-        said: Said = {}
+        said: RawRow = {}
         for source in self.sources:
             if source.round in rounds and source.kind in (ABOUT, LOG):
                 said = {**facts_of(source), **said}
@@ -84,9 +84,9 @@ class Logs:
         return (*damage, *self._read_metrics[1], *jumps(ticks, self.files))
 
     @cached_property
-    def about(self) -> Said:
+    def about(self) -> RawRow:
         """What the files say beside the ticks, as `about.facts_of` names it."""
-        said: Said = {}
+        said: RawRow = {}
         for source in self.sources:
             if source.kind == ABOUT:
                 said = {**facts_of(source), **said}

@@ -35,10 +35,10 @@ OURS = {
 }  # fmt: skip
 """AWS's name of a column → ours."""
 
-Said = dict[str, Any]
+RawRow = dict[str, Any]
 
 
-def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.DataFrame, list[Damage], Said]:
+def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.DataFrame, list[Damage], RawRow]:
     """Read every tick.
 
     Args:
@@ -53,7 +53,7 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
 
     frames: list[pl.DataFrame] = []
     damage: list[Damage] = []
-    said: Said = {}
+    said: RawRow = {}
     for kind, group in itertools.groupby(enumerate(sources), key=lambda pair: pair[1].kind):
         pairs = list(group)
         if kind == TRACE:
@@ -61,7 +61,7 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
             frames += _placed(trace, pairs, phase)
             damage += wrong
         elif kind == LOG:
-            says: Said = {}
+            says: RawRow = {}
             for place, source in pairs:
                 rolled = source.part != 1 and place > 0 and sources[place - 1].part is not None
                 trace, wrong, says = read_log(place, source, says if rolled else None)

@@ -65,12 +65,12 @@ class Seats:
             else:
                 actions[worlds, cars] = chosen
 
-    def forget(self, ended: Array) -> None:
+    def reset_state(self, ended: Array) -> None:
         """Let drivers begin anew in cars (bool (N, M)) whose episode ended."""
         for driver, rows in zip(self._drivers, self._rows, strict=True):
             own = ended[rows[:, 0], rows[:, 1]]
             if own.any():
-                driver.policy.forget(own)
+                driver.policy.reset_state(own)
 
     def save_state(self) -> dict[str, Array]:
         """Return what LiDARs read last that are no world's: a reading stands until the next is due."""

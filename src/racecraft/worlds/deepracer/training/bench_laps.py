@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
@@ -29,7 +29,7 @@ def bench_laps(seeds: Iterable[int], say: Callable[[str], None], overrides: tupl
             request = RaceRequest(
                 run=Path(folder) / str(seed), preset="fast", seed=seed, stops=("laps", LIMIT), overrides=overrides
             )
-            trained = train(request, Silent(), lambda text: None)
+            trained = train(request, NullCallback(), lambda text: None)
             reached[seed] = trained.outcome.seconds_to_stable
             steps.append(trained.outcome.steps)
             say(f"seed {seed}: {reached[seed] or float('nan'):.2f} s, {trained.outcome.steps} steps")

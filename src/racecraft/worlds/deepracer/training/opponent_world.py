@@ -158,9 +158,9 @@ class OpponentWorld:
         return self.inner.habits
 
     @property
-    def is_paid(self) -> bool:
+    def has_reward(self) -> bool:
         """Whether a reward function is asked."""
-        return self.inner.is_paid
+        return self.inner.has_reward
 
     @property
     def episodes_begun(self) -> int:
@@ -177,20 +177,20 @@ class OpponentWorld:
         if self._past is not None:
             self._past.begin(seed + 2)
         self.inner.reset(self._buffers, seed)
-        self._seats.forget(np.ones_like(self._mine))
+        self._seats.reset_state(np.ones_like(self._mine))
         self._show(buffers)
 
     def begin_episodes(self, buffers: StepBuffers) -> None:
         """Put every car at the start of its episode."""
         self.inner.begin_episodes(self._buffers)
-        self._seats.forget(np.ones_like(self._mine))
+        self._seats.reset_state(np.ones_like(self._mine))
         self._show(buffers)
 
-    def park(self, rows: Array) -> None:
+    def freeze(self, rows: Array) -> None:
         """Carry the learner's cars (bool (R, 1)) off the road until `begin_episodes` or `reset`."""
         parked = np.zeros_like(self._mine)
         parked[self._mine] = rows[:, 0]
-        self.inner.park(parked)
+        self.inner.freeze(parked)
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every race by one tick: the learner's cars as told, everybody else's as they choose.
@@ -205,7 +205,7 @@ class OpponentWorld:
             self._actions[self._mine] = np.asarray(actions).reshape(-1, 2)
         self._seats.choose(self._buffers.observations, self._actions)
         self.inner.step(self._actions, self._buffers)
-        self._seats.forget(self._buffers.ended)
+        self._seats.reset_state(self._buffers.ended)
         self._own.hand_on(self._buffers, buffers)
         self._show(buffers)
 
@@ -221,7 +221,7 @@ class OpponentWorld:
         """Go on from a saved state."""
         self.inner.load_state(state, self._buffers)
         self._seats.load_state(state)
-        self._seats.forget(np.ones_like(self._mine))
+        self._seats.reset_state(np.ones_like(self._mine))
         self._show(buffers)
 
     def close(self) -> None:
@@ -254,5 +254,5 @@ class _Nobody:
     def act(self, observations: Mapping[str, Array], action_mask: Any = None) -> Array:
         raise AssertionError("cars of past selves need a driver: meet(past)")
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is known."""

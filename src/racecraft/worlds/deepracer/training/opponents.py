@@ -127,5 +127,5 @@ class _Learner:
     def act(self, observations: Any, action_mask: Any = None) -> Any:
         raise AssertionError("the learner decides in the collector")
 
-    def forget(self, rows: Any) -> None:
+    def reset_state(self, rows: Any) -> None:
         """Nothing is known."""

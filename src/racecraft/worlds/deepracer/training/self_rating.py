@@ -16,7 +16,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
 from racecraft.worlds.deepracer.analysis.race_film import film_race
 from racecraft.worlds.deepracer.env.settings import RaceConfig
-from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead, RaceResult, race_heads, summed
+from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead, RaceResult, race_head_to_head, summed
 from racecraft.worlds.deepracer.players.driver import Driver, driver_of
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -110,7 +110,7 @@ def _steps(run: RunFolder) -> list[int]:
 
 
 def _meet(pair: Sequence[Driver], track: Track, config: RaceConfig, laps: int = LAPS) -> RaceResult:
-    return race_heads(pair, track, HeadToHead(laps=laps, races=RACES, max_resets=MAX_RESETS), config)
+    return race_head_to_head(pair, track, HeadToHead(laps=laps, races=RACES, max_resets=MAX_RESETS), config)
 
 
 def _driven(number: int, driver: Driver, met: dict[tuple[int, int], RaceResult]) -> dict[str, Any]:

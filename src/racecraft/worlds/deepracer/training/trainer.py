@@ -1,4 +1,4 @@
-"""Train a car: what its world brings along to the common road. Begin with `opened`.
+"""Train a car: what its world brings along to the common steps. Begin with `build_experiment`.
 
 plan (`plan.py`) → reward function → worlds that are driven and judged in → `Experiment` → `training/trainer.py`
 """
@@ -23,7 +23,7 @@ from racecraft.players.trained import GreedyPolicy
 from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.partition import Block
-from racecraft.training.resume import Say
+from racecraft.training.resume import MessageCallback
 from racecraft.training.stopping import GAP, LAP
 from racecraft.training.trainer import Experiment, RunObservers
 from racecraft.training.versions import versions
@@ -69,7 +69,17 @@ from racecraft.worlds.deepracer.training.remote_live import RemoteLiveTicks
 KERNEL = "race.tick"
 """What a car's world compiles last and longest."""
 
-__all__ = ["KIND", "RaceRequest", "Request", "default_settings", "opened", "plan", "plan_car", "plan_resume", "summary"]
+__all__ = [
+    "KIND",
+    "RaceRequest",
+    "Request",
+    "default_settings",
+    "build_experiment",
+    "plan",
+    "plan_car",
+    "plan_resume",
+    "summary",
+]
 
 Request = RaceRequest
 plan = plan_car
@@ -84,7 +94,7 @@ AWS_STAYS = (
 
 
 @contextlib.contextmanager
-def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
+def build_experiment(planned: CarPlan, say: MessageCallback) -> Iterator[Experiment]:
     """Line up the cars that are driven and those that are judged.
 
     Raises:
@@ -142,7 +152,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
         parts={} if pool is None else {"opponents": pool},
         copy_user_files=lambda run: copy_user_files(planned, reward, run),
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
-        attend=lambda run, notes: attended(planned, reward, run, notes),
+        open_observers=lambda run, notes: car_observers(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
         fitted=fit_critic,
         recorder=EpisodeRecorder,
@@ -171,7 +181,9 @@ def summary(planned: CarPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any
 
 
 @contextlib.contextmanager
-def attended(planned: CarPlan, reward: RewardProcess, run: RunFolder, notes: Sequence[str]) -> Iterator[RunObservers]:
+def car_observers(
+    planned: CarPlan, reward: RewardProcess, run: RunFolder, notes: Sequence[str]
+) -> Iterator[RunObservers]:
     """Open the run's log, where the reward function prints, and whoever keeps ticks for us and for AWS's tools."""
     metadata, hyperparameters = planned.model.metadata, planned.model.hyperparameters
     with open_log(run) as log:
@@ -340,7 +352,7 @@ def open_log(run: RunFolder) -> TextIO:
         ) from error
 
 
-def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], say: Say) -> None:
+def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], say: MessageCallback) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm(KERNEL):
         say("First run on this machine: compiling the simulator (once, a minute or two) …")

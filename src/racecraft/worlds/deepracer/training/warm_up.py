@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from racecraft.training import worlds
-from racecraft.training.callbacks import Silent
+from racecraft.training.callbacks import NullCallback
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 SHORT = ("rollout.horizon=16", "ppo.epochs=1", "evaluation.episodes=1", "evaluation.every=1")
@@ -20,4 +20,4 @@ def warm_up() -> None:
     """
     with tempfile.TemporaryDirectory() as folder:
         request = RaceRequest(stops=("iterations=1",), run=Path(folder) / "run", overrides=SHORT)
-        worlds.train(request, Silent(), say=lambda line: None)
+        worlds.train(request, NullCallback(), say=lambda line: None)

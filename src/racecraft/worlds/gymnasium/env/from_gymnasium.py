@@ -23,7 +23,14 @@ from racecraft.contract.errors import ContractError, UserInputError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, StepBuffers, WorldSpec
 from racecraft.worlds.gymnasium.env.spaces import action_translation, parts_of
-from racecraft.worlds.gymnasium.env.user_env import asked, asked_to_step, call_reset, made, reward_given, unfit
+from racecraft.worlds.gymnasium.env.user_env import (
+    asked_to_step,
+    call_env,
+    call_reset,
+    contract_error,
+    made,
+    reward_given,
+)
 
 MAX_HISTORY = 20_000
 """Actions of one episode that are kept, to play it again after loading."""
@@ -93,13 +100,13 @@ class GymnasiumWorld:
                 seen = self._begin(n)
             self._show(seen, buffers.observations, n)
 
-    def park(self, rows: Array) -> None:
+    def freeze(self, rows: Array) -> None:
         """Leave copies (bool (N, 1)) standing until the next reset: they are not stepped and show what they showed."""
         self._parked[:] = rows[:, 0]
 
     def rest(self, rows: Array) -> None:
-        """Leave copies standing whose episodes have been judged; see `park`."""
-        self.park(rows)
+        """Leave copies standing whose episodes have been judged; see `freeze`."""
+        self.freeze(rows)
 
     def save_state(self) -> dict[str, Array]:
         """Return the seed, each copy's episode and the actions taken in it; length -1: too many to keep."""
@@ -135,7 +142,7 @@ class GymnasiumWorld:
         if not self._closed:
             self._closed = True
             for env in self._envs:
-                asked(env, "close")
+                call_env(env, "close")
 
     def _set_seed(self, seed: int) -> None:
         self._seed = seed
@@ -169,7 +176,7 @@ class GymnasiumWorld:
                 part.show(seen, named[name][n, 0])
         except (LookupError, TypeError, ValueError) as error:
             env, method = self._envs[n], "step" if self._steps[n] else "reset"
-            raise unfit(env, method, "observation", seen, env.observation_space, error) from error
+            raise contract_error(env, method, "observation", seen, env.observation_space, error) from error
 
 
 def _make(make: str | Callable[[], gymnasium.Env], settings: dict[str, Any]) -> gymnasium.Env:

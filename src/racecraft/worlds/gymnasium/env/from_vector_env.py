@@ -20,7 +20,7 @@ from gymnasium.vector import AutoresetMode
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, DiscreteActions, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.worlds.gymnasium.env.spaces import SOLE_NAME, Part, action_translation
-from racecraft.worlds.gymnasium.env.user_env import asked, unfit
+from racecraft.worlds.gymnasium.env.user_env import call_env, contract_error
 
 
 def has_vector_version(spec: EnvSpec) -> bool:
@@ -74,7 +74,7 @@ class VectorEnvWorld:
         self._seed, self._begun = seed, True
         self._taken.clear()
         self._forget_episodes()
-        seen, _ = asked(self._envs, "reset", seed=seed % (1 << 31))
+        seen, _ = call_env(self._envs, "reset", seed=seed % (1 << 31))
         self._ended[:] = False
         self._show(seen, buffers.observations, slice(None))
         buffers.active[:] = True
@@ -87,9 +87,9 @@ class VectorEnvWorld:
         self._taken.append(told)
         if isinstance(self._spec.actions, DiscreteActions):
             told = told.astype(np.int64) + self._first_action
-        seen, reward, terminated, truncated, _ = asked(self._envs, "step", told)
+        seen, reward, terminated, truncated, _ = call_env(self._envs, "step", told)
         if not np.isfinite(reward).all():
-            raise unfit(self._envs, "step", "reward", reward, "numbers", "nothing is learned from it")
+            raise contract_error(self._envs, "step", "reward", reward, "numbers", "nothing is learned from it")
         plays = ~self._ended
         buffers.reward[:, 0] = reward
         buffers.reward[self._ended, 0] = 0.0
@@ -125,7 +125,7 @@ class VectorEnvWorld:
         """Close it; closing twice is closing once."""
         if not self._closed:
             self._closed = True
-            asked(self._envs, "close")
+            call_env(self._envs, "close")
 
     def _forget_episodes(self) -> None:
         self._earned[:], self._steps[:] = 0.0, 0
@@ -143,4 +143,4 @@ class VectorEnvWorld:
             named[SOLE_NAME][rows, 0] = seen
         except (TypeError, ValueError) as error:
             space = self._envs.observation_space
-            raise unfit(self._envs, "step", "observation", seen, space, error) from error
+            raise contract_error(self._envs, "step", "observation", seen, space, error) from error

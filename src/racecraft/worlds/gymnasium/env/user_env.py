@@ -1,4 +1,4 @@
-"""Asks a user's environment; what goes wrong in it becomes an error with its file and line. Begin with `asked`."""
+"""Asks a user's environment; what goes wrong in it becomes an error with its file and line. Begin with `call_env`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ METHODS = ("reset", "step", "begin_episodes", "park", "pop_episodes", "save_stat
 """What is asked of a world."""
 
 
-def asked(env: Any, method: str, *words: Any, **named: Any) -> Any:
+def call_env(env: Any, method: str, *words: Any, **named: Any) -> Any:
     """Call a method of an environment and return what it gives.
 
     Raises:
@@ -32,7 +32,7 @@ def call_reset(env: Any, seed: int) -> Any:
     Raises:
         EnvironmentFailedError: It raised, or gave other things.
     """
-    told = asked(env, "reset", seed=seed)
+    told = call_env(env, "reset", seed=seed)
     return _all_of(env, "reset", told, ("observation", "info"))
 
 
@@ -42,7 +42,7 @@ def asked_to_step(env: Any, action: Any) -> Any:
     Raises:
         EnvironmentFailedError: It raised, or gave other things.
     """
-    told = asked(env, "step", action)
+    told = call_env(env, "step", action)
     return _all_of(env, "step", told, ("observation", "reward", "terminated", "truncated", "info"))
 
 
@@ -90,9 +90,9 @@ def reward_given(env: Any, reward: Any) -> float:
     try:
         value = float(reward)
     except (TypeError, ValueError) as error:
-        raise unfit(env, "step", "reward", reward, "a number", error) from error
+        raise contract_error(env, "step", "reward", reward, "a number", error) from error
     if not math.isfinite(value):
-        raise unfit(env, "step", "reward", reward, "a number", "nothing is learned from it")
+        raise contract_error(env, "step", "reward", reward, "a number", "nothing is learned from it")
     return value
 
 
@@ -108,7 +108,7 @@ def failure(env: Any, method: str, error: BaseException) -> EnvironmentFailedErr
     )
 
 
-def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object) -> EnvironmentFailedError:
+def contract_error(env: Any, method: str, what: str, value: Any, space: Any, why: object) -> EnvironmentFailedError:
     """Return the error about something that an environment gave and that does not fit what it promised."""
     shape = getattr(value, "shape", None)
     gave = f"{type(value).__name__} of shape {tuple(shape)}" if shape is not None else _short(value)
@@ -125,7 +125,7 @@ def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object)
     )
 
 
-def lacking(env: Any, name: str) -> EnvironmentFailedError:
+def missing_error(env: Any, name: str) -> EnvironmentFailedError:
     """Return the error about something that an environment has not."""
     return EnvironmentFailedError(
         "{place}{name} has no {name_2}; expected one of gym's spaces, set as it is made.",

@@ -1,4 +1,4 @@
-"""Train on any registered Gymnasium environment: what it brings along to the common road. Begin with `opened`."""
+"""Train on any registered Gymnasium environment. Begin with `build_experiment`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from racecraft.training.custom_code import OwnCode, copy_code, own_code_of_names
 from racecraft.training.loop import Outcome
 from racecraft.training.plain import SMALL_WORLDS
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
-from racecraft.training.resume import Say, open_to_resume
+from racecraft.training.resume import MessageCallback, open_to_resume
 from racecraft.training.return_evaluator import CONFIRMING_EPISODES, ReturnEvaluator
 from racecraft.training.settings import EvaluationConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
@@ -156,7 +156,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> GymPlan:
 
 
 @contextlib.contextmanager
-def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
+def build_experiment(planned: GymPlan, say: MessageCallback) -> Iterator[Experiment]:
     """Open the copies that are learned and judged in."""
     environment, settings = planned.request.environment, planned.settings
     code = planned.request.environment_code or own_code_of_names([environment])

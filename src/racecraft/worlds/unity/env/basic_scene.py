@@ -20,7 +20,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from racecraft.worlds.unity.env.player import Act, ActionCard, Info, Seen, run_player
+from racecraft.worlds.unity.env.player import ActionMessage, Info, ObservationMessage, UnityActionSpec, run_player
 
 BEHAVIOR = "Basic?team=0"
 PLACES, START, SMALL_GOAL, LARGE_GOAL = 20, 10, 7, 17
@@ -37,7 +37,7 @@ class BasicScene:
         late_start: Whether an episode's first decision comes one message after the last one's end.
     """
 
-    behaviors = {BEHAVIOR: ActionCard(branches=(3,))}
+    behaviors = {BEHAVIOR: UnityActionSpec(branches=(3,))}
 
     def __init__(self, num_agents: int = 1, late_start: bool = False) -> None:
         self._late_start = late_start
@@ -69,11 +69,11 @@ class BasicScene:
                 told.append(Info(self._ids[index], [_see(place)], self._rewards[index]))
         return {BEHAVIOR: told}
 
-    def act(self, actions: Mapping[str, list[Act]]) -> None:
+    def act(self, actions: Mapping[str, list[ActionMessage]]) -> None:
         """Move every agent that asked."""
         asked = [index for index in range(len(self._places)) if index not in self._absent]
         self._absent.clear()
-        given = actions.get(BEHAVIOR) or [Act([], [0])] * len(asked)
+        given = actions.get(BEHAVIOR) or [ActionMessage([], [0])] * len(asked)
         for index, action in zip(asked, given, strict=True):
             self._move(index, action.discrete[0])
 
@@ -89,8 +89,8 @@ class BasicScene:
                 self._absent.add(index)
 
 
-def _see(place: int) -> Seen:
-    return Seen(_ONE_HOT[place], "Basic")
+def _see(place: int) -> ObservationMessage:
+    return ObservationMessage(_ONE_HOT[place], "Basic")
 
 
 _ONE_HOT = np.eye(PLACES, dtype=np.float32)

@@ -22,7 +22,7 @@ from racecraft.worlds.unity.files import messages
 
 
 @dataclass
-class Seen:
+class ObservationMessage:
     """One observation to send: float32 numbers, or a picture uint8 (H, W, C) that travels as PNG."""
 
     values: Array
@@ -36,7 +36,7 @@ class Info:
     """What one agent has to say at one moment."""
 
     agent_id: int
-    observations: Sequence[Seen]
+    observations: Sequence[ObservationMessage]
     reward: float = 0.0
     done: bool = False
     interrupted: bool = False
@@ -46,7 +46,7 @@ class Info:
 
 
 @dataclass
-class Act:
+class ActionMessage:
     """What one agent is told to do."""
 
     continuous: list[float]
@@ -54,7 +54,7 @@ class Act:
 
 
 @dataclass(frozen=True)
-class ActionCard:
+class UnityActionSpec:
     """What the agents of a behavior can do."""
 
     continuous: int = 0
@@ -65,7 +65,7 @@ class Scene(Protocol):
     """A small world that a player shows."""
 
     @property
-    def behaviors(self) -> Mapping[str, ActionCard]:
+    def behaviors(self) -> Mapping[str, UnityActionSpec]:
         """What agents of each behavior can do."""
 
     def begin(self, seed: int) -> None:
@@ -77,7 +77,7 @@ class Scene(Protocol):
     def infos(self) -> Mapping[str, list[Info]]:
         """Tell, by behavior, of the agents that ended (done) and of those that ask what to do."""
 
-    def act(self, actions: Mapping[str, list[Act]]) -> None:
+    def act(self, actions: Mapping[str, list[ActionMessage]]) -> None:
         """Obey; a behavior without actions stands still. In the order of the infos that were not done."""
 
 
@@ -127,7 +127,7 @@ class Player:
             return
         self.scene.act(
             {
-                name: [Act(list(one.continuous_actions), list(one.discrete_actions)) for one in listed.value]
+                name: [ActionMessage(list(one.continuous_actions), list(one.discrete_actions)) for one in listed.value]
                 for name, listed in order.agent_actions.items()
             }
         )
@@ -173,7 +173,7 @@ class Player:
         for seen in info.observations:
             self._write_seen(into.observations.add(), seen)
 
-    def _write_seen(self, into: Any, seen: Seen) -> None:
+    def _write_seen(self, into: Any, seen: ObservationMessage) -> None:
         values = np.asarray(seen.values)
         into.name = seen.name
         into.observation_type = int(seen.goal)

@@ -159,11 +159,11 @@ def to_wire(sensor: Sensor, values: Array) -> Array:
 
 def _body_of(policy: UnityPolicy) -> nn.Module:
     """Return the network from observations to features."""
-    return policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.eyes
+    return policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.encoder
 
 
 def _require_made_for(behavior: Behavior, policy: UnityPolicy) -> None:
-    reads = (policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.eyes).names
+    reads = (policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.encoder).names
     if sorted(reads) != sorted(sensor.name for sensor in behavior.sensors):
         raise UserInputError(
             "the policy reads {reads}; behavior '{name}' shows "
@@ -188,7 +188,7 @@ def _require_made_for(behavior: Behavior, policy: UnityPolicy) -> None:
 
 def _add_choices(graph: _Graph, branches: Sequence[int], logits: str, masks: str) -> None:
     """One choice in each branch, drawn independently of the others', and the likeliest of each."""
-    drawn, likeliest, at = [], [], 0
+    drawn, argmax_action, at = [], [], 0
     for size in branches:
         scores, allowed = logits, masks
         if len(branches) > 1:
@@ -196,9 +196,9 @@ def _add_choices(graph: _Graph, branches: Sequence[int], logits: str, masks: str
         scores = graph.masked(scores, allowed)
         likely = graph.node("LogSoftmax", scores, axis=1)
         drawn.append(graph.node("Multinomial", likely, dtype=graph.INT64, sample_size=1))
-        likeliest.append(graph.node("ArgMax", scores, axis=1, keepdims=1))
+        argmax_action.append(graph.node("ArgMax", scores, axis=1, keepdims=1))
         at += size
-    for name, parts in (("discrete_actions", drawn), ("deterministic_discrete_actions", likeliest)):
+    for name, parts in (("discrete_actions", drawn), ("deterministic_discrete_actions", argmax_action)):
         chosen = graph.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0]
         graph.output(name, chosen, len(branches), graph.INT64)
     graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
@@ -327,7 +327,7 @@ class _Graph:
         flat = self.node("Flatten", value, axis=1)
         if module.statistics is None:
             return flat
-        mean, deviation = map(_array, module.statistics.told())
+        mean, deviation = map(_array, module.statistics.mean_and_deviation())
         scaled = self.node("Div", self.node("Sub", flat, self.constant(mean)), self.constant(deviation))
         return self.node("Clip", scaled, min=-MOST_DEVIATIONS, max=MOST_DEVIATIONS)
 

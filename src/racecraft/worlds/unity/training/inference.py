@@ -20,7 +20,7 @@ from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.rollout.statistics import EpisodeCounter, summarise
-from racecraft.training.resume import Say
+from racecraft.training.resume import MessageCallback
 from racecraft.training.stopping import Progress, StopCondition, parse_stops, reached
 from racecraft.worlds.unity.env.behavior_specs import behaviors_in
 from racecraft.worlds.unity.env.behaviors import Behavior, card_of
@@ -51,7 +51,7 @@ class _Told:
         return f"{len(self.episodes)} episodes, mean return {summarise(self.episodes).mean_reward:.3f}"
 
 
-def play_scene(request: UnityRequest, say: Say = print) -> dict[str, Any]:
+def play_scene(request: UnityRequest, say: MessageCallback = print) -> dict[str, Any]:
     """Let a trained policy play until a stop holds, Ctrl-C, or its player is closed; return what it came to.
 
     Args:
@@ -133,14 +133,19 @@ def _require_same_scene(policy: TrainedPolicy, behaviors: Sequence[Behavior]) ->
 
 
 def _play(
-    policy: TrainedPolicy, world: UnityWorld, seed: int, stops: Sequence[StopCondition], told: _Told, say: Say
+    policy: TrainedPolicy,
+    world: UnityWorld,
+    seed: int,
+    stops: Sequence[StopCondition],
+    told: _Told,
+    say: MessageCallback,
 ) -> str:
     """Play until a stop holds, and return which."""
     spec, buffers, counter = world.spec, allocate(world.spec), EpisodeCounter(world)
     rows = spec.num_worlds * spec.num_agents
     world.reset(buffers, seed)
     counter.begin()
-    policy.forget(np.ones(rows, bool))
+    policy.reset_state(np.ones(rows, bool))
     while (reason := reached(stops, Progress(told.seconds, 0, told.steps, False))) is None:
         seen = {name: part.reshape(rows, *part.shape[2:]) for name, part in buffers.observations.items()}
         mask = None if buffers.action_mask is None else buffers.action_mask.reshape(rows, -1)
@@ -149,7 +154,7 @@ def _play(
         world.step(actions, buffers)
         counter.count(buffers)
         told.episodes += counter.take()
-        policy.forget(buffers.ended.reshape(rows))
+        policy.reset_state(buffers.ended.reshape(rows))
         if told.seconds - told.said > SAY_SECONDS:
             told.said = told.seconds
             say(told.line())

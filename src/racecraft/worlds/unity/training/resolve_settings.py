@@ -32,7 +32,7 @@ SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
 
 
 @dataclass(frozen=True)
-class Settled:
+class ResolvedSettings:
     """The settings of a training, the scene heard."""
 
     each: Mapping[str, Settings]
@@ -48,7 +48,7 @@ class Settled:
         return next(iter(self.each.values()))
 
 
-def own_groups(settled: Settled, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
+def own_groups(settled: ResolvedSettings, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the groups of settings that each behavior has for itself, as plain values."""
     own = ("network", algorithm.group, *SIGNALS, IMITATION)
     told = {
@@ -58,7 +58,7 @@ def own_groups(settled: Settled, algorithm: Algorithm) -> dict[str, dict[str, di
     return {base: {name: groups[name] for name in own if name in groups} for base, groups in told.items()}
 
 
-def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str, slice]) -> Settled:
+def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str, slice]) -> ResolvedSettings:
     """Settle what only the scene could tell.
 
     The defaults come first, then what the scene needs, then the configuration, then what was typed.
@@ -74,7 +74,7 @@ def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str,
     agents = {base: rows.stop - rows.start for base, rows in rows_of.items()}
     rows = sum(agents.values())
     if plan.begun is not None:
-        return Settled(_settings_of_begun(plan, plan.begun, behaviors, rows), plan.notes)
+        return ResolvedSettings(_settings_of_begun(plan, plan.begun, behaviors, rows), plan.notes)
     notes = [*plan.config.notes, *plan.notes, *_notes_on(plan, behaviors, rows)]
     each = {}
     for behavior in behaviors:
@@ -85,7 +85,7 @@ def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str,
         notes.append(f"buffers of the behaviors differ; they are filled together, {horizon} ticks at a time")
     together = {"num_worlds": rows, "horizon": horizon}
     limits = [limit for behavior in behaviors if (limit := plan.config.behavior(behavior.name).max_steps)]
-    return Settled(
+    return ResolvedSettings(
         {base: with_values(settings, "rollout", together) for base, settings in each.items()},
         tuple(dict.fromkeys(notes)),
         sum(limits) or None,

@@ -1,4 +1,4 @@
-"""Train on a Unity scene: what it brings along to the common road. Begin with `opened`.
+"""Train on a Unity scene: what it brings along to the common steps. Begin with `build_experiment`.
 
     plan → players that teach, one that judges → settings, the scene heard → `Experiment` → `training/trainer.py`
 
@@ -20,7 +20,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy, spec_in
 from racecraft.training.loop import Evaluator, Outcome
 from racecraft.training.named_files import lay_named_files, named_files
-from racecraft.training.resume import Say
+from racecraft.training.resume import MessageCallback
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.unity.env.behavior_specs import card_for
@@ -40,9 +40,9 @@ from racecraft.worlds.unity.training.plan import (
     plan_unity,
     stops_for,
 )
-from racecraft.worlds.unity.training.resolve_settings import Settled, file_name, own_groups, settle, whose
+from racecraft.worlds.unity.training.resolve_settings import ResolvedSettings, file_name, own_groups, settle, whose
 
-__all__ = ["KIND", "Request", "UnityRequest", "default_settings", "opened", "plan", "plan_resume", "summary"]
+__all__ = ["KIND", "Request", "UnityRequest", "default_settings", "build_experiment", "plan", "plan_resume", "summary"]
 
 Request = UnityRequest
 plan = plan_unity
@@ -52,7 +52,7 @@ OBSERVATIONS = "observations.safetensors"
 
 
 @contextlib.contextmanager
-def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
+def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Experiment]:
     """Start the players, and settle what only the scene could tell; the players are ended afterwards.
 
     Weights, optimiser, exploration and counts of a resumed run go on as they were. What happens inside a player cannot
@@ -119,7 +119,7 @@ def _require_same_heads(path: str, metadata: Mapping[str, Any]) -> tuple[str, ..
     return ()
 
 
-def _learner(planned: UnityPlan, world: UnityWorld, settled: Settled) -> Learner:
+def _learner(planned: UnityPlan, world: UnityWorld, settled: ResolvedSettings) -> Learner:
     """Return the learner of a behavior, or one of several where several learn."""
     if not world.spec.groups:
         return build_learner(planned.algorithm, world.spec, settled.shared, planned.seed)
@@ -148,7 +148,9 @@ def _evaluator(
     return SceneEvaluator(judged, GreedyPolicy(learner), episodes, threshold, run.path / OBSERVATIONS, curriculum)
 
 
-def _curriculum(planned: UnityPlan, world: UnityWorld, judged: UnityWorld | None, say: Say) -> Curriculum | None:
+def _curriculum(
+    planned: UnityPlan, world: UnityWorld, judged: UnityWorld | None, say: MessageCallback
+) -> Curriculum | None:
     """Return the lessons of the configuration's environment parameters; None without any."""
     config = planned.config
     if not config.curricula:
@@ -158,7 +160,7 @@ def _curriculum(planned: UnityPlan, world: UnityWorld, judged: UnityWorld | None
     return Curriculum(config.curricula, worlds, world.rows_of, max_steps, say)
 
 
-def _lay_files(planned: UnityPlan, settled: Settled, run: RunFolder) -> None:
+def _lay_files(planned: UnityPlan, settled: ResolvedSettings, run: RunFolder) -> None:
     for number, (base, settings) in enumerate(settled.each.items()):
         if number:  # the first one's are those of the training itself
             lay_named_files(named_files(settings, of=whose(number, base)), run)

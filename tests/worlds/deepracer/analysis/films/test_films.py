@@ -14,11 +14,11 @@ from racecraft.worlds.deepracer.analysis.films import figures
 from racecraft.worlds.deepracer.analysis.films.film import SIZES, FilmStyle, OtherCar, write_film
 from racecraft.worlds.deepracer.analysis.films.moments import HELD_SECONDS, moments
 from racecraft.worlds.deepracer.analysis.films.shells import COLOURS, F1_COLOURS, SHELLS, shell_named
-from racecraft.worlds.deepracer.analysis.films.solids import Eye, paint_car
+from racecraft.worlds.deepracer.analysis.films.solids import CameraPose, paint_car
 from racecraft.worlds.deepracer.analysis.films.standing import filmed_objects
 from racecraft.worlds.deepracer.analysis.films.top import TopMap
 from racecraft.worlds.deepracer.analysis.films.tower import Standings, Tower
-from racecraft.worlds.deepracer.analysis.films.views import CHASE, VIEWS, FilmedCar, Stage, _pose, widened
+from racecraft.worlds.deepracer.analysis.films.views import CHASE, VIEWS, FilmContext, FilmedCar, _pose, widened
 from racecraft.worlds.deepracer.env.camera import MOUNT_V3
 from racecraft.worlds.deepracer.env.light import palette_under
 from racecraft.worlds.deepracer.env.objects import AMAZON_BOX, BOT_CAR, BOX, KINDS
@@ -34,7 +34,7 @@ def drive(reports_along):
 def stage(track, *cars, objects=None):
     taken = [moments(one, 15) for one in cars]
     filmed = [FilmedCar(one, shell_named()) for one in taken]
-    return Stage(track, "2026", MOUNT_V3, filmed, filmed_objects(objects, taken[0]))
+    return FilmContext(track, "2026", MOUNT_V3, filmed, filmed_objects(objects, taken[0]))
 
 
 def box_beside(drive, ahead, kind=BOX, tick=20):
@@ -96,7 +96,7 @@ def test_seven_colours_and_the_formula_one_shells():
 def test_a_car_is_painted_where_the_pinhole_has_it():
     """Straight below an eye that looks down, 0.324 m are focal / height pixels."""
     picture = np.full((400, 400, 3), 200, np.uint8)
-    paint_car(picture, Eye(2.0, 3.0, 10.0, math.pi / 2, math.pi / 2, 5000.0), shell_named(), (2.0, 3.0, 0.0))
+    paint_car(picture, CameraPose(2.0, 3.0, 10.0, math.pi / 2, math.pi / 2, 5000.0), shell_named(), (2.0, 3.0, 0.0))
     red = (picture[..., 0] > 120) & (picture[..., 1] < 90)
     rows, columns = np.nonzero(red)
     assert columns.max() - columns.min() == pytest.approx(0.324 * 500, abs=6), "it heads east: to the right"
@@ -106,7 +106,7 @@ def test_a_car_is_painted_where_the_pinhole_has_it():
 
 def test_what_lies_behind_the_eye_is_not_painted():
     picture = np.full((100, 100, 3), 200, np.uint8)
-    paint_car(picture, Eye(0.0, 0.0, 0.5, 0.0, 0.2, 100.0), shell_named(), (-2.0, 0.0, 0.0))
+    paint_car(picture, CameraPose(0.0, 0.0, 0.5, 0.0, 0.2, 100.0), shell_named(), (-2.0, 0.0, 0.0))
     assert (picture == 200).all()
 
 
@@ -266,7 +266,7 @@ def test_from_above_the_filmed_car_is_painted_over_the_others(track, drive):
     pictures = []
     for cars in ([red], [red, blue], [blue, red]):
         pictures.append(np.zeros((600, 800, 3), np.uint8))
-        VIEWS["top"](Stage(track, "2026", MOUNT_V3, cars, filmed_objects(None, taken)), 800, 600).paint(
+        VIEWS["top"](FilmContext(track, "2026", MOUNT_V3, cars, filmed_objects(None, taken)), 800, 600).paint(
             20, pictures[-1]
         )
     alone, over, under = (picture.astype(int) for picture in pictures)
@@ -282,7 +282,7 @@ def test_its_own_camera_sees_the_others_and_not_the_car_itself(track, drive):
             cars = [FilmedCar(taken, shell_named("deepracer", own))]
             cars += [FilmedCar(other, shell_named("deepracer", "White"))] * others
             pictures[own, others] = np.zeros((240, 320, 3), np.uint8)
-            stood = Stage(track, "2026", MOUNT_V3, cars, filmed_objects(None, taken))
+            stood = FilmContext(track, "2026", MOUNT_V3, cars, filmed_objects(None, taken))
             VIEWS["car"](stood, 320, 240).paint(20, pictures[own, others])
     np.testing.assert_array_equal(pictures["Red", True], pictures["Blue", True])
     assert (pictures["Red", True] != pictures["Red", False]).any()

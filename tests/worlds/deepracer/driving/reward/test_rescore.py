@@ -50,7 +50,7 @@ def test_a_log_earns_what_its_rows_earn_in_a_drive(payer):
     found = rescore(as_log(laps), DRIVES[0].track, reward)
     assert found.failures == ()
     for episode, lap in zip(found.episodes, laps, strict=True):
-        assert episode.new == pytest.approx(reward.pay(lap.track, lap.reports).rewards.sum())
+        assert episode.new == pytest.approx(reward.compute_rewards(lap.track, lap.reports).rewards.sum())
         assert episode.is_lap == lap.is_lap
         assert episode.old == len(lap.rows)
     assert [one.episode for one in found.laps] == [0, 1]
@@ -65,9 +65,9 @@ def test_laps_change_places_where_the_rewards_disagree(payer):
 
 
 def test_rows_hold_what_the_world_wrote_down():
-    rows, is_paid = rows_of(as_log(DRIVES[:1]), DRIVES[0].track)
+    rows, has_reward = rows_of(as_log(DRIVES[:1]), DRIVES[0].track)
     driven = DRIVES[0].reports
-    assert is_paid.tolist() == [False, *[True] * len(driven)]
+    assert has_reward.tolist() == [False, *[True] * len(driven)]
     for name in ("x", "y", "yaw", "arc", "centre_distance", "waypoint_before", "is_left", "all_wheels_on", "progress"):
         assert np.allclose(rows[name][1:], driven[name]), name
 

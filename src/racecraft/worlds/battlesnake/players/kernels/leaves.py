@@ -1,6 +1,6 @@
 """Leaves of a search tree that a network appraises, compiled: many are found, then asked about at once.
 
-`descend` walks a tree of `puct.py` to positions that it does not know and lays them out as games of the world
+`select_leaves` walks a tree of `puct.py` to positions that it does not know and lays them out as games of the world
 (`env/state.py`), where the same kernels as in training say what each snake sees. `hear` takes what the
 network made of them back up the tree.
 
@@ -33,7 +33,7 @@ LEAST_WORTH, MOST_WORTH = 0.02, 0.98
 
 
 @lean_kernel
-def descend(walks, me, eager, first, beyond, ring, rows, bits, cells, edges, rules, pools, found, worths, ways,
+def select_leaves(walks, me, eager, first, beyond, ring, rows, bits, cells, edges, rules, pools, found, worths, ways,
             links, joints, visits, sums, priors, first_worths, size,
             asked, paths, tracks, opinions, bodies, snakes, games, board_cells):  # fmt: skip
     """Walk down up to `walks` times and lay out the leaves found as games `first` … `beyond` - 1.
@@ -104,7 +104,7 @@ def hear(first, beyond, network_share, prior_share, asked, paths, tracks, opinio
         beyond: The leaf after its last.
         network_share: Share of the network in what a leaf is worth; the rest is area control's.
         prior_share: How far its chances are believed; the rest goes to all moves alike that are not surely fatal.
-        asked: As `descend` left it, as are `paths`, `tracks`, `opinions` and `snakes`.
+        asked: As `select_leaves` left it, as are `paths`, `tracks`, `opinions` and `snakes`.
         paths: See above.
         tracks: See above.
         opinions: See above.
@@ -198,7 +198,7 @@ def descend_all(left, eager, each, ring, rows, bits, cells, edges, rules, pools,
             which[leaf] = False
         if left[g] <= 0:
             continue
-        waiting, ended = descend(
+        waiting, ended = select_leaves(
             left[g], -1, eager, g * each, (g + 1) * each, ring[g], rows[g], bits[g], cells[g], edges, rules[g], pools,
             found, worths, ways, links[g], joints[g], visits[g], sums[g], priors[g], first_worths[g], size[g],
             asked, paths, tracks, opinions, bodies, snakes, games, board_cells,

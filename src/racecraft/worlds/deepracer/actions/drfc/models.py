@@ -11,7 +11,7 @@ from racecraft.contract.progress import Progress
 from racecraft.worlds.deepracer.actions.drfc.sync import require_free, send, wipe
 
 if TYPE_CHECKING:
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 
@@ -23,7 +23,7 @@ class ModelCopy:
     target: Path
     which: str | None
     """Its only checkpoint that goes along; None: all."""
-    place: Place | None = None
+    place: MirrorLocation | None = None
     """Where the copy is kept in S3; None: nowhere."""
 
     def description(self) -> str:

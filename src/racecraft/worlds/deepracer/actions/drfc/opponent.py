@@ -34,7 +34,7 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any], progr
     Raises:
         UserInputError: There is no such opponent, or trials are asked for that each begin at rest.
     """
-    from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead, race_heads
+    from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead, race_head_to_head
     from racecraft.worlds.deepracer.players.driver import driver_of, load_car
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -54,7 +54,7 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any], progr
     named = drfc.env.run.values.get("DR_WORLD_NAME")
     circuit = load_track(named) if named else cars[0].trained_on
     config = replace(cars[0].settings.race, reverse=asked["reverse_direction"])
-    result = race_heads(drivers, circuit, rules, config)
+    result = race_head_to_head(drivers, circuit, rules, config)
     _leave_files((model, drfc.opponent), result, circuit.length, progress)
     if drfc.flag("DR_EVAL_SAVE_MP4"):
         track = circuit.reversed() if config.reverse else circuit

@@ -10,7 +10,7 @@ from racecraft.actions.stores import open_store
 from racecraft.contract.progress import Progress
 
 if TYPE_CHECKING:
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 CUSTOM, MODEL, UPLOAD = "DR_LOCAL_S3_CUSTOM_FILES_PREFIX", "DR_LOCAL_S3_MODEL_PREFIX", "DR_UPLOAD_S3_PREFIX"
@@ -51,21 +51,21 @@ def fetch_for_training(drfc: DrfcFolder, progress: Progress) -> None:
         bring_in(drfc, bucket, drfc.bucket, progress)
 
 
-def place_of_model(drfc: DrfcFolder) -> Place | None:
+def place_of_model(drfc: DrfcFolder) -> MirrorLocation | None:
     """Return where the model is kept beside its run folder; None: nowhere."""
     return _local(drfc, MODEL)
 
 
-def place_in_bucket(drfc: DrfcFolder, prefix: str) -> Place | None:
+def place_in_bucket(drfc: DrfcFolder, prefix: str) -> MirrorLocation | None:
     """Return where a prefix that was typed is kept beside its folder; None: nowhere."""
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket
 
     bucket = local_bucket(drfc)
-    return None if bucket is None else Place(bucket.address.below(prefix), bucket.access, bucket.installation)
+    return None if bucket is None else MirrorLocation(bucket.address.below(prefix), bucket.access, bucket.installation)
 
 
-def require_free(place: Place | None) -> None:
+def require_free(place: MirrorLocation | None) -> None:
     """Refuse a prefix of S3 that holds objects.
 
     Raises:
@@ -81,7 +81,7 @@ def require_free(place: Place | None) -> None:
         )
 
 
-def wipe(place: Place | None, progress: Progress) -> None:
+def wipe(place: MirrorLocation | None, progress: Progress) -> None:
     """Take all objects of a prefix of S3 away.
 
     Raises:
@@ -96,7 +96,7 @@ def wipe(place: Place | None, progress: Progress) -> None:
         progress(f"{place.address}: wiped, {len(found)} objects")
 
 
-def place_of_upload(drfc: DrfcFolder, local: bool) -> Place | None:
+def place_of_upload(drfc: DrfcFolder, local: bool) -> MirrorLocation | None:
     """Return where an upload goes beside its folder; None: nowhere.
 
     Args:
@@ -111,7 +111,7 @@ def place_of_upload(drfc: DrfcFolder, local: bool) -> Place | None:
     return None if bucket is None else place_of(drfc, bucket, UPLOAD)
 
 
-def send(folder: Path, place: Place | None, progress: Progress) -> None:
+def send(folder: Path, place: MirrorLocation | None, progress: Progress) -> None:
     """Put a folder into its place in S3, where there is one; what the network did not take, a letter tells.
 
     Raises:
@@ -128,7 +128,7 @@ def fetched_model(drfc: DrfcFolder, source: str, progress: Progress) -> Path:
         UserInputError: There is no such model, or the network fails.
     """
     from racecraft.storage.address import Address
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, upload_bucket
 
     if not (drfc.local_is_s3 or drfc.upload_is_s3):
@@ -137,12 +137,12 @@ def fetched_model(drfc: DrfcFolder, source: str, progress: Progress) -> Path:
     for bucket in (local_bucket(drfc), upload_bucket(drfc)):
         if bucket is not None and bucket.address.bucket == address.bucket:
             folder = drfc.in_bucket(source)
-            _fetch(Place(address, bucket.access), folder, progress)
+            _fetch(MirrorLocation(address, bucket.access), folder, progress)
             return folder
     return drfc.in_bucket(source)
 
 
-def _local(drfc: DrfcFolder, name: str) -> Place | None:
+def _local(drfc: DrfcFolder, name: str) -> MirrorLocation | None:
     if not drfc.local_is_s3:
         return None
     from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, place_of
@@ -151,7 +151,7 @@ def _local(drfc: DrfcFolder, name: str) -> Place | None:
     return None if bucket is None else place_of(drfc, bucket, name)
 
 
-def _send(folder: Path, place: Place, progress: Progress) -> None:
+def _send(folder: Path, place: MirrorLocation, progress: Progress) -> None:
     from racecraft.storage.object_store import NetworkError
     from racecraft.storage.transfer import push
 
@@ -165,7 +165,7 @@ def _send(folder: Path, place: Place, progress: Progress) -> None:
     progress(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
 
 
-def _fetch(place: Place, folder: Path, progress: Progress) -> None:
+def _fetch(place: MirrorLocation, folder: Path, progress: Progress) -> None:
     from racecraft.storage.transfer import pull
 
     done = pull(open_store(place.access), place.address, folder)

@@ -10,7 +10,7 @@ from racecraft.contract.progress import Progress
 from racecraft.worlds.deepracer.actions.drfc.sync import wipe
 
 if TYPE_CHECKING:
-    from racecraft.storage.mirror_note import Place
+    from racecraft.storage.mirror_note import MirrorLocation
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 
@@ -62,7 +62,7 @@ def require_trainable(drfc: DrfcFolder, planned: Any) -> None:
     require_same_shape(planned, path, load_weights(older, which)[1])
 
 
-def wipe_run(model: Path, place: Place | None, progress: Progress) -> None:
+def wipe_run(model: Path, place: MirrorLocation | None, progress: Progress) -> None:
     """Take a model away, here and in its bucket."""
     from racecraft.worlds.deepracer.files.model_copy import wipe_model
 

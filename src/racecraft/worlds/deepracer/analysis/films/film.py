@@ -18,7 +18,7 @@ from racecraft.worlds.deepracer.analysis.films.moments import LEAST_FPS, MOST_FP
 from racecraft.worlds.deepracer.analysis.films.shells import DEEPRACER, shell_named
 from racecraft.worlds.deepracer.analysis.films.standing import filmed_objects
 from racecraft.worlds.deepracer.analysis.films.tower import Standings, Tower
-from racecraft.worlds.deepracer.analysis.films.views import VIEWS, FilmedCar, Stage
+from racecraft.worlds.deepracer.analysis.films.views import VIEWS, FilmContext, FilmedCar
 from racecraft.worlds.deepracer.env.camera import MOUNT_V3, CameraMount
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -119,7 +119,7 @@ def write_film(
     cars = [FilmedCar(taken, shell_named(style.shell, style.colour))]
     cars += [FilmedCar(moments(one.drive, style.fps), shell_named(one.shell, one.colour)) for one in others]
     strip = Strip(len(taken), SIZES[style.size])
-    stage = Stage(track, light, mount, cars, filmed_objects(objects, taken))
+    stage = FilmContext(track, light, mount, cars, filmed_objects(objects, taken))
     pictures = counted(_pictures(drive, taken, stage, style, standings), len(taken), count)
     encode_film(path, strip.watch(pictures), style.fps, title)
     stills = path.with_name(f"{path.stem}-strip.png")
@@ -136,7 +136,7 @@ def counted(pictures: Iterator[Array], whole: int, count: PictureCount | None) -
 
 
 def _pictures(
-    drive: Drive, taken: Moments, stage: Stage, style: FilmStyle, standings: Standings | None
+    drive: Drive, taken: Moments, stage: FilmContext, style: FilmStyle, standings: Standings | None
 ) -> Iterator[Array]:
     """Yield the pictures one by one: the same array, painted anew."""
     width, height = SIZES[style.size]

@@ -20,7 +20,7 @@ SHADE, SHADOW = 0.58, 0.45
 """Share of the light on a face that turns away from the sun; darkness of the patch under a car."""
 
 
-class Eye(NamedTuple):
+class CameraPose(NamedTuple):
     """Where a camera is and how it looks: a pinhole, lengths in m, angles in rad."""
 
     x: float
@@ -34,7 +34,7 @@ class Eye(NamedTuple):
     """Pixels."""
 
 
-def paint_car(picture: Array, eye: Eye, shell: Shell, pose: tuple[float, float, float]) -> None:
+def paint_car(picture: Array, eye: CameraPose, shell: Shell, pose: tuple[float, float, float]) -> None:
     """Paint a car into a picture (H, W, 3) uint8, in place; what stands before it is painted after it.
 
     Args:
@@ -69,7 +69,7 @@ def _placed(points: Array, pose: tuple[float, float, float]) -> Array:
     )
 
 
-def _lit(shell: Shell, pose: tuple[float, float, float], eye: Eye) -> list[tuple[Array, tuple[int, int, int]]]:
+def _lit(shell: Shell, pose: tuple[float, float, float], eye: CameraPose) -> list[tuple[Array, tuple[int, int, int]]]:
     """Return the faces that the eye sees, in its frame and cut, with the light they have; far ones first."""
     place, seen = np.array([eye.x, eye.y, eye.z]), []
     for face, colour in zip(shell.faces, shell.colours, strict=True):
@@ -88,7 +88,7 @@ def _lit(shell: Shell, pose: tuple[float, float, float], eye: Eye) -> list[tuple
     return [(cut, colour) for _, cut, colour in seen]
 
 
-def _into_camera(eye: Eye, points: Array) -> Array:
+def _into_camera(eye: CameraPose, points: Array) -> Array:
     """Return depth, left and down of points (P, 3) of the world, m; as `kernels/camera.py` has it."""
     dx, dy, dz = points[:, 0] - eye.x, points[:, 1] - eye.y, points[:, 2] - eye.z
     ahead = dx * math.cos(eye.yaw) + dy * math.sin(eye.yaw)
@@ -108,7 +108,7 @@ def _cut(points: Array) -> Array:
     return np.array(kept)
 
 
-def _projected(points: Array, eye: Eye, picture: Array) -> Array:
+def _projected(points: Array, eye: CameraPose, picture: Array) -> Array:
     """Return where camera points lie in a picture, (P, 2) pixels, x right and y down."""
     height, width = picture.shape[:2]
     scale = eye.focal / points[:, 0]

@@ -8,7 +8,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.analysis.films.shells import Shell
-from racecraft.worlds.deepracer.analysis.films.solids import FINE, Eye, lay, paint_car
+from racecraft.worlds.deepracer.analysis.films.solids import FINE, CameraPose, lay, paint_car
 from racecraft.worlds.deepracer.env.kernels.boxes import FIRST_OBJECT
 from racecraft.worlds.deepracer.env.light import palette_under
 from racecraft.worlds.deepracer.env.scene import FIELD, dash_rings, road_rings, start_rings
@@ -57,7 +57,7 @@ class TopMap:
         """Paint a car seen from above."""
         factor, (middle_x, middle_y) = self._enlarged, self._middle
         # Its frame is made smaller around the car, and the focal length larger: the same as a larger car.
-        eye = Eye(
+        eye = CameraPose(
             pose[0] + (middle_x - pose[0]) / factor,
             pose[1] + (middle_y - pose[1]) / factor,
             UP_M,

@@ -21,7 +21,7 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.analysis.films.figures import strip_height
 from racecraft.worlds.deepracer.analysis.films.moments import Moments
 from racecraft.worlds.deepracer.analysis.films.shells import Shell
-from racecraft.worlds.deepracer.analysis.films.solids import Eye, paint_car
+from racecraft.worlds.deepracer.analysis.films.solids import CameraPose, paint_car
 from racecraft.worlds.deepracer.analysis.films.standing import FilmedObjects, back_to_front
 from racecraft.worlds.deepracer.analysis.films.top import TopMap
 from racecraft.worlds.deepracer.env.camera import Camera, CameraMount
@@ -44,7 +44,7 @@ class FilmedCar:
 
 
 @dataclass(frozen=True)
-class Stage:
+class FilmContext:
     """What all views of a film share."""
 
     track: Track
@@ -75,7 +75,7 @@ class MountedView:
         is_chase: It follows the car from outside, so that the car itself is seen.
     """
 
-    def __init__(self, stage: Stage, width: int, height: int, mount: CameraMount, is_chase: bool) -> None:
+    def __init__(self, stage: FilmContext, width: int, height: int, mount: CameraMount, is_chase: bool) -> None:
         self._stage, self._mount, self._is_chase = stage, widened(mount, width / height), is_chase
         scene = build_scene(stage.track, stage.light, for_people=True)
         self._camera = Camera(scene, width, height, self._mount)
@@ -86,7 +86,7 @@ class MountedView:
         x, y, yaw = filmed.poses[moment]
         heading = float(filmed.chase_yaw[moment]) if self._is_chase else float(yaw)
         self._camera.render_rgb(np.array([[x, y, heading]]), picture[None])
-        eye = Eye(
+        eye = CameraPose(
             float(x + self._mount.x * np.cos(heading)),
             float(y + self._mount.x * np.sin(heading)),
             self._mount.z,
@@ -111,7 +111,7 @@ class MountedView:
 class TopView:
     """The whole circuit from above."""
 
-    def __init__(self, stage: Stage, width: int, height: int, foot: int = 0) -> None:
+    def __init__(self, stage: FilmContext, width: int, height: int, foot: int = 0) -> None:
         self._stage = stage
         self._map = TopMap(stage.track, stage.light, width, height, foot)
 
@@ -157,22 +157,22 @@ def widened(mount: CameraMount, shape: float) -> CameraMount:
     return replace(mount, horizontal_view=2.0 * math.atan(half))
 
 
-def car_view(stage: Stage, width: int, height: int) -> View:
+def car_view(stage: FilmContext, width: int, height: int) -> View:
     """Return the car's own camera."""
     return MountedView(stage, width, height, stage.mount, is_chase=False)
 
 
-def chase_view(stage: Stage, width: int, height: int) -> View:
+def chase_view(stage: FilmContext, width: int, height: int) -> View:
     """Return the camera behind the car."""
     return MountedView(stage, width, height, CHASE, is_chase=True)
 
 
-def top_view(stage: Stage, width: int, height: int) -> View:
+def top_view(stage: FilmContext, width: int, height: int) -> View:
     """Return the circuit from above, clear of the figures at the picture's foot."""
     return TopView(stage, width, height, strip_height(width, height))
 
 
-def pip_view(stage: Stage, width: int, height: int) -> View:
+def pip_view(stage: FilmContext, width: int, height: int) -> View:
     """Return the camera behind the car, with the circuit from above in its corner."""
     small = round(INSET * width), round(INSET * width * 0.75)
     return PictureInPicture(chase_view(stage, width, height), TopView(stage, *small), width, small)

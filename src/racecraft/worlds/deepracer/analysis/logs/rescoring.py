@@ -43,10 +43,10 @@ def new_reward(ticks: pl.DataFrame | pl.LazyFrame, track: Track, reward_function
     import polars as pl
 
     frame = _required(ticks)
-    rows, is_paid = rows_of(frame, track)
+    rows, has_reward = rows_of(frame, track)
     paid = np.zeros(len(rows))
-    paid[is_paid] = [
-        float(reward_function(params)) for params in RewardParams(track, track.is_reversed).of(rows[is_paid])
+    paid[has_reward] = [
+        float(reward_function(params)) for params in RewardParams(track, track.is_reversed).of(rows[has_reward])
     ]
     data = frame.with_columns(pl.Series("new_reward", paid, dtype=pl.Float64))
     return Plot("new_reward", "Another reward for the same laps", data, lambda: _draw(data))

@@ -178,4 +178,4 @@ def _run(case: Case, track: Track, payer: Payer) -> Result:
 
 def _paid(place: Place, track: Track, payer: Payer) -> float:
     """Return what a place pays; NaN, which meets no expectation, where the function failed."""
-    return float(payer.pay(track, place.rows(track)).rewards[1])
+    return float(payer.compute_rewards(track, place.rows(track)).rewards[1])

@@ -122,7 +122,7 @@ class _Variants:
     def __exit__(self, *error: object) -> None:
         self._close()
 
-    def pay(self, variant: RewardSource, track: Track, moments: Array) -> Array:
+    def compute_rewards(self, variant: RewardSource, track: Track, moments: Array) -> Array:
         """Return what a changed source pays.
 
         Raises:
@@ -132,7 +132,7 @@ class _Variants:
         if self._process is None:
             self._process = open_reward(self._source, output=io.StringIO(), seconds=VARIANT_SECONDS)
         try:
-            return Payer(self._process, self._process.variant(variant)).pay(track, moments).rewards
+            return Payer(self._process, self._process.variant(variant)).compute_rewards(track, moments).rewards
         except RewardError:
             self._close()
             raise
@@ -156,7 +156,7 @@ class _Checking:
         paid, lines = self._moments()
         drives: list[Pay] = []
         if not np.isnan(paid).all():
-            drives = [self._fresh().pay(drive.track, drive.reports) for drive in self._stock]
+            drives = [self._fresh().compute_rewards(drive.track, drive.reports) for drive in self._stock]
         microseconds = self._cost()
         is_drivable = bool(drives) and not any(pay.failures for pay in drives)
         for drive, pay in zip(self._stock, drives, strict=False):
@@ -204,7 +204,7 @@ class _Checking:
         paid: list[Array] = []
         lines: set[int] = set()
         for part in situations(self._stock):
-            pay = self._fresh().pay(part.track, part.reports, is_traced=True, is_reversed=part.is_reversed)
+            pay = self._fresh().compute_rewards(part.track, part.reports, is_traced=True, is_reversed=part.is_reversed)
             self._failures(pay.failures, lambda failure, part=part: part.titles[failure.row])
             paid.append(pay.rewards)
             lines |= pay.lines
@@ -256,14 +256,14 @@ class _Checking:
         rows = [laps[k].reports[::STRIDE] for k in (0, len(laps) // 2, -1)]
         edges = [part.reports for part in situations(self._stock) if part.track is track]
         moments = np.concatenate([*rows, *edges])
-        once, again = (self._fresh().pay(track, moments).rewards for _ in range(2))
+        once, again = (self._fresh().compute_rewards(track, moments).rewards for _ in range(2))
         if not np.array_equal(once, again, equal_nan=True):
             self._findings.append(Finding(NOTE, "random", "the same moments are paid differently a second time: the "
                                   "reward draws random numbers or reads a clock"))  # fmt: skip
             return []
 
         with _Variants(self._source) as variants:
-            cuts = ablate(self._source, lines, lambda variant: variants.pay(variant, track, moments), once)
+            cuts = ablate(self._source, lines, lambda variant: variants.compute_rewards(variant, track, moments), once)
         self._findings += [
             one for one in ablation_findings(cuts, once) if not (self._reads_objects and one.kind == "no effect")
         ]
@@ -299,7 +299,7 @@ class _Checking:
 
         def seconds(payer: Payer) -> float:
             began = time.perf_counter()
-            payer.pay(track, rows)
+            payer.compute_rewards(track, rows)
             return time.perf_counter() - began
 
         payers = self._fresh(), Payer(self._process, self._process.variant(nothing))

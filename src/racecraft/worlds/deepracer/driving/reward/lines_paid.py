@@ -71,7 +71,7 @@ def lines_paid(payer: Payer, track: Track, reports: Array) -> LinesPaid:
         track: The circuit, in driving direction.
         reports: TICK_REPORT (T,), in the order in which they happened.
     """
-    pay = payer.pay(track, reports, is_traced=True, is_reversed=track.is_reversed)
+    pay = payer.compute_rewards(track, reports, is_traced=True, is_reversed=track.is_reversed)
     variable = _built_up(pay)
     part = np.minimum((reports["arc"] / track.length * PARTS).astype(int), PARTS - 1)
     totals: dict[int, Array] = {}

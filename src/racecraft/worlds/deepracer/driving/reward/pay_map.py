@@ -115,7 +115,7 @@ def pay_map(
     before = here.copy()
     before[:, :2] -= speed * TICK_SECONDS * np.column_stack([np.cos(here[:, 2]), np.sin(here[:, 2])])
     rows = _pairs(track, before, here, np.repeat(arcs, LANES))
-    paid = payer.pay(track, rows, is_traced=with_terms or term is not None, is_reversed=track.is_reversed)
+    paid = payer.compute_rewards(track, rows, is_traced=with_terms or term is not None, is_reversed=track.is_reversed)
     values: Array = paid.rewards[1::2]
     terms: tuple[str, ...] = ()
     if paid.traces:
@@ -150,7 +150,7 @@ def pull_of_actions(payer: Payer, track: Track, car: CarProfile, table: ActionTa
                 path.append((x, y, yaw, steering, told_speed))
                 x, y, yaw, now, angle = drive(car, x, y, yaw, now, angle, angle, now, steering, told_speed)
             rows.append(reports_of(track, np.array(path), arc / track.length, laps=False))
-    paid = payer.pay(track, np.concatenate(rows), is_reversed=track.is_reversed).rewards
+    paid = payer.compute_rewards(track, np.concatenate(rows), is_reversed=track.is_reversed).rewards
     earned = np.nansum(paid.reshape(PULL_PLACES, len(table.speed), PULL_TICKS + 1)[..., 1:], axis=-1)
     return Pull(arcs, earned, table.spec.labels)
 

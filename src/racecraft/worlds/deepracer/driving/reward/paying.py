@@ -62,7 +62,7 @@ class Payer:
         self._copies = process.copies(1) if copies is None else copies
         self._courses: dict[tuple[int, bool], tuple[Track, PaidCourse]] = {}
 
-    def pay(self, track: Track, reports: Array, is_traced: bool = False, is_reversed: bool = False) -> Pay:
+    def compute_rewards(self, track: Track, reports: Array, is_traced: bool = False, is_reversed: bool = False) -> Pay:
         """Return what rows earned.
 
         Args:

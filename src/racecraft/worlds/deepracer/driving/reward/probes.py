@@ -79,7 +79,7 @@ class Probes:
         ) if (found := probe()) is not None]  # fmt: skip
 
     def _pay(self, rows: Array) -> Array:
-        return self._fresh().pay(self._track, rows).rewards
+        return self._fresh().compute_rewards(self._track, rows).rewards
 
     def _changed(self, **values: Array | float | bool) -> Array:
         rows = self._rows.copy()
@@ -169,7 +169,7 @@ class Probes:
 
     def _at(self, places: list[tuple[float, float]]) -> Array:
         arcs, turns = np.array(places).T
-        return self._fresh().pay(self._track, _standing(self._track, arcs, turns)).rewards
+        return self._fresh().compute_rewards(self._track, _standing(self._track, arcs, turns)).rewards
 
 
 def probe(fresh: Callable[[], Payer], stock: tuple[Drive, ...]) -> list[Finding]:

@@ -112,10 +112,10 @@ def rescore(ticks: pl.DataFrame, track: Track, payer: Payer) -> Rescored:
         UserInputError: The log lacks what a reward needs, or has no row that is paid.
         RewardError: The function hangs or ends its process.
     """
-    rows, is_paid = rows_of(ticks, track)
+    rows, has_reward = rows_of(ticks, track)
     rewards = np.zeros(len(rows))
-    pay = payer.pay(track, rows[is_paid], is_reversed=track.is_reversed)
-    rewards[is_paid] = pay.rewards
+    pay = payer.compute_rewards(track, rows[has_reward], is_reversed=track.is_reversed)
+    rewards[has_reward] = pay.rewards
     return Rescored(track, tuple(_episodes(ticks, rows, rewards)), rewards, pay.failures)
 
 

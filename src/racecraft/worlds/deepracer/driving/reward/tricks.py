@@ -79,7 +79,7 @@ def try_tricks(payer: Payer, stock: tuple[Drive, ...], sums: list[float]) -> lis
 
 
 def _sum(payer: Payer, track: Track, drive: Array) -> float:
-    return float(np.nansum(payer.pay(track, reports_of(track, drive)).rewards))
+    return float(np.nansum(payer.compute_rewards(track, reports_of(track, drive)).rewards))
 
 
 def _stand(track: Track) -> Array:

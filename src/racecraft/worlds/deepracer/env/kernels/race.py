@@ -48,7 +48,7 @@ DRAWS_A_TICK = 3
 
 
 @kernel
-def line_up(
+def place_on_grid(
     track, plan, objects, around, scene, optics, eyes, lidar, palettes, keys,
     cars, ranges, frames, critic_views, lidar_views,
 ):  # fmt: skip
@@ -136,14 +136,14 @@ def tick_world(
         else:
             report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
             report_objects(track, plan, around, optics[n, m], cars[n, m], reports[n, m], n, m)
-            call_endings(rules, cars[n, m], reports[n, m])
+            set_status(rules, cars[n, m], reports[n, m])
     for m in range(cars.shape[1]):
         if cars[n, m].held > 0:
             cars[n, m].held -= 1
         elif not parked[n, m]:
             seconds = tick_length(rules, cars[n, m], keys[n, m])
             push_wheels(rules, cars[n, m], keys[n, m])
-            obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
+            apply_command(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
             locate(track, cars[n, m])
     drive_bots(track, plan, objects, reports, n)
     collect_nearby(track, objects, cars, around, n)
@@ -229,7 +229,7 @@ def report_objects(track, plan, around, optics, car, report, n, m):
 
 
 @kernel
-def call_endings(rules, car, report):
+def set_status(rules, car, report):
     """Name how the row stands, in the marshal's order, and whether the episode ends with it."""
     report.terminated = False
     report.truncated = False
@@ -279,7 +279,7 @@ def push_wheels(rules, car, key):
 
 
 @kernel
-def obey(profile, car, steering, speed, seconds):
+def apply_command(profile, car, steering, speed, seconds):
     """Let the command act for so many seconds; a car that is being prepared is held, its wheels steered straight."""
     if car.preparing:
         car.preparing = False

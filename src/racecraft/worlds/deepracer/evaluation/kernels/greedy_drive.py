@@ -1,6 +1,6 @@
 """A car drives on by itself, tick after tick, the network's likeliest choice every time. Begin with `drive_on`."""
 
-from racecraft.algorithms.kernels.plain_look import likeliest
+from racecraft.algorithms.kernels.greedy_action import argmax_action
 from racecraft.kernels import kernel
 from racecraft.worlds.deepracer.env.kernels.race import tick_world
 from racecraft.worlds.deepracer.env.race import LAP_COMPLETE
@@ -21,7 +21,7 @@ def drive_on(
     It takes one thread, and a car sees no other world: so several may drive at once, and none waits for another.
     """
     for _ in range(ticks):
-        choice = likeliest(layers, weights, scale, frames[n, 0, 0], rooms[n])
+        choice = argmax_action(layers, weights, scale, frames[n, 0, 0], rooms[n])
         numbers[n, 0] = menu_numbers[choice, 0]
         chosen[n, 0, 0], chosen[n, 0, 1] = menu_chosen[choice, 0, 0], menu_chosen[choice, 0, 1]
         sent[n, 0, 0], sent[n, 0, 1] = menu_sent[choice, 0, 0], menu_sent[choice, 0, 1]

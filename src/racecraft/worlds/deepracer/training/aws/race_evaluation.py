@@ -13,7 +13,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
-from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, Trial
+from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, RaceTrial
 from racecraft.worlds.deepracer.files.training_metrics import EvaluationRow, evaluation_row
 from racecraft.worlds.deepracer.training.aws.evaluation_files import evaluation_trace, write_evaluation_files
 
@@ -44,7 +44,7 @@ def write_aws_race(
     return write_evaluation_files(folder, trace, [_row(one, record) for one in record.trials], moment)
 
 
-def _row(trial: Trial, record: RaceRecord) -> EvaluationRow:
+def _row(trial: RaceTrial, record: RaceRecord) -> EvaluationRow:
     return evaluation_row(
         start_s=trial.begin / TICKS_PER_SECOND,
         end_s=(trial.end + 1) / TICKS_PER_SECOND,

@@ -1,4 +1,4 @@
-"""Where a bucket is, and who asks for it. See `Access` and `access_of_environment`.
+"""Where a bucket is, and who asks for it. See `S3Connection` and `access_of_environment`.
 
 What is not said here is found by botocore as everywhere else: AWS_PROFILE, AWS_ACCESS_KEY_ID, the files below ~/.aws,
 the role of the machine.
@@ -22,7 +22,7 @@ WHERE_KEYS_ARE = (
 
 
 @dataclass(frozen=True)
-class Access:
+class S3Connection:
     """How a store is reached; what is empty is left to botocore."""
 
     endpoint: str = ""
@@ -85,7 +85,7 @@ def require_endpoint(text: str, named: str) -> str:
 
 def access_of_environment(
     endpoint: str = "", profile: str = "", region: str = "", environment: Mapping[str, str] = os.environ
-) -> Access:
+) -> S3Connection:
     """Return how a store is reached where a command is told, and else the environment.
 
     Args:
@@ -101,4 +101,4 @@ def access_of_environment(
         if not endpoint and environment.get(name):
             endpoint = require_endpoint(environment[name], name)
     region = region or environment.get("AWS_REGION", "") or environment.get("AWS_DEFAULT_REGION", "")
-    return Access(endpoint=endpoint, profile=profile, region=region)
+    return S3Connection(endpoint=endpoint, profile=profile, region=region)

@@ -1,4 +1,4 @@
-"""One look of a small plain network: a frame in, the likeliest choice out. Begin with `likeliest`.
+"""One look of a small plain network: a frame in, the likeliest choice out. Begin with `argmax_action`.
 
 A dense layer is a convolution over a map of one place, so that one loop serves both. Sums are taken in one order, so
 that a look has the same bits whoever else looks, on any number of threads.
@@ -16,7 +16,7 @@ NO_BEND, RELU, TANH = range(3)
 
 
 @lean_kernel
-def likeliest(layers, weights, scale, frame, room):
+def argmax_action(layers, weights, scale, frame, room):
     """Return the number of the likeliest choice.
 
     Args:

@@ -1,6 +1,6 @@
 """Threads that are waited for only so long. Code that hangs cannot be stopped in Python; it can be left behind.
 
-A `WorkerPool` works off tasks in daemon threads. A task that was given up with `leave_behind` keeps its thread busy
+A `ThreadPool` works off tasks in daemon threads. A task that was given up with `leave_behind` keeps its thread busy
 until it ends by itself; a fresh thread takes its place, up to a number, so that a few hanging calls do not stop the
 rest.
 """
@@ -16,7 +16,7 @@ from typing import Any
 MOST_LEFT_BEHIND = 64
 
 
-class WorkerPool:
+class ThreadPool:
     """Some threads and a queue of tasks.
 
     Args:
