@@ -204,6 +204,37 @@ closed, lines cross, the road is too narrow or too wide, or rows are out of orde
 {_table(("name", "title", "length (m)", "width (m)", "waypoints", "direction", "tags"), rows)}"""
 
 
+def best_laps_page() -> str:
+    """Return the best known laps of every circuit."""
+    from racecraft.worlds.deepracer.driving.known_laps import FORWARD, REVERSE, read_laps
+    from racecraft.worlds.deepracer.env.vehicle import MAX_LOGGED_SPEED_MPS
+    from racecraft.worlds.deepracer.tracks.catalogue import names, summary
+
+    laps = {lap.key: lap.lap_seconds for lap in read_laps()}
+    cars = sorted({(car, speed) for _, _, car, speed in laps}, key=lambda one: (one[0] == "v4", one[1], one[0]))
+
+    def cell(track: str, car: str, speed: float) -> str:
+        both = [laps.get((track, direction, car, speed)) for direction in (FORWARD, REVERSE)]
+        return " / ".join("–" if seconds is None else f"{seconds:.2f}" for seconds in both)
+
+    rows = [
+        (f"`{found.name}`", f"{found.length:.2f}", *(cell(found.name, *one) for one in cars))
+        for found in map(summary, names())
+    ]
+    heads = [
+        f"{car} up to {speed:g} m/s" + (" (beyond the logs)" if speed > MAX_LOGGED_SPEED_MPS.get(car, speed) else "")
+        for car, speed in cars
+    ]
+    return f"""# Best known laps
+
+Seconds of a flying lap, forward / reverse: the fastest that was certainly driven in racecraft's world with this car and
+the action table it usually has. On an open track it is the drive from rest. "–": not planned, or no reverse direction.
+Figures of `v6` above 2.5 m/s rest on inferred limits: no log of that car is faster. How a lap is found, and how to find
+one for another table: [The best known lap](../racing/best_lap.md). `scripts/plan_known_laps.py` makes the table again.
+
+{_table(("track", "length (m)", *heads), rows)}"""
+
+
 def run_env_page() -> str:
     """Return every variable of run.env, and whether it is obeyed."""
     from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS, STATUSES
@@ -528,6 +559,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/run_env.md": run_env_page,
     "reference/glossary.md": glossary_page,
     "reference/tracks.md": tracks_page,
+    "reference/best_laps.md": best_laps_page,
     "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,
     "reference/fidelity.md": fidelity_page,
