@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import AsyncIterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import BaseRoute, Route
+from starlette.routing import BaseRoute, Mount, Route
 
+from racecraft.accounts.people import Person
+from racecraft.accounts.sessions import Sessions
+from racecraft.accounts.store import Accounts
 from racecraft.console.index import Index
-from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model, settings
+from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model, people, settings, sign_in
 from racecraft.console.parts import parts_of
+from racecraft.console.personal import PersonalConsoles
 from racecraft.console.section import Section
 from racecraft.console.service import Console
 from racecraft.console.watcher import Watcher
@@ -22,16 +27,19 @@ from racecraft.contract.errors import RacecraftError
 from racecraft.contract.kinds import kinds
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.preload import keep_warm
-from racecraft.web.access import ONLY_HERE, Access
+from racecraft.web.access import ONLY_HERE, Access, signed_in
 from racecraft.web.application import make_application
 from racecraft.web.push import events_answer
 
+PEOPLE = "people"
+"""Folder of the workspace in which invited people have workspaces of their own."""
 MOST_UPLOAD_BYTES = 4 * 1024**3
 SECTIONS: tuple[Section, ...] = (
     garage.SECTION,
     compare.SECTION,
     create.SECTION,
     imports.SECTION,
+    people.SECTION,
     jobs.SECTION,
     settings.SECTION,
     kept.SECTION,
@@ -55,21 +63,35 @@ def make_console(
         OutputFileError: The folder cannot be made.
         DatabaseError: The index cannot be written.
     """
-    workspace = Workspace.open(folder)
-    index, home = Index(workspace, database or None), home or JobPaths.of_user()
-    watcher = Watcher(index, home)
+    home, root = home or JobPaths.of_user(), Workspace.open(folder)
+    accounts = Accounts(home.store_url)
     sections = [*(one for kind in kinds() for one in parts_of(kind.name).sections()), *SECTIONS]
-    entries = sorted((one for one in sections if one.label), key=lambda one: one.order)
-    console = Console(workspace, index, watcher, home, tuple(entries))
-    watcher.told = lambda names: console.news.publish({"changed": names, "version": index.version})
-    made = make_application(_routes(console, sections), access, most_body={"/import": MOST_UPLOAD_BYTES})
-    made.router.lifespan_context = lambda app: _running(console)
-    made.state.console = console
+    entries = tuple(sorted((one for one in sections if one.label), key=lambda one: one.order))
+
+    def open_console(person: Person) -> Console:
+        workspace = Workspace.open(root.path / PEOPLE / f"{person.name}-{person.id}") if person.owned else root
+        index = Index(workspace, None if person.owned else database or None)
+        own_home = replace(home, person=person.owned)
+        watcher = Watcher(index, own_home)
+        console = Console(workspace, index, watcher, own_home, entries, accounts, root.path)
+        watcher.told = lambda names: console.news.publish({"changed": names, "version": index.version})
+        return console
+
+    consoles = PersonalConsoles(open_console, lambda console: _routes(console, sections))
+    sessions = Sessions(accounts)
+    made = make_application(
+        [*sign_in.routes(accounts, sessions), Mount("", consoles)],
+        signed_in(access, sessions, sign_in.OPEN_PATHS),
+        most_body={"/import": MOST_UPLOAD_BYTES},
+    )
+    made.router.lifespan_context = lambda app: _running(consoles, accounts)
+    made.state.console = consoles.owner
     return made
 
 
 @contextlib.asynccontextmanager
-async def _running(console: Console) -> AsyncIterator[None]:
+async def _running(consoles: PersonalConsoles, accounts: Accounts) -> AsyncIterator[None]:
+    console = consoles.owner
     console.watcher.start()
     stack = contextlib.ExitStack()
     with contextlib.suppress(OSError, RacecraftError):  # without a warm worker trainings begin later, and begin
@@ -80,6 +102,8 @@ async def _running(console: Console) -> AsyncIterator[None]:
         stack.close()
         console.watcher.close()
         console.index.close()
+        consoles.close()
+        accounts.close()
 
 
 def _routes(console: Console, sections: Sequence[Section]) -> list[BaseRoute]:

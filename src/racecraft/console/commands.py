@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.loading import OWN_CODE, REFUSED, refuses_own_code
 
 PATIENCE_SECONDS = 600.0
 
@@ -31,7 +33,8 @@ def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
     try:
         done = subprocess.run(
             [sys.executable, "-m", "racecraft", *words, "--json"],
-            cwd=folder, capture_output=True, text=True, timeout=PATIENCE_SECONDS, stdin=subprocess.DEVNULL,
+            cwd=folder, env=_environment(), capture_output=True, text=True, timeout=PATIENCE_SECONDS,
+            stdin=subprocess.DEVNULL,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise CommandError(
@@ -47,3 +50,7 @@ def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
         last = done.stderr.strip().splitlines()[-1:] or [f"ended with code {done.returncode}"]
         raise CommandError(str(said or last[0].removeprefix("racecraft: ")))
     return dict(told)
+
+
+def _environment() -> dict[str, str]:
+    return {**os.environ, OWN_CODE: REFUSED} if refuses_own_code.get() else dict(os.environ)

@@ -6,6 +6,7 @@ import hmac
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import psutil
@@ -15,9 +16,12 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
+from racecraft.accounts.people import LOCAL_OWNER, Person
+from racecraft.accounts.store import Accounts
 from racecraft.console.index import Index
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
+from racecraft.console.rights import may_open
 from racecraft.console.section import Section
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
@@ -53,6 +57,10 @@ class Console:
     home: JobPaths
     entries: tuple[Section, ...] = ()
     """Of the side bar, in order."""
+    accounts: Accounts | None = None
+    """Everybody's; None: the console of a test."""
+    shared: Path | None = None
+    """The owner's workspace, in which races lie that all people see; None: this one."""
     news: Topic = field(default_factory=lambda: Topic("models"))
     """Names of the models whose rows changed."""
 
@@ -106,10 +114,14 @@ def shown(console: Console, request: Request, page: Page | Response) -> Response
     """Return a page in the console's frame."""
     if isinstance(page, Response):
         return page
+    person = person_of(request)
     menu = [
         {"label": one.label, "href": one.href, "icon": one.icon, "here": page.here == one.href}
         for one in console.entries
+        if may_open(person, one.href)
     ]
+    if person is not LOCAL_OWNER:
+        menu.append({"label": person.name, "href": "/account", "icon": "people", "here": page.here == "/account"})
     return page_answer(
         request,
         f"{TEMPLATES}/{page.template}" if "/" not in page.template else page.template,
@@ -121,6 +133,12 @@ def shown(console: Console, request: Request, page: Page | Response) -> Response
         fault=console.watcher.fault,
         **page.data,
     )
+
+
+def person_of(request: Request) -> Person:
+    """Return who asks; on the machine itself its owner."""
+    person: Person = request.scope["racecraft.person"]
+    return person
 
 
 async def form_fields(request: Request) -> dict[str, list[str]]:

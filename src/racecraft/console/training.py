@@ -9,9 +9,14 @@ from dataclasses import dataclass
 from racecraft.console.workspace import Model
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_folder import RunFolder
+from racecraft.isolation.layers import can_isolate
 from racecraft.jobs.job import Job
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.states import JobError
 from racecraft.jobs.submit import environment_here, request_stop, submit_numbered
+
+MAX_OPEN = 4
+"""Trainings of one racer that run or wait; AWS's console had as many."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,10 @@ def begin_training(home: JobPaths, model: Model, words: Sequence[str]) -> Job:
 
     Raises:
         JobError, DatabaseError: As `racecraft.jobs.submit.submit`.
+        JobError: A racer has MAX_OPEN trainings already, or this machine cannot confine a racer's reward function.
     """
+    if home.person:
+        _require_guest(home)
     command = training_command(model, words)
     run = command.words[-1].partition("=")[2]
     verb = [word for word in words[:2] if re.fullmatch(r"[a-z]+", word)]
@@ -64,6 +72,21 @@ def begin_training(home: JobPaths, model: Model, words: Sequence[str]) -> Job:
         )
 
     return submit_numbered(home, _job_name(model.name), spec)
+
+
+def _require_guest(home: JobPaths) -> None:
+    """Refuse what somebody who was invited may not begin on this machine."""
+    if not can_isolate():
+        raise JobError(
+            "This system cannot confine a reward function (docs/security.md); expected Linux 5.13 or newer. "
+            "Only the owner trains here."
+        )
+    waiting = len(home.store().open_jobs())
+    if waiting >= MAX_OPEN:
+        raise JobError(
+            "You have {count} trainings that run or wait; expected fewer than {most}. Stop one first.",
+            count=waiting, most=MAX_OPEN,
+        )  # fmt: skip
 
 
 def stop_training(home: JobPaths, model: Model, job: str) -> None:

@@ -14,10 +14,12 @@ from __future__ import annotations
 import ast
 import builtins
 import importlib
+import os
 import sys
 import threading
 import types
 from collections.abc import Callable, Mapping, Sequence
+from contextvars import ContextVar
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import decode_source, spec_from_loader
@@ -30,12 +32,37 @@ _lock = threading.RLock()
 """Held while a copy's modules stand in `sys.modules`."""
 
 
+OWN_CODE, REFUSED = "RACECRAFT_OWN_CODE", "refuse"
+"""An environment variable and its value where people who are not trusted give the files: no module of theirs runs."""
+refuses_own_code: ContextVar[bool] = ContextVar("refuses_own_code", default=False)
+"""The same for one request of a server, whose process serves its owner, too."""
+
+
+def require_own_code(what: str) -> None:
+    """Refuse to run a module that somebody brought, where the people who give the files are not trusted.
+
+    Args:
+        what: For the message: which module, of what.
+
+    Raises:
+        SettingError: They are not.
+    """
+    if refuses_own_code.get() or os.environ.get(OWN_CODE) == REFUSED:
+        raise SettingError(
+            "{what} is code of its own; expected networks, algorithms and environments that racecraft has. "
+            "It would run with every right of this machine's owner.",
+            what=what,
+        )
+
+
 def load_class(name: str, asked_by: str) -> Any:
     """Import "module:Class"; modules in the present folder are found, too.
 
     Raises:
-        SettingError: There is no such module or class, or the module fails; the message says which.
+        SettingError: There is no such module or class, the module fails, or modules of one's own are refused; the
+            message says which.
     """
+    require_own_code(f"{asked_by} {name}")
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
         raise SettingError(

@@ -36,6 +36,8 @@ class JobPaths:
 
     path: Path
     store_url: str
+    person: str = ""
+    """Whose jobs are added and seen; "": the owner of the machine adds and sees all."""
 
     @classmethod
     def of_user(cls, environment: Mapping[str, str] = os.environ) -> JobPaths:
@@ -64,7 +66,7 @@ class JobPaths:
         from racecraft.jobs.sql_store import SqlStore
 
         make_folder(self.path)
-        return SqlStore(self.store_url)
+        return SqlStore(self.store_url, self.person)
 
     def folder(self, name: str) -> Path:
         """Return a job's own folder; it need not exist."""

@@ -39,7 +39,7 @@ class SqlStore:
 
     Args:
         url: SQLAlchemy's, such as "sqlite:////home/me/jobs.sqlite" or "postgresql://host/jobs".
-        person: Whose jobs are added; "": the only user's.
+        person: Whose jobs are added and seen; "": the owner of the machine adds and sees all.
 
     Raises:
         DatabaseError: No such database, one that cannot be written, or one of a newer version.
@@ -66,16 +66,17 @@ class SqlStore:
     def find(self, name: str) -> Job | None:
         """Return the job of a name."""
         with self._connected() as connection:
-            told = connection.execute(sql.select(_JOBS.c.told).where(_JOBS.c.name == name)).scalar()
+            told = connection.execute(sql.select(_JOBS.c.told).where(self._seen(_JOBS.c.name == name))).scalar()
         return None if told is None else _job_in(told)
 
     def jobs(self) -> list[Job]:
         """Return all jobs, the oldest first."""
-        return self._found(sql.select(_JOBS.c.told))
+        return self._found(sql.select(_JOBS.c.told).where(self._seen(sql.true())))
 
     def open_jobs(self) -> list[Job]:
         """Return the jobs that have not ended, the oldest first."""
-        return self._found(sql.select(_JOBS.c.told).where(_JOBS.c.state.not_in([state.value for state in ENDED])))
+        is_open = _JOBS.c.state.not_in([state.value for state in ENDED])
+        return self._found(sql.select(_JOBS.c.told).where(self._seen(is_open)))
 
     def _found(self, statement: sql.Select[Any]) -> list[Job]:
         with self._connected() as connection:
@@ -86,15 +87,19 @@ class SqlStore:
         """Put `after` in the place of `before`."""
         after = replace(after, revision=before.revision + 1)
         held = (_JOBS.c.name == before.name) & (_JOBS.c.revision == before.revision)
-        return self._changes_one(_JOBS.update().where(held).values(**_row(after)))
+        return self._changes_one(_JOBS.update().where(self._seen(held)).values(**_row(after)))
 
     def remove(self, job: Job) -> bool:
         """Take a job out."""
-        return self._changes_one(_JOBS.delete().where((_JOBS.c.name == job.name) & (_JOBS.c.revision == job.revision)))
+        held = (_JOBS.c.name == job.name) & (_JOBS.c.revision == job.revision)
+        return self._changes_one(_JOBS.delete().where(self._seen(held)))
 
     def close(self) -> None:
         """Let go of the database."""
         self._engine.dispose()
+
+    def _seen(self, where: sql.ColumnElement[bool]) -> sql.ColumnElement[bool]:
+        return where & (_JOBS.c.person == self.person) if self.person else where
 
     def _changes_one(self, statement: Any) -> bool:
         with self._connected() as connection:

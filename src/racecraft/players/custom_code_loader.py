@@ -11,7 +11,7 @@ import importlib
 import sys
 from collections.abc import Iterator
 
-from racecraft.contract.loading import add_cwd_to_path
+from racecraft.contract.loading import add_cwd_to_path, require_own_code
 from racecraft.formats.run_folder import CODE, RunFolder
 
 
@@ -25,6 +25,7 @@ def own_code_of(run: RunFolder) -> Iterator[None]:
     if not names:
         yield
         return
+    require_own_code(f"{folder}: {', '.join(sorted(names))}")
     before = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in names}
     add_cwd_to_path()  # now, for it would come first later
     place = str(folder.resolve())

@@ -3,27 +3,61 @@
 ONLY_HERE          this machine: other names in the Host header (DNS rebinding) and other sites' pages are refused
 opened(token)      other machines as well, with a token that is made at each start, stands in the printed address
                    and is exchanged for a cookie
+signed_in(people)  the same, and people of a server's own who have signed in
 ANYONE             whatever Host, whoever asks: webhooks, endpoints and metrics opened with --host
 """
 
 from __future__ import annotations
 
+import hashlib
 import hmac
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from http.cookies import CookieError, SimpleCookie
+from typing import Any, Protocol
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
-from starlette.datastructures import Headers
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
-from starlette.responses import RedirectResponse
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.responses import RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from racecraft.web.errors import WebError, error_answer
 from racecraft.web.ports import is_loopback
 
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 LOOPBACK_NAMES = frozenset({"127.0.0.1", "localhost", "::1"})
+
+
+class SignedIn(Protocol):
+    """Whose request one is."""
+
+    @property
+    def person(self) -> Any:
+        """Who asks, as the application knows people."""
+        ...
+
+    @property
+    def session(self) -> str:
+        """Names the session as long as it lasts."""
+        ...
+
+    @property
+    def renewed(self) -> str:
+        """The token that takes the place of the cookie's; "": that one stays."""
+        ...
+
+
+class Sessions(Protocol):
+    """Knows who has signed in; `accounts.sessions` is one."""
+
+    owner: Any
+    """Who holds the token of the printed address."""
+
+    def find(self, token: str) -> SignedIn | None:
+        """Return whose token this is; None: nobody's. It is called in a thread."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -36,7 +70,16 @@ class Access:
     """What has to be shown, as `?token=`, as a Bearer or as the cookie; "": nothing."""
     pages: bool = True
     """Whether browsers are expected: requests that other sites' pages send are refused."""
+    sessions: Sessions | None = None
+    """Who has signed in; None: there is no signing in."""
+    open_paths: tuple[str, ...] = ()
+    """What those who have not signed in may ask for: paths, or beginnings of paths where they end in "/"."""
 
+
+NOT_SIGNED_IN, STRANGER = "not_signed_in", "stranger-"
+"""The error of somebody who has to sign in first, and how the cookie begins that their forms are checked by."""
+SIGN_IN = "/sign-in"
+"""Where somebody is led who has to sign in first."""
 
 ONLY_HERE = Access()
 ANYONE = Access(hosts=None, pages=False)
@@ -45,6 +88,17 @@ ANYONE = Access(hosts=None, pages=False)
 def opened(token: str = "") -> Access:
     """Return access for other machines; by default with a new token."""
     return Access(hosts=None, token=token or secrets.token_urlsafe(24))
+
+
+def signed_in(access: Access, sessions: Sessions, open_paths: tuple[str, ...]) -> Access:
+    """Return access that also lets those in who have signed in.
+
+    Args:
+        access: From `opened`.
+        sessions: Who has.
+        open_paths: As `Access.open_paths`; SIGN_IN has to be among them.
+    """
+    return replace(access, sessions=sessions, open_paths=open_paths)
 
 
 def access_for(host: str) -> Access:
@@ -63,7 +117,7 @@ class Guard:
     def __init__(self, app: ASGIApp, access: Access) -> None:
         self._app, self._access = app, access
         self._session = secrets.token_urlsafe(24)
-        self._form_token = secrets.token_urlsafe(24)
+        self._form_secret = secrets.token_bytes(32)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -74,19 +128,28 @@ class Guard:
         try:
             self._check_host(headers)
             self._check_site(scope, headers)
-            exchange = self._check_token(scope, headers)
+            exchange = self._exchanged(scope, headers)
+            found = None if exchange else await self._visitor(scope, headers)
         except WebError as error:
             if scope["type"] == "websocket":
                 await send({"type": "websocket.close", "code": 1008, "reason": error.name})
                 return
-            answer = error_answer(Request(scope), error.status, error.name, error.sentence)
+            answer: Response = error_answer(Request(scope), error.status, error.name, error.sentence)
+            if error.name == NOT_SIGNED_IN and "text/html" in headers.get("accept", ""):
+                answer = RedirectResponse(f"{SIGN_IN}?{urlencode({'next': _asked(scope)})}", 303)
             await answer(scope, receive, send)
             return
         if exchange is not None:
             await exchange(scope, receive, send)
             return
-        scope["racecraft.form_token"] = self._form_token
-        await self._app(scope, receive, send)
+        assert found is not None
+        scope["racecraft.person"], scope["racecraft.session"] = found.person, found.session
+        scope["racecraft.form_token"] = self._form_token(found.session)
+        await self._app(scope, receive, _with_cookie(scope, send, found.cookie) if found.cookie else send)
+
+    def _form_token(self, session: str) -> str:
+        """Return what every form of a session's pages carries."""
+        return hmac.digest(self._form_secret, session.encode(), hashlib.sha256).hex()
 
     def _check_host(self, headers: Headers) -> None:
         named = headers.get("host", "")
@@ -110,22 +173,88 @@ class Guard:
             whose = origin or headers.get("referer", "") or "another site"
             raise WebError(403, "foreign_site", f"a page of {whose[:80]} asked; only pages of this server may.")
 
-    def _check_token(self, scope: Scope, headers: Headers) -> RedirectResponse | None:
-        """Return the answer that exchanges a token for a cookie; None where nothing is to be exchanged."""
-        if not self._access.token:
-            return None
+    def _exchanged(self, scope: Scope, headers: Headers) -> RedirectResponse | None:
+        """Return the answer that exchanges the printed token for a cookie; None where none is shown."""
         query = dict(parse_qsl(scope["query_string"].decode("latin-1")))
         shown = query.pop("token", "")
-        if shown and scope["type"] == "http" and scope["method"] == "GET" and _equal(shown, self._access.token):
-            answer = RedirectResponse("/" + scope["path"].lstrip("/") + (f"?{urlencode(query)}" if query else ""), 303)
-            answer.set_cookie(_cookie_name(scope), self._session, httponly=True, samesite="lax")
-            return answer
-        bearer = headers.get("authorization", "").removeprefix("Bearer ")
-        if _equal(_cookie(headers, _cookie_name(scope)), self._session) or _equal(bearer, self._access.token):
+        if not (shown and scope["type"] == "http" and scope["method"] == "GET" and _equal(shown, self._access.token)):
             return None
-        raise WebError(
-            401, "no_token", "open the address with ?token=… that the terminal printed; it changes with every start."
-        )
+        answer = RedirectResponse("/" + scope["path"].lstrip("/") + (f"?{urlencode(query)}" if query else ""), 303)
+        set_cookie(scope, answer, self._session)
+        return answer
+
+    async def _visitor(self, scope: Scope, headers: Headers) -> _Visitor:
+        """Return who asks.
+
+        Raises:
+            WebError: Nobody who may.
+        """
+        sessions, shown = self._access.sessions, _cookie(headers, _cookie_name(scope))
+        owner = sessions.owner if sessions else None
+        bearer = headers.get("authorization", "").removeprefix("Bearer ")
+        if not self._access.token or _equal(shown, self._session) or _equal(bearer, self._access.token):
+            return _Visitor(owner, self._session)
+        if sessions is None:
+            raise WebError(
+                401,
+                "no_token",
+                "open the address with ?token=… that the terminal printed; it changes with every start.",
+            )
+        found = await run_in_threadpool(sessions.find, shown) if shown else None
+        if found is not None:
+            return _Visitor(found.person, found.session, found.renewed)
+        if not self._is_open(scope["path"]):
+            raise WebError(401, NOT_SIGNED_IN, f"sign in first, at {SIGN_IN}.")
+        if shown.startswith(STRANGER) and len(shown) < 80:
+            return _Visitor(None, shown)
+        stranger = STRANGER + secrets.token_urlsafe(24)
+        return _Visitor(None, stranger, stranger)
+
+    def _is_open(self, path: str) -> bool:
+        return any(path.startswith(one) if one.endswith("/") else path == one for one in self._access.open_paths)
+
+
+@dataclass(frozen=True)
+class _Visitor:
+    """Who asks."""
+
+    person: Any
+    """None: nobody who has signed in, or a server without people."""
+    session: str
+    cookie: str = ""
+    """What the browser is to keep from now on; "": what it has."""
+
+
+def set_cookie(scope: Scope, answer: Response, token: str) -> None:
+    """Have the browser keep a session's token; "": forget it."""
+    options: dict[str, Any] = {"httponly": True, "samesite": "lax", "secure": scope.get("scheme") in ("https", "wss")}
+    if token:
+        answer.set_cookie(_cookie_name(scope), token, **options)
+    else:
+        answer.delete_cookie(_cookie_name(scope), **options)
+
+
+def _with_cookie(scope: Scope, send: Send, token: str) -> Send:
+    """Return a `send` that has the browser keep a token, unless the answer sets the cookie itself."""
+
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            kept = MutableHeaders(scope=message)
+            if not any(one.startswith(f"{_cookie_name(scope)}=") for one in kept.getlist("set-cookie")):
+                cookie = Response()
+                set_cookie(scope, cookie, token)
+                kept.append("set-cookie", cookie.headers["set-cookie"])
+        await send(message)
+
+    return sent
+
+
+def _asked(scope: Scope) -> str:
+    """Return the path and the words of a request that only reads; of another "/"."""
+    if scope["method"] not in SAFE_METHODS:
+        return "/"
+    query = scope["query_string"].decode("latin-1")
+    return f"/{scope['path'].lstrip('/')}" + (f"?{query}" if query else "")
 
 
 async def checked_form(request: Request) -> dict[str, str]:

@@ -44,7 +44,7 @@ def make_application(
     if compress:
         layers.append(Middleware(GZipMiddleware, minimum_size=SMALLEST_COMPRESSED, compresslevel=5))
     made = Starlette(
-        routes=[*routes, Route(PREFIX + "{file}", _asset)], middleware=layers, exception_handlers=dict(HANDLERS)
+        routes=[Route(PREFIX + "{file}", _asset), *routes], middleware=layers, exception_handlers=dict(HANDLERS)
     )
     made.state.closing = Closing()
     return made

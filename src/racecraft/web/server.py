@@ -5,14 +5,18 @@ from __future__ import annotations
 import contextlib
 import signal
 import socket
+import ssl
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import uvicorn
 from starlette.types import ASGIApp
 
+from racecraft.contract.errors import UserInputError
 from racecraft.web.access import Access
 from racecraft.web.limits import LimitedProtocol
 from racecraft.web.ports import listen_on
@@ -24,7 +28,15 @@ SECONDS_TO_END = 3
 """What is under way when a server is told to end may take so long."""
 
 
-def serve(application: ASGIApp, host: str, port: int, ready: Callable[[int], None]) -> None:
+@dataclass(frozen=True)
+class Tls:
+    """A certificate and its private key, as PEM files; the certificate may be followed by those that signed it."""
+
+    certificate: Path
+    key: Path
+
+
+def serve(application: ASGIApp, host: str, port: int, ready: Callable[[int], None], tls: Tls | None = None) -> None:
     """Serve until Ctrl-C or SIGTERM, then end what is under way and return.
 
     Args:
@@ -32,13 +44,16 @@ def serve(application: ASGIApp, host: str, port: int, ready: Callable[[int], Non
         host: Address to listen on.
         port: Port; 0: any free one.
         ready: Told the port when it is listened on.
+        tls: Answer by https alone; None: by http.
 
     Raises:
         PortError: The address cannot be listened on.
+        TlsError: Certificate or key cannot be read, or do not belong together.
     """
+    server = _Server(application, tls)
     with contextlib.closing(listen_on(host, port)) as listening:
         ready(int(listening.getsockname()[1]))
-        _Server(application).run(sockets=[listening])
+        server.run(sockets=[listening])
 
 
 class ServerThread:
@@ -74,27 +89,46 @@ class ServerThread:
             self._thread.join()
 
 
-def address_of(host: str, port: int, access: Access, path: str = "/") -> str:
+def address_of(host: str, port: int, access: Access, path: str = "/", scheme: str = "http") -> str:
     """Return what a person opens: by this machine's name for all interfaces, with the token where there is one.
 
     >>> address_of("127.0.0.1", 8100, Access())
     'http://127.0.0.1:8100/'
     """
     shown = socket.gethostname() if host in ("0.0.0.0", "::") else f"[{host}]" if ":" in host else host
-    return f"http://{shown}:{port}{path}" + (f"?token={access.token}" if access.token else "")
+    return f"{scheme}://{shown}:{port}{path}" + (f"?token={access.token}" if access.token else "")
+
+
+class TlsError(UserInputError):
+    """A certificate or its key cannot be used."""
+
+
+def _loaded(config: uvicorn.Config, tls: Tls | None) -> uvicorn.Config:
+    """Return a configuration whose certificate was read: what is wrong with it is said before anything is served."""
+    try:
+        config.load()
+    except (OSError, ssl.SSLError) as error:
+        if tls is None:
+            raise
+        raise TlsError(
+            "{certificate}, {key}: {error}; expected a certificate and its private key, both PEM.",
+            certificate=tls.certificate, key=tls.key, error=error.strerror or error,
+        ) from error  # fmt: skip
+    return config
 
 
 class _Server(uvicorn.Server):
     """uvicorn's, ending its streams first and without raising the signal that ended it once more."""
 
-    def __init__(self, application: ASGIApp) -> None:
+    def __init__(self, application: ASGIApp, tls: Tls | None = None) -> None:
         super().__init__(
-            uvicorn.Config(
+            _loaded(uvicorn.Config(
                 application, loop="asyncio", http=LimitedProtocol, ws_max_size=MOST_MESSAGE_BYTES, lifespan="auto",
                 log_config=None, log_level="critical", access_log=False, proxy_headers=False, server_header=False,
                 timeout_keep_alive=IDLE_SECONDS,
                 timeout_graceful_shutdown=SECONDS_TO_END,
-            )
+                ssl_certfile=tls and tls.certificate, ssl_keyfile=tls and tls.key,
+            ), tls)
         )  # fmt: skip
         state = getattr(application, "state", None)  # a `JsonApi` has none, and no streams
         self._closing = state.closing if state else None

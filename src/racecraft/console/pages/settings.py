@@ -7,8 +7,9 @@ import shutil
 from starlette.requests import Request
 from starlette.routing import BaseRoute
 
+from racecraft.accounts.rights import Verb, may
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, page_routes
+from racecraft.console.service import Console, Page, page_routes, person_of
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -22,9 +23,7 @@ def settings_page(console: Console, request: Request) -> Page:
         "settings.html",
         "Settings",
         {
-            "folder": str(console.workspace.path),
-            "index": console.index.url,
-            "jobs": str(console.home.path),
+            **(_places(console) if may(person_of(request), Verb.RUN_MACHINE) else {}),
             "room_gb": shutil.disk_usage(console.workspace.path).free / 1e9,
             "bin": [
                 {"place": place, "name": name, "deleted": deleted} for place, name, deleted in console.workspace.bin()
@@ -32,6 +31,10 @@ def settings_page(console: Console, request: Request) -> Page:
         },
         here="/settings",
     )
+
+
+def _places(console: Console) -> dict[str, str]:
+    return {"folder": str(console.workspace.path), "index": console.index.url, "jobs": str(console.home.path)}
 
 
 SECTION = Section(routes=routes, label="Settings", href="/settings", icon="gear", order=90)

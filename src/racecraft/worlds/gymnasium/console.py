@@ -31,12 +31,14 @@ class GymnasiumParts(WorldParts):
         """Return `gym train` and its options.
 
         Raises:
-            SettingError: No environment is named.
+            SettingError: No environment is named, or one of a module of its own.
         """
         full = self.defaults() | dict(values)
         environment, score = str(full["environment"]).strip(), str(full["score"]).strip()
-        if not environment or environment.startswith("-"):
-            raise SettingError("Environment: found {found!r}; expected an id, such as CartPole-v1.", found=environment)
+        if not environment or environment.startswith("-") or ":" in environment:  # "module:ID" would import a module
+            raise SettingError(
+                "Environment: found {found!r}; expected a registered id, such as CartPole-v1.", found=environment
+            )
         stop = [f"--stop=score={score}"] if score else []
         return ["gym", "train", environment, *stop, *common_words(full)]
 

@@ -1,0 +1,74 @@
+"""What each path of the console needs: one table. A path that is missing is the owner's alone. Begin with `RIGHTS`.
+
+What a path shows or changes beyond that is decided by whose console it is: another person's models are in no console
+but their own (`personal.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from racecraft.accounts.people import Person
+from racecraft.accounts.rights import Verb, may
+
+ALL = Verb.USE_ACCOUNT
+MODELS = Verb.KEEP_MODELS
+
+RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
+    "/": MODELS,
+    "/account": ALL,
+    "/account/password": ALL,
+    "/account/sign-out": ALL,
+    "/account/sign-out-everywhere": ALL,
+    "/compare": MODELS,
+    "/drafts/new": MODELS,
+    "/drafts/{id}/{step}": MODELS,
+    "/drafts/{id}/{step}/keep": MODELS,
+    "/events": ALL,
+    "/import": MODELS,
+    "/import/{name}": MODELS,
+    "/jobs": MODELS,
+    "/jobs/{job}/stop": MODELS,
+    "/models": MODELS,
+    "/models/act": MODELS,
+    "/models/first": MODELS,
+    "/models/{name}": MODELS,
+    "/models/{name}/checkpoints": MODELS,
+    "/models/{name}/evaluations": MODELS,
+    "/models/{name}/export": MODELS,
+    "/models/{name}/files": MODELS,
+    "/models/{name}/files/{path:path}": MODELS,
+    "/models/{name}/note": MODELS,
+    "/models/{name}/rename": MODELS,
+    "/models/{name}/resume": MODELS,
+    "/models/{name}/stop": MODELS,
+    "/models/{name}/watch": MODELS,
+    "/models/{name}/{tab}": MODELS,
+    "/people": Verb.INVITE,
+    "/people/invite": Verb.INVITE,
+    "/people/preview": Verb.INVITE,
+    "/people/{id}/remove": Verb.APPOINT,
+    "/people/{id}/reset": Verb.INVITE,
+    "/people/{id}/role": Verb.APPOINT,
+    "/pictures/{kind}/{key}.svg": ALL,
+    "/settings": MODELS,
+}
+"""By path, as routes name it: what reading and acting need, or (reading, acting). `.json` needs what its page needs."""
+
+
+def verb_of(path: str, method: str) -> Verb:
+    """Return what a request needs.
+
+    Args:
+        path: Of its route, with the names of its parameters.
+        method: GET and HEAD read; all others act.
+    """
+    found = RIGHTS.get("/" if path == "/index.json" else path.removesuffix(".json"), Verb.RUN_MACHINE)
+    if isinstance(found, Verb):
+        return found
+    return found[0] if method in ("GET", "HEAD") else found[1]
+
+
+def may_open(person: Person, path: str) -> bool:
+    """Tell whether a person may read a page."""
+    return may(person, verb_of(path, "GET"))
