@@ -47,8 +47,8 @@ class Attempts:
                 most=self._most, seconds=self._seconds, wait=int(max(waits)) + 1,
             )  # fmt: skip
 
-    def forget(self, *keys: str) -> None:
-        """Forget the attempts of keys that succeeded."""
+    def clear(self, *keys: str) -> None:
+        """Drop the attempts of keys that succeeded."""
         with self._lock:
             for key in keys:
                 self._times.pop(key, None)

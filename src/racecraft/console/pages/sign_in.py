@@ -42,7 +42,7 @@ def routes(accounts: Accounts, sessions: Sessions) -> list[BaseRoute]:
             person = accounts.with_password(name, one(fields, "password"))
         except AccountError as error:
             return _sign_in_page(request, str(error), name[:64], then, 403)
-        by_name.forget(who)
+        by_name.clear(who)
         return _begun(request, sessions, person, then)
 
     def invitation(request: Request) -> Response:
