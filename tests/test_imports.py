@@ -71,36 +71,38 @@ FILES = {
 }
 
 
-def imported_names(tree):
-    """Yield every dotted name that a file imports, at any depth, or names in a string as "racecraft.a.b"."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "imports inside the package are written out in full"
-            for alias in node.names:
-                whole = f"{node.module}.{alias.name}"
-                yield whole if whole in FILES else node.module
+def imported_names(node):
+    """Yield every dotted name that an import statement imports."""
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    elif isinstance(node, ast.ImportFrom):
+        assert node.level == 0, "imports inside the package are written out in full"
+        for alias in node.names:
+            whole = f"{node.module}.{alias.name}"
+            yield whole if whole in FILES else node.module
 
 
-def named_in_strings(tree):
-    """Yield every "racecraft.a.b" that a string begins with: a module that is imported by name."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield from re.findall(r"^racecraft(?:\.\w+)+", node.value)
+def named_in_strings(node):
+    """Yield the "racecraft.a.b" that a string begins with: a module that is imported by name."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        yield from re.findall(r"^racecraft(?:\.\w+)+", node.value)
 
 
 @cache
-def imports(find):
-    """Return what `find` (one of the two above) finds in every module: {module: names}."""
-    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
-    return {name: set(find(tree)) - {name} for name, tree in trees.items()}
+def imports():
+    """Return what each finder (the two above) finds in every module: {finder: {module: names}}."""
+    found = {imported_names: {}, named_in_strings: {}}
+    for name, path in FILES.items():
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        for find, names in found.items():
+            names[name] = {one for node in nodes for one in find(node)} - {name}
+    return found
 
 
 def pairs(*finders):
     """Yield (module, imported module) for every import between modules of the package."""
     for find in finders or (imported_names, named_in_strings):
-        yield from ((name, one) for name, used in imports(find).items() for one in sorted(used & FILES.keys()))
+        yield from ((name, one) for name, used in imports()[find].items() for one in sorted(used & FILES.keys()))
 
 
 def world_of(name):
@@ -184,7 +186,7 @@ def circles(graph):
 def test_heavy_packages_enter_at_few_places():
     strays = [
         f"{name} -> {used}"
-        for name, imported in imports(imported_names).items()
+        for name, imported in imports()[imported_names].items()
         for used in imported
         if (heavy := used.split(".")[0]) in HEAVY and layer_of(name) not in HEAVY[heavy]
     ]
