@@ -12,7 +12,7 @@ import torch
 from tests.algorithms.test_ppo import STATE, made_up, world_spec
 from toy_world import CopyTheNumber
 
-from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, rollout_of, tensors_of
+from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, CorrectedPpoLearner, rollout_of, tensors_of
 from racecraft.algorithms.imitation import ImitationConfig, ImitationWrapper
 from racecraft.algorithms.learner import DivergedError, counting
 from racecraft.algorithms.networks import NetworkConfig
@@ -34,7 +34,7 @@ def plain(seed=3, spec=SPEC, network=NETWORK, **settings):
     return PpoLearner(spec, network, PpoConfig(**{"batch_size": 8, "epochs": 2, **settings}), seed)
 
 
-def beside(seed=3, kind=PpoLearner, spec=SPEC, network=NETWORK, **settings):
+def beside(seed=3, kind=CorrectedPpoLearner, spec=SPEC, network=NETWORK, **settings):
     config = PpoConfig(**{"batch_size": 8, "epochs": 2, "asynchronous": True, **settings})
     return AsynchronousPpo(partial(kind, spec, network, config, seed))
 
@@ -201,7 +201,7 @@ def test_random_choices_fall_with_what_its_actor_decided():
 def test_it_copies_the_number_it_sees():
     world = CopyTheNumber(16)
     config = PpoConfig(learning_rate=1e-2, batch_size=64, epochs=4, asynchronous=True)
-    learner = AsynchronousPpo(partial(PpoLearner, world.spec, NETWORK, config, 1))
+    learner = AsynchronousPpo(partial(CorrectedPpoLearner, world.spec, NETWORK, config, 1))
     collector = Collector(world, learner, horizon=16, seed=1)
     for _ in range(17):
         learner.update(collector.collect())

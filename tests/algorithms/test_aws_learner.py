@@ -10,8 +10,9 @@ from torch.nn import functional
 from racecraft.algorithms.distributions import Categorical
 from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.networks import NetworkConfig
-from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
 from racecraft.algorithms.ppo_batch import Minibatch
+from racecraft.algorithms.ppo_loss import ppo_loss
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 

@@ -9,7 +9,7 @@ import pytest
 import torch
 from toy_world import CopyTheNumber, Walk
 
-from racecraft.algorithms.behaviour_cloning import BcConfig, BcLearner, Shown, cloning_loss, to_raw
+from racecraft.algorithms.behaviour_cloning import BcConfig, BcLearner, DemonstrationBatch, cloning_loss, to_raw
 from racecraft.algorithms.distributions import Categorical, distribution_for
 from racecraft.algorithms.learner import DivergedError, Learner
 from racecraft.algorithms.networks import NetworkConfig
@@ -74,7 +74,7 @@ class Fixed(torch.nn.Module):
 
 
 def test_the_loss_is_what_a_pencil_says():
-    shown = Shown({"x": torch.zeros(4, 1)}, torch.tensor([0, 1, 1, 1]), None)
+    shown = DemonstrationBatch({"x": torch.zeros(4, 1)}, torch.tensor([0, 1, 1, 1]), None)
     loss, agreement = cloning_loss(Fixed(), Categorical(DiscreteActions(2)), shown)
     assert loss.item() == pytest.approx(-(math.log(0.25) + 3 * math.log(0.75)) / 4)
     assert agreement.item() == 0.75
@@ -256,7 +256,7 @@ def test_numbers_agree_within_a_tenth_of_their_range_all_of_them():
 
     near = torch.tensor([[0.19, -0.19], [0.21, 0.0], [0.0, -0.21], [0.0, 0.0]])
     kind = distribution_for(ContinuousActions((-1.0, -1.0), (1.0, 1.0)))
-    loss, agreement = cloning_loss(Still(), kind, Shown({"x": torch.zeros(4, 1)}, near, None))
+    loss, agreement = cloning_loss(Still(), kind, DemonstrationBatch({"x": torch.zeros(4, 1)}, near, None))
     assert agreement.item() == 0.5
     assert loss.item() == pytest.approx(math.log(2 * math.pi) + near.square().sum().item() / 8, rel=1e-6)
 

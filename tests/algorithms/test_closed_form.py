@@ -8,8 +8,9 @@ from racecraft.algorithms import closed_form as page
 from racecraft.algorithms.closed_form import closed_form_of, surrogate, way_back_of_values
 from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig
-from racecraft.algorithms.ppo import PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.algorithms.ppo_batch import Minibatch
+from racecraft.algorithms.ppo_loss import ppo_loss
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 
@@ -69,9 +70,9 @@ def test_gradients_and_figures_are_those_of_autograd(actions, settings, network)
         learner.network.log_std.data[:] = torch.tensor([-0.5, 0.2])
 
     figures, gradients = by_autograd(learner, batch, config)
-    found = learner.find_gradients(batch, config)
+    found = learner.steps.find_gradients(batch, config)
 
-    assert learner.written_out is not None
+    assert learner.steps.written_out is not None
     torch.testing.assert_close(found, figures, rtol=1e-5, atol=1e-6)
     for name, one in learner.network.named_parameters():
         torch.testing.assert_close(one.grad, gradients[name], rtol=1e-4, atol=1e-6, msg=name)
@@ -87,7 +88,7 @@ def test_masks_and_weights_of_decisions_count():
     batch = minibatch(learner, action_mask=mask, weights=torch.rand(ROWS, generator=chance))
     figures, gradients = by_autograd(learner, batch, config)
 
-    torch.testing.assert_close(learner.find_gradients(batch, config), figures, rtol=1e-5, atol=1e-6)
+    torch.testing.assert_close(learner.steps.find_gradients(batch, config), figures, rtol=1e-5, atol=1e-6)
     for name, one in learner.network.named_parameters():
         torch.testing.assert_close(one.grad, gradients[name], rtol=1e-4, atol=1e-6, msg=name)
 
@@ -97,7 +98,7 @@ def test_a_spread_at_its_bound_is_not_pushed_further():
     learner.network.log_std.data[:] = torch.tensor([4.0, 0.0])
     batch = minibatch(learner)
     _, gradients = by_autograd(learner, batch, learner.config)
-    learner.find_gradients(batch, learner.config)
+    learner.steps.find_gradients(batch, learner.config)
     assert learner.network.log_std.grad[0] == gradients["log_std"][0] == 0.0
     assert learner.network.log_std.grad[1] == pytest.approx(float(gradients["log_std"][1]), rel=1e-4)
 
@@ -115,12 +116,12 @@ OTHERS = {
 
 @pytest.mark.parametrize("learner", OTHERS.values(), ids=OTHERS)
 def test_what_is_not_written_out_goes_by_autograd(learner):
-    assert learner.written_out is None
+    assert learner.steps.written_out is None
 
 
 def assert_as_autograd(learner, batch, config):
     figures, gradients = by_autograd(learner, batch, config)
-    torch.testing.assert_close(learner.find_gradients(batch, config), figures, rtol=1e-5, atol=1e-6)
+    torch.testing.assert_close(learner.steps.find_gradients(batch, config), figures, rtol=1e-5, atol=1e-6)
     for name, one in learner.network.named_parameters():
         torch.testing.assert_close(one.grad, gradients[name], rtol=1e-4, atol=1e-6, msg=name)
 
@@ -153,7 +154,7 @@ def test_a_spread_is_pushed_at_its_bounds_and_not_beyond_them():
         learner.network.log_std.data[:] = torch.tensor(log_std)
         batch = minibatch(learner)
         batch.advantages[:], batch.log_prob[:] = 0.0, 100.0
-        learner.find_gradients(batch, config)
+        learner.steps.find_gradients(batch, config)
         assert learner.network.log_std.grad.tolist() == [-0.25 if -20.0 <= one <= 3.0 else 0.0 for one in log_std]
 
 

@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from racecraft.algorithms import ppo as ppo_page
+from racecraft.algorithms import ppo_steps
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.parallel_updates import run_in_parallel
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner
@@ -23,7 +24,7 @@ APART = {"max_grad_norm": None, "standardise": "rollout", "batch_size": 16, "epo
 
 
 def a_learner(monkeypatch, worth=0, **settings):
-    monkeypatch.setattr(ppo_page, "WORTH_A_THREAD", worth)
+    monkeypatch.setattr(ppo_steps, "WORTH_A_THREAD", worth)
     monkeypatch.setattr(ppo_page, "ROWS_AT_ONCE", 8)
     return PpoLearner(SPEC, NETWORK, PpoConfig(**{**APART, **settings}), seed=3)
 
@@ -50,13 +51,13 @@ def test_policy_and_critic_learn_apart_what_they_learn_together(monkeypatch, two
     """By twin, bit for bit: the losses of two that share no weights pull at none in common."""
     torch.set_num_threads(1)
     together = a_learner(monkeypatch, worth=10**12, precision=precision)
-    assert not together.learns_apart
+    assert not together.steps.learns_apart
     kept = experience_of(together)
     wanted = [together.update(kept) for _ in range(2)]
     for threads in (1, 2):
         torch.set_num_threads(threads)
         apart = a_learner(monkeypatch, precision=precision)
-        assert apart.learns_apart
+        assert apart.steps.learns_apart
         for figures in wanted:
             assert apart.update(kept) == pytest.approx(figures, rel=1e-5, abs=1e-7)
         assert torch.get_num_threads() == threads
@@ -75,15 +76,15 @@ def test_policy_and_critic_learn_apart_what_they_learn_together(monkeypatch, two
 )
 def test_what_has_to_do_with_each_other_learns_together(monkeypatch, settings, network):
     """A norm over both weights, layers or a memory that both stand on."""
-    monkeypatch.setattr(ppo_page, "WORTH_A_THREAD", 0)
-    assert not PpoLearner(SPEC, network, PpoConfig(**{**APART, **settings}), seed=3).learns_apart
+    monkeypatch.setattr(ppo_steps, "WORTH_A_THREAD", 0)
+    assert not PpoLearner(SPEC, network, PpoConfig(**{**APART, **settings}), seed=3).steps.learns_apart
 
 
 def test_only_what_is_worth_a_thread_has_one(monkeypatch):
     """Rows of a minibatch times weights: 16 of them here, more than so many."""
     weights = sum(part.numel() for part in a_learner(monkeypatch).network.parameters())
-    assert not a_learner(monkeypatch, worth=16 * weights).learns_apart
-    assert a_learner(monkeypatch, worth=16 * weights - 1).learns_apart
+    assert not a_learner(monkeypatch, worth=16 * weights).steps.learns_apart
+    assert a_learner(monkeypatch, worth=16 * weights - 1).steps.learns_apart
 
 
 def test_with_one_thread_both_go_on_in_the_one_that_calls(two_threads):

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 import torch
 
+from racecraft.algorithms import asynchronous_ppo
 from racecraft.algorithms import ppo as ppo_page
 from racecraft.algorithms.distributions import Categorical, DiagGaussian, MultiCategorical
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.ppo import FIGURES, LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.ppo import FIGURES, LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
 from racecraft.algorithms.ppo_batch import Minibatch
+from racecraft.algorithms.ppo_loss import ppo_loss
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions, WorldSpec
@@ -58,9 +60,9 @@ def made_up(spec, ticks=6, rows=4, seed=0, learner=None):
     )
 
 
-def a_learner(observations=None, actions=None, seed=3, network=None, **settings):
+def a_learner(observations=None, actions=None, seed=3, network=None, kind=PpoLearner, **settings):
     spec = world_spec(observations or {"state": STATE}, actions or DiscreteActions(3))
-    return PpoLearner(spec, network or NetworkConfig(hidden_units=(16,)), PpoConfig(**settings), seed)
+    return kind(spec, network or NetworkConfig(hidden_units=(16,)), PpoConfig(**settings), seed)
 
 
 class Fixed(torch.nn.Module):
@@ -344,7 +346,7 @@ def test_what_follows_a_cut_is_found_however_a_rollout_lies_in_memory():
     learner = a_learner()
     batch = made_up(learner.spec, rows=6, learner=learner)
     assert len(batch.final_index)
-    judged, again = learner.judged(batch), learner.judged(batch.of_rows(np.arange(6)))
+    judged, again = learner.compute_advantages(batch), learner.judged(batch.of_rows(np.arange(6)))
     assert np.array_equal(judged.advantages, again.advantages)
 
 
@@ -416,24 +418,24 @@ def test_rows_of_a_minibatch_are_taken_out_of_all_that_it_holds():
 def test_a_critic_of_its_own_values_every_active_row_however_many_it_is_asked_about_at_once(monkeypatch, apart):
     monkeypatch.setattr(ppo_page, "ROWS_AT_ONCE", 3)
     learner = a_learner(network=NetworkConfig(hidden_units=(16,), separate_networks=True, privileged_critic=False))
-    learner.learns_apart = apart
+    learner.steps.learns_apart = apart
     kept = made_up(learner.spec, learner=learner)
     kept.active[1, :] = False
-    values = learner.judged(kept).values
+    values = learner.compute_advantages(kept).values
     asked = learner.values({"state": kept.observations["state"].reshape(-1, 5)}).reshape(6, 4)
     np.testing.assert_allclose(values[kept.active], asked[kept.active], rtol=1e-5)
     assert (values[1] == 0.0).all()
 
 
 def test_what_older_weights_decided_is_looked_at_again_and_counts_up_to_the_cap(monkeypatch):
-    monkeypatch.setattr(ppo_page, "ROWS_AT_ONCE", 5)
-    learner = a_learner(asynchronous=True, ratio_cap=1.5)
+    monkeypatch.setattr(asynchronous_ppo, "ROWS_AT_ONCE", 5)
+    learner = a_learner(kind=asynchronous_ppo.CorrectedPpoLearner, asynchronous=True, ratio_cap=1.5)
     assert learner.mean_weight == 1.0
     kept = made_up(learner.spec, learner=learner)
     likely = kept.columns[LOG_PROB].copy()
     kept.columns[LOG_PROB] = likely + np.linspace(-1.0, 1.0, 24, dtype=np.float32).reshape(6, 4)
     kept.active[2, 1:3] = False
-    judged = learner.judged(kept)
+    judged = learner.compute_advantages(kept)
     # The weights are those that acted, so a decision is by e^-shift likelier than it is said to have been.
     ratio = np.minimum(np.exp(np.linspace(1.0, -1.0, 24).reshape(6, 4)), 1.5)
     np.testing.assert_allclose(judged.weights[kept.active], ratio[kept.active], rtol=1e-4)
@@ -445,7 +447,7 @@ def test_what_older_weights_decided_is_looked_at_again_and_counts_up_to_the_cap(
         assert (part[idle] == fill).all()
     assert learner.mean_weight == pytest.approx(ratio[kept.active].mean(), rel=1e-4)
     kept.active[:] = False
-    learner.judged(kept)
+    learner.compute_advantages(kept)
     assert learner.mean_weight == 1.0
 
 

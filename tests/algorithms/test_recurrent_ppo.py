@@ -277,7 +277,7 @@ def test_what_follows_a_cut_is_valued_with_what_was_carried_that_far(network):
     learner = made(world, "lstm", ppo={"gae_lambda": 0.0, "discount": 1.0}, **network)
     batch = Collector(world, learner, horizon=30, seed=3).collect()
     assert len(batch.final_index)
-    judged = learner.judged(batch)
+    judged = learner.compute_advantages(batch)
     followed = judged.advantages - batch.reward + judged.values
     np.testing.assert_array_equal(judged.values, batch.columns[VALUE])
     ended = batch.terminated | batch.truncated

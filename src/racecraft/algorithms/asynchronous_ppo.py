@@ -16,17 +16,19 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from racecraft.algorithms.learner import ACTING, StateDict
 from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.ppo import FIGURES as PPO_FIGURES
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, ROWS_AT_ONCE, PpoLearner
+from racecraft.algorithms.ppo_batch import Advantages
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import WorldSpec
+from racecraft.contract.world import Array, WorldSpec
 from racecraft.settings.composition import Settings
 
 UNDER_WAY, DONE = "under_way", "done"
@@ -40,11 +42,55 @@ FIGURES = {
 """What an update tells: of the learning that went on beside the collecting before it."""
 
 
+class CorrectedPpoLearner(PpoLearner):
+    """A `PpoLearner` that weighs decisions of older weights by V-trace; the same arguments."""
+
+    mean_weight = 1.0
+    """How much a transition of the latest rollout counted; below 1 where older weights decided it."""
+
+    def compute_advantages(self, batch: RolloutBatch) -> Advantages:
+        """Return how good every decision of a rollout was, by today's weights."""
+        return self._advantages(batch, *self._evaluate_again(batch))
+
+    @torch.inference_mode()
+    def _evaluate_again(self, batch: RolloutBatch) -> tuple[Array, Array, Array]:
+        """Return what today's weights expect, how likely they make what was decided (log), and how much that counts.
+
+        Each float32 (T, R); the last is the ratio of likelihoods, cut at its cap. Rows that are not active count 1 and
+        are worth 0.
+        """
+        active = np.flatnonzero(batch.active.reshape(-1))
+        value, log_prob, weights = (np.full(batch.active.size, fill, np.float32) for fill in (0.0, 0.0, 1.0))
+
+        def flat(array: Array) -> Array:
+            return array.reshape(-1, *array.shape[2:])
+
+        before = flat(batch.columns[LOG_PROB])
+        for rows in np.array_split(active, -(-len(active) // ROWS_AT_ONCE) or 1):
+            if not len(rows):
+                continue
+            seen = self._tensors({name: flat(array)[rows] for name, array in batch.observations.items()})
+            mask = (
+                None if batch.action_mask is None else torch.from_numpy(flat(batch.action_mask)[rows]).to(self.device)
+            )
+            raw = torch.from_numpy(flat(batch.columns[RAW_ACTION])[rows]).to(self.device)
+            params, worth = self.working(seen)
+            likely, _ = self.distribution.log_prob_and_entropy(params, self.network.log_std, mask, raw)
+            value[rows], log_prob[rows] = worth.cpu().numpy(), likely.cpu().numpy()
+            weights[rows] = np.minimum(np.exp(log_prob[rows] - before[rows]), self.config.ratio_cap)
+        self.mean_weight = float(weights[active].mean()) if len(active) else 1.0
+        return (
+            value.reshape(batch.active.shape),
+            log_prob.reshape(batch.active.shape),
+            weights.reshape(batch.active.shape),
+        )
+
+
 class AsynchronousPpo(LearnerWrapper):
     """A learner in a thread, and another that acts with its weights. Towards everybody it is one learner.
 
     Args:
-        made: Makes a `PpoLearner` whose settings have `asynchronous`; called twice.
+        made: Makes a `CorrectedPpoLearner`; called twice.
 
     Raises:
         SettingError: It has a memory, whose noted states would be those of older weights.
@@ -57,9 +103,9 @@ class AsynchronousPpo(LearnerWrapper):
     @classmethod
     def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> AsynchronousPpo:
         """Return a learner with the settings' groups `network`, `ppo` and `runtime`."""
-        return cls(partial(PpoLearner.build, spec, settings, seed))
+        return cls(partial(CorrectedPpoLearner.build, spec, settings, seed))
 
-    def __init__(self, made: Callable[[], PpoLearner]) -> None:
+    def __init__(self, made: Callable[[], CorrectedPpoLearner]) -> None:
         actor, self.learner = made(), made()
         if isinstance(actor.network, RecurrentActorCritic):
             raise SettingError(

@@ -17,20 +17,15 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import torch
 from torch import Tensor
-from torch.nn import functional
-from torch.nn.utils import clip_grad_norm_
 
-from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.closed_form import closed_form_of
-from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
-from racecraft.algorithms.half_precision import Bfloat16Copy, settled
+from racecraft.algorithms.distributions import Categorical, distribution_for
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.network_learner import ActorCriticLearner
-from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, NetworkConfig
+from racecraft.algorithms.networks import Architecture, NetworkConfig
 from racecraft.algorithms.parallel_updates import one_by_one, run_in_parallel
 from racecraft.algorithms.ppo_batch import Advantages, Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig as PpoConfig
-from racecraft.algorithms.recurrent_network import RecurrentActorCritic
+from racecraft.algorithms.ppo_steps import GradientSteps
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.torch_threads import single_threaded
@@ -43,11 +38,6 @@ if TYPE_CHECKING:
 
 ROWS_AT_ONCE = 256
 """How many rows a critic that is asked later values at once."""
-WORTH_A_THREAD = 10_000_000
-"""Rows of a minibatch times weights from which policy and critic are worth a thread each; AWS's networks have 70 times
-as much to do."""
-CRITIC_PARTS = "critic_body.", "value_head."
-"""How the names of the critic's own weights begin."""
 RAW_ACTION, LOG_PROB, VALUE = "raw_action", "log_prob", "value"
 """Columns: what was drawn, how likely it was, and what the critic expected."""
 
@@ -107,29 +97,13 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         super().__init__(spec, network, config, seed, device, distribution)
         self.now = config
         """The settings as the schedules have them by now."""
-        self.half = Bfloat16Copy(self.network) if settled(config.precision) == "bfloat16" else None
-        self.working = self.network if self.half is None else self.half.network
-        """What explores and learns: the network itself, or its copy of half the precision."""
-        self._weights, self._learned = list(self.network.parameters()), list(self.working.parameters())
-        """The weights that are stepped, and those that gradients are found for; asking the modules for them takes as
-        long as a small network's losses."""
-        self._size = sum(one.numel() for one in self._weights)
-        self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
+        self.steps = GradientSteps(self.network, distribution, config)
+        self.optimiser, self.half, self.working = self.steps.optimiser, self.steps.half, self.steps.working
         self.values_later = self.network.critic_body is not None
         """Whether the critic, a network of its own, is asked once before an update and not at every tick, as at AWS;
         its weights are the same then."""
         self.explored = 0
         """Decisions drawn so far; the random share of e-greedy exploration falls with them."""
-
-        self.mean_weight = 1.0
-        """How much a transition of the latest rollout counted; below 1 where older weights decided it."""
-        names = [name for name, _ in self.network.named_parameters()]
-        self._critics = tuple(place for place, name in enumerate(names) if name.startswith(CRITIC_PARTS))
-        self._policys = tuple(place for place in range(len(names)) if place not in self._critics)
-        self.learns_apart = self._may_learn_apart()
-        """Whether policy and critic take their steps each in a thread of its own, side by side."""
-        self.written_out = closed_form_of(self.network, self.distribution) if self.half is None else None
-        """The way back through a small network, or None: autograd finds it."""
         self.columns = _columns(spec, self.values_later)
 
     @classmethod
@@ -184,7 +158,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     ) -> Decision:
         """Decide for R rows, exploration in; see `Actor.act`."""
         seen = self._tensors(observations)
-        with single_threaded(len(next(iter(seen.values()))), self._size):
+        with single_threaded(len(next(iter(seen.values()))), self.steps.size):
             return self._decide(seen, action_mask, generator, rows)
 
     def _decide(
@@ -224,10 +198,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
-        if self.learns_apart:
-            told = self._learn_apart(whole, list(self.drawn(rows)))
-        else:
-            told = [self._step(self._taken(whole, picked)) for picked in self.drawn(rows)]
+        told = self.steps.take(self.drawn(rows), lambda picked: self._taken(whole, picked), self.now)
         figures = self.metrics(told, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike
             self.network.observe({name: values[rows] for name, values in whole.observations.items()})
@@ -269,17 +240,6 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         if "exploration" in state:
             self.explored = int(state["exploration"]["decisions"])
 
-    def _may_learn_apart(self) -> bool:
-        """Tell whether policy and critic have nothing to do with each other, and enough to do by themselves."""
-        bodies = self.network.policy_body, self.network.critic_body
-        return (
-            all(isinstance(body, Encoder) for body in bodies)
-            and not isinstance(self.network, RecurrentActorCritic)
-            and self.config.max_grad_norm is None  # a norm over both has them wait for each other
-            and self.device.type == "cpu"
-            and self.config.batch_size * self._size > WORTH_A_THREAD
-        )
-
     def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
         estimates = self.compute_advantages(batch)
@@ -293,18 +253,19 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
 
     def compute_advantages(self, batch: RolloutBatch) -> Advantages:
         """Return how good every decision of a rollout was."""
+        value = self._values_of(batch) if self.values_later else batch.columns[VALUE]
+        return self._advantages(batch, value, batch.columns[LOG_PROB])
+
+    def _advantages(
+        self, batch: RolloutBatch, value: Array, log_prob: Array, weights: Array | None = None
+    ) -> Advantages:
+        """Return the advantages given each tick's value, log-probability and, off policy, weight, float32 (T, R)."""
         config = self.config
-        log_prob, weights = batch.columns[LOG_PROB], None
-        if config.asynchronous:
-            value, log_prob, weights = self._look_again(batch)
-        else:
-            value = self._values_of(batch) if self.values_later else batch.columns[VALUE]
-        following = self._next_values(batch, value)
-        found, targets = advantages(
-            batch.reward, value, following, batch.terminated, batch.truncated,
+        advantage, targets = advantages(
+            batch.reward, value, self._next_values(batch, value), batch.terminated, batch.truncated,
             config.discount, config.gae_lambda, None if batch.active.all() else batch.active, weights,
         )  # fmt: skip
-        return Advantages(value, found, targets, log_prob, weights)
+        return Advantages(value, advantage, targets, log_prob, weights)
 
     def laid(self, batch: RolloutBatch, estimates: Advantages) -> Minibatch:
         """Return all rows of a rollout laid end to end."""
@@ -339,42 +300,9 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
                 found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
                 yield
 
-        run_through = run_in_parallel if self.learns_apart else one_by_one
+        run_through = run_in_parallel if self.steps.learns_apart else one_by_one
         run_through(value(parts[::2]), value(parts[1::2]))
         return found.reshape(batch.active.shape)
-
-    @torch.inference_mode()
-    def _look_again(self, batch: RolloutBatch) -> tuple[Array, Array, Array]:
-        """Return what today's weights expect, how likely they make what was decided (log), and how much that counts.
-
-        Each float32 (T, R); the last is the ratio of likelihoods, cut at its cap. Rows that are not active count 1 and
-        are worth 0.
-        """
-        active = np.flatnonzero(batch.active.reshape(-1))
-        value, log_prob, weights = (np.full(batch.active.size, fill, np.float32) for fill in (0.0, 0.0, 1.0))
-
-        def flat(array: Array) -> Array:
-            return array.reshape(-1, *array.shape[2:])
-
-        before = flat(batch.columns[LOG_PROB])
-        for rows in np.array_split(active, -(-len(active) // ROWS_AT_ONCE) or 1):
-            if not len(rows):
-                continue
-            seen = self._tensors({name: flat(array)[rows] for name, array in batch.observations.items()})
-            mask = (
-                None if batch.action_mask is None else torch.from_numpy(flat(batch.action_mask)[rows]).to(self.device)
-            )
-            raw = torch.from_numpy(flat(batch.columns[RAW_ACTION])[rows]).to(self.device)
-            params, worth = self.working(seen)
-            likely, _ = self.distribution.log_prob_and_entropy(params, self.network.log_std, mask, raw)
-            value[rows], log_prob[rows] = worth.cpu().numpy(), likely.cpu().numpy()
-            weights[rows] = np.minimum(np.exp(log_prob[rows] - before[rows]), self.config.ratio_cap)
-        self.mean_weight = float(weights[active].mean()) if len(active) else 1.0
-        return (
-            value.reshape(batch.active.shape),
-            log_prob.reshape(batch.active.shape),
-            weights.reshape(batch.active.shape),
-        )
 
     def _minibatches(self, rows: Tensor) -> Iterator[Tensor]:
         """Yield the rows in a new order, `batch_size` at a time."""
@@ -389,123 +317,6 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     def _taken(self, whole: Minibatch, picked: Tensor) -> Minibatch:
         """Return what a minibatch's rows hold."""
         return whole.take(picked)
-
-    def _step(self, batch: Minibatch) -> Tensor:
-        """Take one gradient step and return its figures, in the order of `FIGURES`."""
-        if self.half is not None and self.config.max_grad_norm is None:
-            figures = self._go_back(batch, self.now)
-            self.half.step(self.optimiser)
-            return torch.cat([figures, figures.new_zeros(1)])
-        figures = self.find_gradients(batch, self.now)
-        return torch.cat([figures, self.descend().reshape(1)])
-
-    def _learn_apart(self, whole: Minibatch, drawn: list[Tensor]) -> list[Tensor]:
-        """Step policy and critic, which share no weights, through the minibatches, each in a thread; as `_step`."""
-        policy = (self._step_policy(self._taken(whole, picked)) for picked in drawn)
-        critic = (self._step_critic(self._taken(whole, picked)) for picked in drawn)
-        steps = zip(*run_in_parallel(policy, critic), strict=True)
-        return [torch.cat([one[:1], other[:1], one[1:], other.new_zeros(1)]) for one, other in steps]
-
-    def _step_policy(self, batch: Minibatch) -> Tensor:
-        """Take a step of the policy alone; return its figures (4,)."""
-        params = self.working.policy(batch.observations)
-        loss, figures = policy_objective(params, self.network.log_std, self.distribution, batch, self.now)
-        self._step_part(loss, self._policys)
-        return figures
-
-    def _step_critic(self, batch: Minibatch) -> Tensor:
-        """Take a step of the critic alone; return its loss (1,)."""
-        loss = value_error(self.working.value(batch.observations), batch, self.now)
-        self._step_part(self.now.value_weight * loss, self._critics)
-        return loss.detach().reshape(1)
-
-    def _step_part(self, loss: Tensor, part: tuple[int, ...]) -> None:
-        """Step some of the weights, by their places among all, along the gradients of a loss that is theirs alone."""
-        for place in part:
-            self._learned[place].grad = None
-        loss.backward()
-        if self.half is None:
-            self.optimiser.step(part)
-        else:
-            self.half.step(self.optimiser, part)
-
-    def find_gradients(self, batch: Minibatch, config: PpoConfig) -> Tensor:
-        """Leave with the weights the gradients of a minibatch's loss; return the loss's figures (5,)."""
-        figures = self._go_back(batch, config)
-        if self.half is not None:
-            self.half.hand_over()
-        return figures
-
-    def _go_back(self, batch: Minibatch, config: PpoConfig) -> Tensor:
-        """As `find_gradients`, with them left where they were found: with the weights of half precision, if any."""
-        if self.written_out is not None:
-            return self.written_out.find_gradients(batch, config)
-        loss, figures = ppo_loss(self.working, self.distribution, batch, config)
-        for one in self._learned:
-            one.grad = None
-        loss.backward()
-        return figures
-
-    def descend(self) -> Tensor:
-        """Step along the gradients that are with the weights; return their norm before they were cut, ()."""
-        norm = torch.zeros((), device=self.device)
-        if self.config.max_grad_norm is not None:
-            norm = clip_grad_norm_(self._weights, self.config.max_grad_norm)
-        self.optimiser.step()
-        if self.half is not None:
-            self.half.refresh()
-        return norm
-
-
-def ppo_loss(
-    network: ActorCritic, distribution: Distribution, batch: Minibatch, config: PpoConfig
-) -> tuple[Tensor, Tensor]:
-    """Return the loss of a minibatch, and (5,) policy loss, value loss, entropy, approximate KL, clipped share."""
-    if batch.sequences is None:
-        params, value = network(batch.observations)
-    else:
-        assert isinstance(network, RecurrentActorCritic), "only a memory asks for sequences"
-        params, value = network.run(batch.observations, batch.sequences)
-    objective, (policy_loss, *others) = policy_objective(params, network.log_std, distribution, batch, config)
-    value_loss = value_error(value, batch, config)
-    return objective + config.value_weight * value_loss, torch.stack([policy_loss, value_loss.detach(), *others])
-
-
-def policy_objective(
-    params: Tensor, log_std: Tensor | None, distribution: Distribution, batch: Minibatch, config: PpoConfig
-) -> tuple[Tensor, Tensor]:
-    """Return what the policy lessens, and (4,) policy loss, entropy, approximate KL, clipped share.
-
-    Args:
-        params: What the policy says of the minibatch, (B, P).
-        log_std: How widely it draws numbers, if it draws any.
-        distribution: How it draws.
-        batch: What was decided, and how good it was.
-        config: The settings.
-    """
-    log_prob, entropy = distribution.log_prob_and_entropy(params, log_std, batch.action_mask, batch.raw_actions)
-    advantage = batch.advantages
-    if config.standardise == "minibatch" and len(advantage) > 1:
-        advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
-
-    log_ratio = log_prob - batch.log_prob
-    ratio = log_ratio.exp()
-    held = ratio.clamp(1.0 - config.clip, 1.0 + config.clip)
-    gain = torch.min(ratio * advantage, held * advantage)
-    policy_loss = -(gain if batch.weights is None else batch.weights * gain).mean()
-    mean_entropy = entropy.mean()
-
-    with torch.no_grad():
-        approx_kl = (ratio - 1.0 - log_ratio).mean()
-        clipped = ((ratio - 1.0).abs() > config.clip).float().mean()
-        figures = torch.stack([policy_loss, mean_entropy, approx_kl, clipped])
-    return policy_loss - config.entropy_weight * mean_entropy, figures
-
-
-def value_error(value: Tensor, batch: Minibatch, config: PpoConfig) -> Tensor:
-    """Return the critic's mean error, (), before its weight: `value` (B,) is what it expects."""
-    error = functional.huber_loss if config.value_loss == "huber" else functional.mse_loss
-    return error(value, batch.targets)
 
 
 def facts_of(values: Array, found: Array, targets: Array) -> tuple[float, float]:
