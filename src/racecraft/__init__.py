@@ -10,6 +10,7 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
     rc.record("runs/CartPole-v1-1", episodes=3)          demonstrations; rc.checkpoints, rc.report, rc.export_run,
                                                          rc.compare, rc.stop likewise: the options of the command
     rc.make_world("deepracer", track="Oval_track")       a world to step by hand
+    rc.enter_race("club-evening", "runs/oval-1")         races: rc.create_race, judge_race, show_board, audit_races …
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
 
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
     from racecraft.actions.compare import compare
     from racecraft.actions.export import export_run
     from racecraft.actions.judging import evaluate
+    from racecraft.actions.league.boards import list_races, show_board, show_race
+    from racecraft.actions.league.entries import enter_race, withdraw_entry
+    from racecraft.actions.league.judging import audit_races, judge_race
+    from racecraft.actions.league.managing import close_race, copy_race, edit_race, open_race, reset_race
     from racecraft.actions.record import record
     from racecraft.actions.report import report
     from racecraft.actions.runs import load_policy, read_run
@@ -57,26 +62,50 @@ _WHERE = {
     "train_population": "racecraft.actions.tuning",
     "make_world": "racecraft.actions.worlds",
     "read_run": "racecraft.actions.runs",
+    "list_races": "racecraft.actions.league.boards",
+    "show_board": "racecraft.actions.league.boards",
+    "show_race": "racecraft.actions.league.boards",
+    "enter_race": "racecraft.actions.league.entries",
+    "withdraw_entry": "racecraft.actions.league.entries",
+    "audit_races": "racecraft.actions.league.judging",
+    "judge_race": "racecraft.actions.league.judging",
+    "close_race": "racecraft.actions.league.managing",
+    "copy_race": "racecraft.actions.league.managing",
+    "edit_race": "racecraft.actions.league.managing",
+    "open_race": "racecraft.actions.league.managing",
+    "reset_race": "racecraft.actions.league.managing",
     "register_algorithm": "racecraft.algorithms.registry",
 }
 
 __all__ = [
     "__version__",
+    "audit_races",
     "checkpoints",
+    "close_race",
     "compare",
+    "copy_race",
+    "edit_race",
+    "enter_race",
     "evaluate",
     "export_run",
+    "judge_race",
+    "list_races",
     "load_policy",
     "make_world",
+    "open_race",
     "read_run",
     "record",
     "register_algorithm",
     "report",
+    "reset_race",
     "resume",
+    "show_board",
+    "show_race",
     "stop",
     "train",
     "train_population",
     "tune",
+    "withdraw_entry",
 ]
 
 

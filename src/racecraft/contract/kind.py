@@ -152,6 +152,10 @@ class WorldKind:
     look: str = ""
     """Why its runs have no live picture, a sentence for the live page. Default: a general one."""
 
+    league: str = ""
+    """A class as `racecraft.league.world_part.LeagueWorld`: how its models are checked at entry and how they race.
+    Default: it has no races."""
+
     console: str = ""
     """A subclass of `racecraft.console.parts.WorldParts`: what its runs show in lists, and the form in which a model
     is made. Default: score and curves, and no form."""

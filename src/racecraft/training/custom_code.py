@@ -37,7 +37,7 @@ class OwnCode:
 
 def own_code_in(spec: PolicySpec) -> OwnCode:
     """Return the files behind every class that a policy's spec names; of what is installed there are none."""
-    return own_code_of_names(_named(spec))
+    return own_code_of_names(code_names(spec))
 
 
 def own_code_of_names(names: Iterable[str]) -> OwnCode:
@@ -65,13 +65,13 @@ def copy_code(texts: Mapping[str, str], run: RunFolder) -> None:
         write_atomic(run.path / CODE / name, text)
 
 
-def _named(spec: PolicySpec) -> Iterator[str]:
+def code_names(spec: PolicySpec) -> Iterator[str]:
     """Yield every "module:Class" of a spec and its members."""
     for named in (spec.algorithm, *(spec.network.get(name) for name in NETWORKS)):
         if isinstance(named, str) and ":" in named:
             yield named
     for member in spec.policies.values():
-        yield from _named(member)
+        yield from code_names(member)
 
 
 def _texts_of(module: ModuleType) -> dict[str, str]:

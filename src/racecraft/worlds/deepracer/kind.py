@@ -14,6 +14,7 @@ KIND = WorldKind(
     names={
         "logs": "racecraft.worlds.deepracer.logs",
         "load_track": "racecraft.worlds.deepracer.tracks.catalogue:load_track",
+        "create_race": f"{ACTIONS}.create_race:create_race",
         "action_table": f"{ACTIONS}.action_table:action_table",
         "import_model": f"{ACTIONS}.import_model:import_model",
         "line": f"{ACTIONS}.line:line",
@@ -46,6 +47,7 @@ KIND = WorldKind(
         Command("reward", f"{CLI}.reward:app", TRAIN),
         Command("train", f"{CLI}.train:train", TRAIN),
         Command("explain", f"{CLI}.explain:explain", TRAIN),
+        Command("league", f"{CLI}.league:app", JUDGE),
         Command("evaluate", f"{CLI}.evaluate:evaluate", JUDGE),
         Command("race", f"{CLI}.race:race", JUDGE),
         Command("leaderboards", f"{CLI}.leaderboards:leaderboards", JUDGE),
@@ -78,6 +80,7 @@ KIND = WorldKind(
     evaluation_table="racecraft.worlds.deepracer.analysis.evaluations:lap_table",
     advice="racecraft.worlds.deepracer.analysis.account:car_advice",
     watch="racecraft.worlds.deepracer.serving.watch:watch",
+    league="racecraft.worlds.deepracer.league.races:CarLeague",
     console="racecraft.worlds.deepracer.console.parts:CarParts",
     pictures=f"{ACTIONS}.train:leave_pictures",
     exporters={

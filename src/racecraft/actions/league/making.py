@@ -1,0 +1,106 @@
+"""What every new race has, whatever its world. A world's own action adds its rules; see `make_race`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from racecraft.contract.errors import SettingError
+from racecraft.league.race import BEST, FORMATS, MAX_WINDOW, RANKINGS, SOLO, STAGES, Race
+from racecraft.settings.request import Request, option
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeadlineOptions(Request):
+    """Who may enter, and until when."""
+
+    PANEL: ClassVar[str] = "Entries"
+    opens: str | None = option(None, "Entries are accepted from then on: 2026-12-01T18:00, or +2h.")
+    closes: str | None = option(None, "Entries are accepted until then, likewise; by default without end.")
+    submissions: int | None = option(None, "Entries of one racer; by default any number.", low=1)
+    practice: bool = option(False, "A practice race: always open, in no season.")
+    season: str | None = option(None, "The season that its points count for.")
+    stage: str | None = option(None, "qualifier or final.", choices=STAGES)
+    qualifier: str | None = option(None, "Race whose first racers alone may enter.")
+    qualified: int = option(8, "How many of them.", low=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RankingOptions(Request):
+    """What decides the race."""
+
+    PANEL: ClassVar[str] = "Ranking"
+    ranking: str = option(
+        BEST, "Best lap, average or total of consecutive laps, or most laps in a time.", choices=RANKINGS
+    )
+    window: int | None = option(
+        None, "Consecutive laps that average and total count; by default all of a drive.", low=1, high=MAX_WINDOW
+    )
+    format: str = option(SOLO, "Each drives alone, or cars meet: round_robin, bracket.", choices=FORMATS)
+
+
+def make_race(
+    folder: Path,
+    title: str,
+    kind: str,
+    tracks: Sequence[str],
+    laps: int,
+    rules: Mapping[str, Any],
+    ranking: RankingOptions,
+    deadline: DeadlineOptions,
+) -> Race:
+    """Add a race to a league, which is made where there is none; return it.
+
+    Args:
+        folder: The league's.
+        title: For people.
+        kind: Of its world.
+        tracks: Their own names.
+        laps: Of a drive.
+        rules: The world's, complete.
+        ranking: What decides it.
+        deadline: Who may enter, and until when.
+
+    Raises:
+        UserInputError: Options contradict each other, or the folder cannot be written.
+    """
+    from racecraft.actions.league.options import moment
+    from racecraft.league.store import League
+
+    if not title.strip():
+        raise SettingError("the title is empty; expected a name for the race.")
+    window = ranking.window or laps
+    if ranking.ranking in ("average", "total") and ranking.format == SOLO and window > laps:
+        raise SettingError(
+            "--window is {window}, and a drive has {laps} laps; expected at most that many.", window=window, laps=laps
+        )
+    opens, closes = moment(deadline.opens, "--opens"), moment(deadline.closes, "--closes")
+    if opens is not None and closes is not None and closes <= opens:
+        raise SettingError("--closes is not after --opens; expected a later moment.")
+    league = League.open_or_create(folder)
+    season = league.season(deadline.season).id if deadline.season else ""
+    qualifier = league.race(deadline.qualifier).id if deadline.qualifier else ""
+    return league.add_race(
+        Race(
+            id="",
+            title=title.strip(),
+            kind=kind,
+            tracks=tuple(tracks),
+            rules=dict(rules),
+            format=ranking.format,
+            ranking=ranking.ranking,
+            window=window,
+            created=time.time(),
+            opens=opens,
+            closes=closes,
+            max_submissions=deadline.submissions,
+            is_practice=deadline.practice,
+            season=season,
+            stage=deadline.stage or "",
+            qualifier=qualifier,
+            qualified=deadline.qualified,
+        )
+    )

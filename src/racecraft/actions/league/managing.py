@@ -1,0 +1,131 @@
+"""Edit, copy, close, open and reset a race."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+from racecraft.actions.action import action
+from racecraft.actions.league.options import RaceNamed, moment
+from racecraft.contract.progress import Progress, quiet
+from racecraft.league.race import Race
+from racecraft.settings.request import argument, option
+
+
+@dataclass(frozen=True)
+class ChangedRace:
+    """A race as it is now."""
+
+    race: Race
+
+
+@dataclass(frozen=True, kw_only=True)
+class EditRequest(RaceNamed):
+    """What changes; what is not given stays."""
+
+    title: str | None = option(None, "Its new title; the id stays.")
+    opens: str | None = option(None, 'Entries are accepted from then on; "": at once.')
+    closes: str | None = option(None, 'Entries are accepted until then; "": without end.')
+    submissions: int | None = option(None, "Entries of one racer; 0: any number.", low=0)
+    season: str | None = option(None, 'The season that its points count for; "": none.')
+
+
+@action
+def edit_race(request: EditRequest, progress: Progress = quiet) -> ChangedRace:
+    """Change a race's title, dates, submissions or season. Its rules stay: copy it for others.
+
+    Example: racecraft league edit club-evening --closes +2h
+    """
+    league = request.open()
+    race = league.race(request.race)
+    if request.title is not None:
+        race = replace(race, title=request.title.strip() or race.title)
+    if request.opens is not None:
+        race = replace(race, opens=moment(request.opens, "--opens"))
+    if request.closes is not None:
+        race = replace(race, closes=moment(request.closes, "--closes"))
+    if request.submissions is not None:
+        race = replace(race, max_submissions=request.submissions or None)
+    if request.season is not None:
+        race = replace(race, season=league.season(request.season).id if request.season else "")
+    league.save_race(race)
+    return ChangedRace(race)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CopyRequest(RaceNamed):
+    """Which race is copied, under which title."""
+
+    title: str = argument("Of the new race.", metavar="TITLE")
+    closes: str | None = option(None, "Entries of the new race are accepted until then.")
+
+
+@action
+def copy_race(request: CopyRequest, progress: Progress = quiet) -> ChangedRace:
+    """Make a new race with the same tracks and rules, open and without entries.
+
+    Example: racecraft league copy club-evening "Club evening 2"
+    """
+    league = request.open()
+    race = replace(
+        league.race(request.race),
+        title=request.title,
+        created=time.time(),
+        opens=None,
+        closes=moment(request.closes, "--closes"),
+        is_closed=False,
+    )
+    return ChangedRace(league.add_race(race))
+
+
+@action
+def close_race(request: RaceNamed, progress: Progress = quiet) -> ChangedRace:
+    """Close a race: it takes no entries any more; those that wait are still judged.
+
+    Example: racecraft league close club-evening
+    """
+    return _set_closed(request, True)
+
+
+@action
+def open_race(request: RaceNamed, progress: Progress = quiet) -> ChangedRace:
+    """Open a race that was closed.
+
+    Example: racecraft league open club-evening
+    """
+    return _set_closed(request, False)
+
+
+def _set_closed(request: RaceNamed, is_closed: bool) -> ChangedRace:
+    league = request.open()
+    race = replace(league.race(request.race), is_closed=is_closed)
+    league.save_race(race)
+    return ChangedRace(race)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResetRequest(RaceNamed):
+    """Which results are put aside."""
+
+    heat: str | None = option(None, "One heat, as `board --json` names it; by default all.")
+
+
+@dataclass(frozen=True)
+class ResetRace:
+    """What was put aside."""
+
+    race: str
+    results: int
+    """How many."""
+
+
+@action
+def reset_race(request: ResetRequest, progress: Progress = quiet) -> ResetRace:
+    """Put results aside, so that their entries are judged again; the old files are kept below past/.
+
+    Example: racecraft league reset club-evening
+    """
+    league = request.open()
+    race = league.race(request.race)
+    with league.judging(race.id):
+        return ResetRace(race.id, league.reset(race.id, request.heat))

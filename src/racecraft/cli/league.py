@@ -1,0 +1,153 @@
+"""`racecraft league`: races, entries, boards. A world adds `create` for its own races; see `league_app`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import typer
+
+from racecraft.actions.league.boards import RaceList, ShownBoard, ShownRace, list_races, show_board, show_race
+from racecraft.actions.league.entries import Entered, Withdrawn, enter_race, withdraw_entry
+from racecraft.actions.league.judging import Audit, JudgedRace, audit_races, judge_race
+from racecraft.actions.league.managing import (
+    ChangedRace,
+    ResetRace,
+    close_race,
+    copy_race,
+    edit_race,
+    open_race,
+    reset_race,
+)
+from racecraft.cli.from_request import command
+from racecraft.cli.output import print_next_steps, table, word
+from racecraft.league.race import Race
+
+
+def league_app(create: Callable[..., None]) -> typer.Typer:
+    """Return the group of commands.
+
+    Args:
+        create: The command that makes a race.
+    """
+    app = typer.Typer(help="Races between models: enter, judge, boards, seasons.", no_args_is_help=True)
+    app.command("create")(create)
+    for name, made in (
+        ("list", command(list_races, _show_list)),
+        ("show", command(show_race, _show_race)),
+        ("enter", command(enter_race, _show_entered)),
+        ("withdraw", command(withdraw_entry, _show_withdrawn)),
+        ("judge", command(judge_race, _show_judged)),
+        ("board", command(show_board, _show_board)),
+        ("edit", command(edit_race, show_changed)),
+        ("copy", command(copy_race, show_changed)),
+        ("close", command(close_race, show_changed)),
+        ("open", command(open_race, show_changed)),
+        ("reset", command(reset_race, _show_reset)),
+        ("audit", command(audit_races, _show_audit)),
+    ):
+        app.command(name)(made)
+    return app
+
+
+def show_changed(changed: ChangedRace) -> None:
+    """Print a race that was made or changed, and what one does next."""
+    race = changed.race
+    print(f"{race.id}: {race.title}, on {', '.join(race.tracks)}; {_until(race)}")
+    print_next_steps(
+        ("enter it", f"racecraft league enter {word(race.id)} runs/NAME"),
+        ("judge what was entered", f"racecraft league judge {word(race.id)}"),
+    )
+
+
+def _show_list(found: RaceList) -> None:
+    if not found.races:
+        print('no races yet; racecraft league create "Club evening" --track Oval_track makes one')
+        return
+    rows = [
+        (
+            one.race.id, one.race.title, ", ".join(one.race.tracks), _until(one.race), str(one.racers),
+            str(one.waiting), one.leader or "–",
+        )
+        for one in found.races
+    ]  # fmt: skip
+    table(("id", "race", "track", "entries", "racers", "waiting", "leader"), rows,
+          left=("id", "race", "track", "entries", "leader"), whole=("id",))  # fmt: skip
+
+
+def _show_race(shown: ShownRace) -> None:
+    race = shown.race
+    print(f"{race.title} ({race.id}), on {', '.join(race.tracks)}; {_until(race)}")
+    for line in shown.rules:
+        print(f"  {line}")
+    if race.max_submissions is not None:
+        print(f"  {race.max_submissions} submissions a racer")
+    if race.qualifier:
+        print(f"  for the first {race.qualified} of {race.qualifier}")
+
+
+def _show_entered(entered: Entered) -> None:
+    entry = entered.entry
+    left = "" if entered.submissions_left is None else f"; {entered.submissions_left} submissions left"
+    print(f"{entered.race}: {entry.racer} entered {entry.model} as number {entry.number}{left}")
+    print_next_steps(("judge it", f"racecraft league judge {word(entered.race)}"))
+
+
+def _show_withdrawn(done: Withdrawn) -> None:
+    print(f"{done.race}: entry {done.entry} is off the board; its files are in {done.kept}")
+
+
+def _show_judged(judged: JudgedRace) -> None:
+    if not judged.results:
+        print(f"{judged.race}: nothing waits")
+        return
+    print(f"{judged.race}: {len(judged.results)} judged")
+    print_next_steps(("the board", f"racecraft league board {word(judged.race)}"))
+
+
+def _show_board(shown: ShownBoard) -> None:
+    from racecraft.league.board import score_text, titles_of
+    from racecraft.league.scoring import ranking_text
+
+    found = shown.board
+    race = found.race
+    print(f"{race.title}, {', '.join(race.tracks)}: {ranking_text(race)}")
+    score, gap = titles_of(race)
+    rows = []
+    for row in found.rows:
+        best = "–" if row.best_lap_seconds is None else f"{row.best_lap_seconds:.3f}"
+        behind = "" if row.gap is None or row.place == 1 else f"+{score_text(race, row.gap)}"
+        rows.append((
+            "–" if row.place is None else str(row.place), row.racer, row.model, score_text(race, row.score), behind,
+            best, str(row.resets), str(row.submissions), row.failure or ("waits" if row.waiting else ""),
+        ))  # fmt: skip
+    titles = ("place", "racer", "model", score, gap, "best lap", "resets", "entries", "note")
+    table(titles, rows, left=("racer", "model", "note"), whole=("racer",))
+    if found.waiting:
+        print(f"{found.waiting} wait to be judged: racecraft league judge {word(race.id)}")
+
+
+def _show_reset(done: ResetRace) -> None:
+    print(f"{done.race}: {done.results} results put aside; their entries wait to be judged again")
+
+
+def _show_audit(done: Audit) -> None:
+    for one in done.different:
+        where = " (judged on another machine or version, where bits may differ)" if one.is_other_machine else ""
+        print(f"{one.race} {one.heat}: {'; '.join(one.differences)}{where}")
+    print(f"{len(done.heats) - len(done.different)} of {len(done.heats)} heats are equal to the bit")
+
+
+def _until(race: Race) -> str:
+    now = time.time()
+    if race.is_practice:
+        return "practice, always open"
+    if race.is_closed or (race.closes is not None and race.closes <= now):
+        return "closed"
+    if race.opens is not None and race.opens > now:
+        return f"opens {_local(race.opens)}"
+    return "open" if race.closes is None else f"open until {_local(race.closes)}"
+
+
+def _local(moment: float) -> str:
+    return time.strftime("%Y-%m-%d %H:%M", time.localtime(moment))

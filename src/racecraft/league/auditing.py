@@ -1,0 +1,81 @@
+"""Judged heats driven again by their recorded actions. Begin with `audit`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from racecraft.league.drive_process import DriveError, DriveProcess
+from racecraft.league.judging import machine
+from racecraft.league.race import Race, Result
+from racecraft.league.store import League
+from racecraft.league.world_part import DriveOrder
+
+HEATS_OF_PROCESS = 200
+"""A process is replaced after so many heats."""
+
+
+@dataclass(frozen=True)
+class AuditedHeat:
+    """A heat that was driven again."""
+
+    race: str
+    heat: str
+    is_equal: bool
+    """Every tick was the same, bit for bit."""
+    differences: tuple[str, ...] = ()
+    """What differs, a clause each."""
+    is_other_machine: bool = False
+    """It was judged on another machine or version, where bits may differ."""
+
+
+def audit(
+    league: League, races: Iterable[Race], on_progress: Callable[[int, int], None] = lambda done, all: None
+) -> Iterator[AuditedHeat]:
+    """Drive every judged heat of races again, and yield what came of each.
+
+    Args:
+        league: Where the races are.
+        races: Which.
+        on_progress: Is called with how many heats are done, and how many there are.
+    """
+    work = [(race, result) for race in races for result in league.results(race.id).values() if result.drives]
+    process: DriveProcess | None = None
+    try:
+        for done, (race, result) in enumerate(work):
+            if process is None or done % HEATS_OF_PROCESS == 0:
+                if process is not None:
+                    process.close()
+                process = DriveProcess(race.kind)
+            differences = tuple(_differences(league, race, result, process))
+            if any(one.startswith("cannot be driven again") for one in differences):
+                process.close()
+                process = None
+            is_other = result.machine != machine()
+            yield AuditedHeat(race.id, result.heat, not differences, differences, bool(differences) and is_other)
+            on_progress(done + 1, len(work))
+    finally:
+        if process is not None:
+            process.close()
+
+
+def _differences(league: League, race: Race, result: Result, process: DriveProcess) -> Iterator[str]:
+    models = tuple(str(league.model(race.id, number).resolve()) for number in result.entries)
+    for drive in result.drives:
+        order = DriveOrder(
+            rules=race.rules, track=drive.track, seed=drive.seed, models=models, names=tuple(map(str, result.entries))
+        )
+        try:
+            driven = process.drive(order, (league.folder(race.id) / drive.folder).resolve())
+        except DriveError as error:
+            yield f"cannot be driven again: {error}"
+            continue
+        for number, before, after in zip(result.entries, drive.outcomes, driven.outcomes, strict=True):
+            if before.laps != after.laps:
+                yield f"entry {number} on {drive.track}: laps {_laps(before.laps)}, now {_laps(after.laps)}"
+            elif before != after:
+                yield f"entry {number} on {drive.track}: laps are equal, ticks differ"
+
+
+def _laps(laps: tuple[float | None, ...]) -> str:
+    return " ".join("–" if lap is None else f"{lap:.6f}" for lap in laps)

@@ -1,0 +1,182 @@
+"""The board of a race: who is where, by how much. Begin with `board_of`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from racecraft.league.heats import bracket, standing_of
+from racecraft.league.race import BRACKET, LAPS, SOLO, Entry, Race, Result
+from racecraft.league.scoring import Score, best_lap_of, score_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardRow:
+    """A racer's line."""
+
+    place: int | None
+    """Counted from 1; equal scores share it. None: no result that counts."""
+    racer: str
+    model: str
+    """The model behind the best result."""
+    entry: int
+    """Its number."""
+    score: float | None
+    """Seconds, full laps or wins, as the race's ranking says."""
+    gap: float | None
+    """To the first, in the score's unit, 0 or more."""
+    interval: float | None
+    """To the racer in front."""
+    best_lap_seconds: float | None
+    laps: tuple[float | None, ...]
+    """Of the best result; over a cup those of all tracks."""
+    resets: int
+    penalty_seconds: float
+    submissions: int
+    heat: str
+    """Name of the best result: its replay and logs."""
+    judged: float | None
+    failure: str = ""
+    """Why the newest entry could not be driven."""
+    waiting: int = 0
+    """Entries that are still to be judged."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A race's board."""
+
+    race: Race
+    rows: tuple[BoardRow, ...]
+    waiting: int
+    """Entries that are still to be judged."""
+    version: str
+    """Changes whenever the rows may have changed."""
+
+
+def board_of(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> Board:
+    """Return the board of a race; each racer's best result counts.
+
+    Args:
+        race: The race.
+        entries: Its entries by number.
+        results: Its results by heat.
+    """
+    if race.format == SOLO:
+        rows, judged = _solo_rows(race, entries, results), {one.entries[0] for one in results.values()}
+        waiting = sum(number not in judged for number in entries)
+    else:
+        rows, waiting = _meeting_rows(race, entries, results), 0
+    newest = max((one.judged for one in results.values()), default=0.0)
+    return Board(race, tuple(rows), waiting, f"{len(entries)}-{len(results)}-{newest:.3f}")
+
+
+def _solo_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> list[BoardRow]:
+    by_entry = {result.entries[0]: result for result in results.values()}
+    by_racer: dict[str, list[Entry]] = {}
+    for entry in entries.values():
+        by_racer.setdefault(entry.racer, []).append(entry)
+    found = []
+    for racer, own in by_racer.items():
+        judged = [(score_of(race, by_entry[one.number]), one) for one in own if one.number in by_entry]
+        scored = [(score, one) for score, one in judged if score is not None]
+        score, entry = min(scored, key=lambda pair: (pair[0], pair[1].number)) if scored else (None, own[-1])
+        found.append((score, racer, entry, own, by_entry.get(entry.number)))
+    found.sort(key=lambda row: (row[0] is None, row[0] or Score((), 0.0), row[2].number))
+    rows: list[BoardRow] = []
+    first = found[0][0] if found else None
+    for score, racer, entry, own, result in found:
+        before = rows[-1] if rows else None
+        place = None if score is None else len(rows) + 1
+        if before is not None and score is not None and found[len(rows) - 1][0] == score:
+            place = before.place
+        newest = by_entry.get(own[-1].number)
+        rows.append(
+            BoardRow(
+                place=place,
+                racer=racer,
+                model=entry.model,
+                entry=entry.number,
+                score=None if score is None else score.value,
+                gap=_difference(score, first),
+                interval=_difference(score, found[len(rows) - 1][0] if rows else score),
+                submissions=len(own),
+                failure="" if newest is None else newest.failure,
+                waiting=sum(one.number not in by_entry for one in own),
+                **_figures(result, 0),
+            )
+        )
+    return rows
+
+
+def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> list[BoardRow]:
+    """Return the rows of cars that meet each other: by wins; in a bracket first by the round that one reached."""
+    latest = {entry.racer: entry for entry in entries.values()}
+    wins, reached, last = dict.fromkeys(entries, 0), dict.fromkeys(entries, 0), dict[int, tuple[Result, int]]()
+    seconds = dict.fromkeys(entries, 0.0)
+    for result in results.values():
+        if not all(number in entries for number in result.entries):
+            continue
+        wins[standing_of(result)[0]] += 1
+        for index, number in enumerate(result.entries):
+            reached[number] = max(reached[number], result.round)
+            last[number] = result, index
+            seconds[number] += sum(drive.outcomes[index].total_seconds for drive in result.drives)
+    field = sorted(entry.number for entry in latest.values())
+    if race.format == BRACKET:
+        rounds = bracket(field, results)
+        for number, meetings in enumerate(rounds, start=1):
+            for number_of_entry in (one for meeting in meetings for one in meeting):
+                reached[number_of_entry] = max(reached[number_of_entry], number)
+    order = sorted(field, key=lambda one: (-reached[one] if race.format == BRACKET else 0, -wins[one], seconds[one]))
+    rows = []
+    for place, number in enumerate(order, start=1):
+        entry, (result, index) = entries[number], last.get(number, (None, 0))
+        rows.append(
+            BoardRow(
+                place=place if number in last else None,
+                racer=entry.racer,
+                model=entry.model,
+                entry=number,
+                score=float(wins[number]),
+                gap=float(wins[order[0]] - wins[number]),
+                interval=float(wins[order[max(0, place - 2)]] - wins[number]),
+                submissions=sum(one.racer == entry.racer for one in entries.values()),
+                **_figures(result, index),
+            )
+        )
+    return rows
+
+
+def _figures(result: Result | None, index: int) -> dict[str, object]:
+    outcomes = [] if result is None else [drive.outcomes[index] for drive in result.drives]
+    return {
+        "best_lap_seconds": None if result is None else best_lap_of(result, index),
+        "laps": tuple(lap for outcome in outcomes for lap in outcome.laps),
+        "resets": sum(outcome.resets for outcome in outcomes),
+        "penalty_seconds": round(sum(outcome.penalty_seconds for outcome in outcomes), 3),
+        "heat": "" if result is None else result.heat,
+        "judged": None if result is None else result.judged,
+    }
+
+
+def _difference(score: Score | None, other: Score | None) -> float | None:
+    return None if score is None or other is None else round(abs(score.value - other.value), 6)
+
+
+def score_text(race: Race, score: float | None) -> str:
+    """Return a score as boards print it.
+
+    >>> score_text(Race(id="a", title="A", kind="k", tracks=("t",), rules={}), 10.25)
+    '10.250'
+    """
+    if score is None:
+        return "–"
+    return f"{score:.0f}" if race.format != SOLO or race.ranking == LAPS else f"{score:.3f}"
+
+
+def titles_of(race: Race) -> Sequence[str]:
+    """Return the heading of the score's column and that of the gap's."""
+    if race.format != SOLO:
+        return "wins", "behind"
+    return ("laps", "behind") if race.ranking == LAPS else ("seconds", "gap")

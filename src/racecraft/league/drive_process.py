@@ -1,0 +1,126 @@
+"""A process that drives one heat and ends: warmed before the heat is known, used once. Begin with `DriveProcess`.
+
+A heat's models are strangers' files. Nothing of them is code (`admit` refuses such); still a process of its own keeps
+what one leaves behind from the next, has a limit of time, and a crash is one failed entry.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import traceback
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+
+import msgspec
+
+from racecraft.contract.errors import RacecraftError
+from racecraft.isolation.channel import Channel, from_head, to_head
+from racecraft.isolation.process import CodeProcess, EndedError
+from racecraft.league.race import Outcome
+from racecraft.league.world_part import Driven, DriveOrder, league_world
+
+WARM_SECONDS, DRIVE_SECONDS = 300.0, 600.0
+"""How long a process may import and compile; how long it may drive."""
+
+
+class DriveError(Exception):
+    """A heat could not be driven; the message says why."""
+
+
+class DriveProcess:
+    """A process for one heat.
+
+    Args:
+        kind: Whose world.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self._process = CodeProcess(__name__, has_environment=True)
+        self._kind = kind
+        self._warming = threading.Thread(target=self._warm_up, daemon=True)
+        self._warming.start()
+
+    def __enter__(self) -> DriveProcess:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def is_warm(self) -> bool:
+        """Whether it has imported and compiled what a drive needs."""
+        return not self._warming.is_alive()
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.close()
+
+    def drive(self, order: DriveOrder, recorded: Path | None = None) -> Driven:
+        """Drive on one track.
+
+        Args:
+            order: What is driven.
+            recorded: The folder of an earlier drive, whose actions are driven again; None: the models act.
+
+        Raises:
+            DriveError: It cannot be driven, crashed, or did not end in time.
+        """
+        self._warming.join()
+        told = {"kind": self._kind, "order": asdict(order), "recorded": str(recorded) if recorded else None}
+        head, body = self._ask(told, DRIVE_SECONDS)
+        outcomes = msgspec.convert(head["outcomes"], tuple[Outcome, ...])
+        files, at = {}, 0
+        for name, size in head["files"]:
+            files[name] = body[at : at + size]
+            at += size
+        return Driven(outcomes, files)
+
+    def _warm_up(self) -> None:
+        with contextlib.suppress(DriveError):  # which the drive will meet again
+            self._ask({"warm_up": self._kind}, WARM_SECONDS)
+
+    def _ask(self, told: dict[str, object], seconds: float) -> tuple[dict[str, object], bytes]:
+        try:
+            head, body = self._process.ask(to_head(told), b"", seconds)
+        except EndedError as error:
+            how = f"took longer than {seconds:g} s" if error.was_late else error.found
+            raise DriveError(f"the process that drove {how}") from error
+        if "error" in head:
+            raise DriveError(str(head["error"]))
+        return head, body
+
+
+def main() -> None:
+    """Answer the owner until it closes the pipe."""
+    channel = Channel(0, os.dup(1))
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is printed is no message
+    try:
+        while True:
+            head, _ = channel.receive()
+            try:
+                channel.send(*_answer(from_head(head)))
+            except RacecraftError as error:
+                channel.send(to_head({"error": str(error)}))
+    except EOFError:
+        os._exit(0)
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+
+
+def _answer(told: dict[str, object]) -> tuple[bytes, bytes]:
+    if "warm_up" in told:
+        league_world(str(told["warm_up"])).warm_up()
+        return b"", b""
+    order = msgspec.convert(told["order"], DriveOrder)
+    world = league_world(str(told["kind"]))
+    recorded = told["recorded"]
+    driven = world.drive(order) if recorded is None else world.redrive(order, Path(str(recorded)))
+    outcomes = msgspec.to_builtins(driven.outcomes)
+    files = [(name, len(data)) for name, data in driven.files.items()]
+    return to_head({"outcomes": outcomes, "files": files}), b"".join(driven.files.values())

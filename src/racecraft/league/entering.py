@@ -1,0 +1,94 @@
+"""How a model comes into a race. Begin with `admit`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from racecraft.contract.errors import SettingError
+from racecraft.league.board import board_of
+from racecraft.league.race import Entry, Race
+from racecraft.league.store import League
+from racecraft.league.world_part import league_world
+
+MAX_NAME = 40
+
+
+def admit(league: League, race: Race, source: str, racer: str, now: float, person: str = "") -> Entry:
+    """Copy and check a model, and add it to a race.
+
+    Args:
+        league: Where the race is.
+        race: Which.
+        source: The model, as the race's world takes it.
+        racer: Name on the board.
+        now: Seconds since 1970.
+        person: Who owns the entry; "": the only user of the machine.
+
+    Raises:
+        UserInputError: The race takes no entry of this racer, or its rules refuse the model.
+    """
+    racer = require_name(racer)
+    _require_open(race, now)
+    _require_submissions(league, race, racer, person)
+    _require_qualified(league, race, racer)
+    world = league_world(race.kind)
+
+    def fill(folder: Path) -> Entry:
+        facts = world.admit(source, folder, race.rules)
+        return Entry(number=0, racer=racer, model=world.name_of(source), entered=now, person=person, facts=facts)
+
+    return league.add_entry(race.id, fill)
+
+
+def require_name(racer: str) -> str:
+    """Return a racer's name as boards show it.
+
+    Raises:
+        SettingError: It is empty, too long, or holds characters that cannot be shown.
+    """
+    name = " ".join(racer.split())
+    if not name or len(name) > MAX_NAME or not name.isprintable():
+        raise SettingError(
+            "the racer's name is {racer!r}; expected 1 to {most} printable characters.", racer=racer, most=MAX_NAME
+        )
+    return name
+
+
+def _require_open(race: Race, now: float) -> None:
+    if race.is_open(now):
+        return
+    if race.opens is not None and now < race.opens:
+        raise SettingError("{race} is not open yet; expected an entry after its opening.", race=race.id)
+    raise SettingError("{race} is closed; expected an open race.", race=race.id)
+
+
+def _require_submissions(league: League, race: Race, racer: str, person: str) -> None:
+    """Refuse a racer who has used up the submissions, and a name that is another person's."""
+    own = [entry for entry in league.entries(race.id).values() if entry.racer == racer]
+    if any(entry.person != person for entry in own):
+        raise SettingError("{racer} is another racer's name in {race}; expected one of your own.", racer=racer,
+                           race=race.id)  # fmt: skip
+    if race.max_submissions is not None and len(own) >= race.max_submissions and not race.is_practice:
+        raise SettingError(
+            "{racer} has entered {race} {count} times; expected at most {most}.",
+            racer=racer,
+            race=race.id,
+            count=len(own),
+            most=race.max_submissions,
+        )
+
+
+def _require_qualified(league: League, race: Race, racer: str) -> None:
+    if not race.qualifier:
+        return
+    before = league.race(race.qualifier)
+    board = board_of(before, league.entries(before.id), league.results(before.id))
+    place = next((row.place for row in board.rows if row.racer == racer), None)
+    if place is None or place > race.qualified:
+        raise SettingError(
+            "{racer} has place {place} in {qualifier}; expected one of the first {count}.",
+            racer=racer,
+            place="none" if place is None else place,
+            qualifier=before.id,
+            count=race.qualified,
+        )

@@ -1,0 +1,143 @@
+"""The league drives what was entered. Begin with `judge`.
+
+What is to do follows from the files alone (`heats.py`), and a heat counts when its result stands. So a judge that is
+killed loses the heat it was driving, which the next judge drives again on the same seed.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from types import TracebackType
+
+from racecraft.contract.errors import SettingError
+from racecraft.league.drive_process import DriveError, DriveProcess
+from racecraft.league.heats import Heat, next_heat, remaining
+from racecraft.league.race import SOLO, Drive, Race, Result
+from racecraft.league.store import League
+from racecraft.league.world_part import DriveOrder
+
+BITS_DEPEND_ON = ("racecraft", "numpy", "numba", "torch")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A heat that was judged."""
+
+    heat: Heat
+    result: Result
+
+
+def judge(
+    league: League,
+    race: Race,
+    max_heats: int | None = None,
+    on_heat: Callable[[Judged], None] = lambda judged: None,
+) -> list[Judged]:
+    """Drive every heat that has no result; each in a process of its own.
+
+    Args:
+        league: Where the race is.
+        race: Which.
+        max_heats: Stop after so many; None: when all are driven.
+        on_heat: Is called after each.
+
+    Raises:
+        UserInputError: Another process judges the race; or cars meet in it, and it still takes entries.
+    """
+    if race.format != SOLO and race.is_open(time.time()):
+        raise SettingError(
+            "{race} still takes entries, and its cars meet each other; expected a closed race. "
+            "racecraft league close {race}",
+            race=race.id,
+        )
+    judged: list[Judged] = []
+    with league.judging(race.id), Drivers(race.kind) as drivers:
+        while max_heats is None or len(judged) < max_heats:
+            entries, results = league.entries(race.id), league.results(race.id)
+            heat = next_heat(race, entries, results)
+            if heat is None:
+                break
+            more = remaining(race, entries, results) > 1 and len(judged) + 1 != max_heats
+            with drivers.take(more) as process:
+                judged.append(Judged(heat, _judge_heat(league, race, heat, process)))
+            on_heat(judged[-1])
+    return judged
+
+
+class Drivers:
+    """Processes for one heat each; the next one warms up while one drives.
+
+    Args:
+        kind: Whose world.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self._kind = kind
+        self._spare: DriveProcess | None = None
+
+    def __enter__(self) -> Drivers:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._spare is not None:
+            self._spare.close()
+
+    def take(self, more: bool) -> DriveProcess:
+        """Return a process that has driven nothing; `more`: another one will be needed."""
+        process = self._spare or DriveProcess(self._kind)
+        self._spare = DriveProcess(self._kind) if more else None
+        return process
+
+
+def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -> Result:
+    started, entries = time.perf_counter(), league.entries(race.id)
+    names = tuple(entries[number].racer for number in heat.entries)
+    models = tuple(str(league.model(race.id, number).resolve()) for number in heat.entries)
+    drives, files, failure = [], {}, ""
+    try:
+        for index, track in enumerate(race.tracks):
+            seed = league.seed(race.id, heat.name, index)
+            order = DriveOrder(rules=race.rules, track=track, seed=seed, models=models, names=names)
+            driven = process.drive(order)
+            drives.append(Drive(track=track, seed=seed, outcomes=driven.outcomes, folder=f"drives/{heat.name}-{index}"))
+            files[index] = driven.files
+    except DriveError as error:
+        drives, files, failure = [], {}, str(error)
+    result = Result(
+        heat=heat.name,
+        entries=heat.entries,
+        drives=tuple(drives),
+        judged=time.time(),
+        seconds=round(time.perf_counter() - started, 3),
+        machine=machine(),
+        failure=failure,
+        round=heat.round,
+    )
+    league.save_result(race.id, result, files)
+    return result
+
+
+def machine() -> str:
+    """Return what the bits of a drive depend on: processor, system, versions."""
+    return "; ".join([platform.machine(), _processor(), platform.system(), *map(_version, BITS_DEPEND_ON)])
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            return next((line.partition(":")[2].strip() for line in file if line.startswith("model name")), "")
+    except OSError:
+        return platform.processor()
+
+
+def _version(package: str) -> str:
+    try:
+        return f"{package} {version(package)}"
+    except PackageNotFoundError:
+        return f"{package} -"

@@ -1,0 +1,82 @@
+"""What a world brings to a league: `LeagueWorld`. Its kind names it by the hook `league`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from racecraft.contract.errors import SettingError
+from racecraft.contract.kinds import find_kind
+from racecraft.league.race import Outcome
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveOrder:
+    """What is to be driven, as plain values."""
+
+    rules: Mapping[str, Any]
+    track: str
+    seed: int
+    """Not negative."""
+    models: tuple[str, ...]
+    """Folders that `admit` has filled, one an entry."""
+    names: tuple[str, ...]
+    """Names of the racers, likewise."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a drive came to."""
+
+    outcomes: tuple[Outcome, ...]
+    """In the order of the entries."""
+    files: Mapping[str, bytes]
+    """What is kept of it, by path below the folder of the drive."""
+
+
+class LeagueWorld(Protocol):
+    """A world in a league."""
+
+    def admit(self, source: str, folder: Path, rules: Mapping[str, Any]) -> dict[str, Any]:
+        """Copy a model into an empty folder, so that it can be driven from there, and return its facts.
+
+        Raises:
+            UserInputError: It cannot be used, or a rule forbids it; the message says which.
+        """
+
+    def name_of(self, source: str) -> str:
+        """Return what a board calls a model."""
+
+    def describe(self, rules: Mapping[str, Any], tracks: Sequence[str]) -> list[str]:
+        """Return the rules, a line each."""
+
+    def warm_up(self) -> None:
+        """Import and compile what a drive needs, before there is one."""
+
+    def drive(self, order: DriveOrder) -> Driven:
+        """Let the models drive."""
+
+    def redrive(self, order: DriveOrder, folder: Path) -> Driven:
+        """Drive again by the actions that a drive has recorded in its folder."""
+
+    def canonical_track(self, name: str) -> str:
+        """Return the name by which boards compare a track.
+
+        Raises:
+            UserInputError: There is no such track.
+        """
+
+
+def league_world(kind: str) -> LeagueWorld:
+    """Return a world's part of a league.
+
+    Raises:
+        SettingError: The world is missing, or has none.
+    """
+    part = find_kind(kind).piece("league")
+    if part is None:
+        raise SettingError("the world {kind!r} has no races; expected one with a part for leagues.", kind=kind)
+    made: LeagueWorld = part()
+    return made

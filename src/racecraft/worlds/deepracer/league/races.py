@@ -1,0 +1,62 @@
+"""Cars in a league. Begin with `CarLeague`, which the world's kind names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from racecraft.league.world_part import Driven, DriveOrder
+from racecraft.worlds.deepracer.league.rules import CarRules
+
+
+class CarLeague:
+    """A car race, as `racecraft.league.world_part.LeagueWorld` asks for it."""
+
+    def admit(self, source: str, folder: Path, rules: Mapping[str, Any]) -> dict[str, Any]:
+        """Copy a car, check it, and return its facts; see `entry.admit_car`."""
+        from racecraft.worlds.deepracer.league.entry import admit_car
+
+        return admit_car(source, folder, CarRules.from_dictionary(rules))
+
+    def name_of(self, source: str) -> str:
+        """Return what a board calls a car."""
+        from racecraft.worlds.deepracer.players.driver import name_of
+
+        return name_of(source)
+
+    def describe(self, rules: Mapping[str, Any], tracks: Sequence[str]) -> list[str]:
+        """Return the rules, a line each."""
+        return CarRules.from_dictionary(rules).describe()
+
+    def canonical_track(self, name: str) -> str:
+        """Return a track's own name, however it was spelt."""
+        from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+        return load_track(name).name
+
+    def warm_up(self) -> None:
+        """Drive an untrained car for a moment: everything is imported and compiled then."""
+        from racecraft.worlds.deepracer.league.warm_up import warm_up
+
+        warm_up()
+
+    def drive(self, order: DriveOrder) -> Driven:
+        """Let the cars drive."""
+        return self._driven(order, None)
+
+    def redrive(self, order: DriveOrder, folder: Path) -> Driven:
+        """Drive again by recorded actions."""
+        return self._driven(order, folder)
+
+    def _driven(self, order: DriveOrder, recorded: Path | None) -> Driven:
+        from racecraft.worlds.deepracer.league.drives import drive_cars
+        from racecraft.worlds.deepracer.league.files import files_of, recorded_in
+        from racecraft.worlds.deepracer.players.trained_car import load_trained_car
+        from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+        cars = [load_trained_car(model) for model in order.models]
+        actions = None if recorded is None else recorded_in(recorded, len(cars))
+        rules = CarRules.from_dictionary(order.rules)
+        drives = drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions)
+        return Driven(tuple(one.outcome for one in drives), {} if recorded else files_of(drives))

@@ -1,0 +1,189 @@
+"""A race as a club runs it: made, entered, judged in a process of its own, audited; files and refusals."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from tests.cli.conftest import TINY
+from tests.worlds.deepracer.training.test_run_env_effects import Silence
+
+import racecraft as rc
+from racecraft.contract.errors import UserInputError
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.league import auditing, judging
+from racecraft.league.store import League
+from racecraft.league.world_part import league_world
+from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.export.exporters import export_car
+from racecraft.worlds.deepracer.logs import local_streams
+from racecraft.worlds.deepracer.training.plan import RaceRequest
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    place = tmp_path_factory.mktemp("cars") / "mint"
+    request = RaceRequest(preset="fast", run=place, stops=("iterations=1",), overrides=TINY[1::2])
+    return train(request, Silence(), lambda text: None).run.path
+
+
+class InProcess:
+    """Drives here: what a fresh process gives is tested once, below."""
+
+    def __init__(self, kind):
+        self.kind = kind
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.close()
+
+    def close(self):
+        pass
+
+    def drive(self, order, recorded=None):
+        world = league_world(self.kind)
+        return world.drive(order) if recorded is None else world.redrive(order, recorded)
+
+
+@pytest.fixture
+def here(monkeypatch):
+    monkeypatch.setattr(judging, "DriveProcess", InProcess)
+    monkeypatch.setattr(auditing, "DriveProcess", InProcess)
+
+
+@pytest.fixture
+def league(tmp_path):
+    return tmp_path / "league"
+
+
+SHORT = {"laps": 1, "max_resets": 1, "track": ["Oval_track"]}
+
+
+def test_a_race_is_judged_in_a_fresh_process_and_driven_again_to_the_bit(run, league):
+    race = rc.create_race("Club evening", league=league, **SHORT).race
+    entered = rc.enter_race(race.id, run, racer="Mia", league=league).entry
+    assert entered.facts["sensors"] == ["FRONT_FACING_CAMERA"]
+    (result,) = rc.judge_race(race.id, league=league).results
+    assert result.failure == ""
+    audit = rc.audit_races(league=league)
+    assert [(one.heat, one.is_equal) for one in audit.heats] == [("00001", True)]
+    (row,) = rc.show_board("Club evening", league=league).board.rows
+    assert (row.racer, row.model, row.submissions, row.waiting) == ("Mia", "mint", 1, 0)
+
+
+def test_an_audit_names_a_lap_that_was_written_by_hand(run, league, here):
+    race = rc.create_race("Club", league=league, **SHORT).race
+    rc.enter_race(race.id, run, league=league)
+    rc.judge_race(race.id, league=league)
+    file = league / "races/club/results/00001.json"
+    told = json.loads(file.read_text())
+    told["drives"][0]["outcomes"][0]["laps"] = [1.0]
+    file.write_text(json.dumps(told))
+    (one,) = rc.audit_races(league=league).different
+    assert one.differences[0].startswith("entry 1 on Oval_track: laps 1.000000, now –")
+
+
+def test_boxes_stand_elsewhere_in_every_entry_and_where_they_stood_in_the_audit(run, league, here):
+    race = rc.create_race("Boxes", league=league, type="OBJECT_AVOIDANCE", boxes=3, **SHORT).race
+    for _ in range(2):
+        rc.enter_race(race.id, run, league=league)
+    first, second = (one.drives[0] for one in rc.judge_race(race.id, league=league).results)
+    assert first.seed != second.seed
+    assert first.outcomes[0].digest != second.outcomes[0].digest
+    assert not rc.audit_races(league=league).different
+
+
+def test_cars_that_meet_drive_together_once_the_race_is_closed(run, league, here):
+    race = rc.create_race("Duel", league=league, format="bracket", **SHORT).race
+    for racer in ("Ann", "Bob", "Cy"):
+        rc.enter_race(race.id, run, racer=racer, league=league)
+    with pytest.raises(UserInputError, match="still takes entries"):
+        rc.judge_race(race.id, league=league)
+    rc.close_race(race.id, league=league)
+    results = rc.judge_race(race.id, league=league).results
+    assert [(one.heat, one.round) for one in results] == [("round-1-002", 1), ("round-2-001", 2)]
+    assert sorted(row.place for row in rc.show_board(race.id, league=league).board.rows) == [1, 2, 3]
+    assert not rc.audit_races(league=league).different
+
+
+def test_a_drive_is_found_under_the_leaderboards_name_and_read_as_a_log(run, league, here, monkeypatch):
+    race = rc.create_race("Club", league=league, **SHORT).race
+    rc.enter_race(race.id, run, league=league)
+    (result,) = rc.judge_race(race.id, league=league).results
+    drive = league / "races" / race.id / result.drives[0].folder
+    ticks = rc.logs.read(drive).ticks.collect()
+    assert set(ticks["phase"]) == {"leaderboard"}
+    assert ticks.height == round(result.drives[0].outcomes[0].total_seconds * 15)
+    monkeypatch.setenv("RACECRAFT_RUNS", str(drive.parent))
+    assert [one.path for one in local_streams.streams(local_streams.LEADERBOARDS)] == [drive]
+
+
+def test_an_archive_of_aws_and_one_of_a_run_enter_as_a_run_does(run, league, tmp_path, here):
+    race = rc.create_race("Old cars", league=league, **SHORT).race
+    archive = export_car(run, "car", None, tmp_path / "old.tar.gz", False).path
+    shutil.make_archive(str(tmp_path / "mine"), "gztar", run.parent, run.name)
+    for source in (archive, tmp_path / "mine.tar.gz"):
+        entry = rc.enter_race(race.id, source, league=league).entry
+        kept = league / "races" / race.id / f"entries/{entry.number:05}/model"
+        assert not list(kept.rglob("reward_function.py"))
+    results = rc.judge_race(race.id, league=league).results
+    assert [one.failure for one in results] == ["", ""]
+
+
+REFUSED = {
+    "speed": ({"max_speed": 0.5}, "commands .* m/s; expected at most 0.5 m/s"),
+    "sensor": ({"sensors": ["STEREO_CAMERAS"]}, "has the sensor FRONT_FACING_CAMERA; expected one of STEREO_CAMERAS"),
+    "generation": ({"generations": ["v4"]}, "its car is v6; expected v4"),
+    "actions": ({"max_actions": 3}, "has 10 actions; expected 1 to 3 actions"),
+    "several": ({"max_actions": 3, "generations": ["v4"]}, "2 faults:"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_car_that_the_rules_forbid_is_refused_with_the_reason_and_leaves_nothing(run, league, case):
+    rules, reason = REFUSED[case]
+    race = rc.create_race("Strict", league=league, **SHORT, **rules).race
+    with pytest.raises(UserInputError, match=reason):
+        rc.enter_race(race.id, run, league=league)
+    assert [path.name for path in (league / "races" / race.id).iterdir() if path.name.startswith(".")] == []
+    assert rc.show_board(race.id, league=league).board.rows == ()
+
+
+def test_a_policy_with_code_of_its_own_is_refused_and_its_code_is_not_run(run, league, tmp_path):
+    place = tmp_path / "own"
+    shutil.copytree(run, place)
+    weights, card = Checkpoints(place / "checkpoints").load_policy("best")
+    network = dict(card["policy_spec"]["network"]) | {"encoder": "stolen:Encoder"}
+    card["policy_spec"] = card["policy_spec"] | {"network": network}
+    shutil.rmtree(place / "checkpoints")
+    (place / "checkpoints").mkdir()
+    Checkpoints(place / "checkpoints").save(1, 64, {k: np.asarray(v) for k, v in weights.items()}, card, best=True)
+    (place / "code").mkdir()
+    (place / "code" / "stolen.py").write_text("raise SystemExit('run')")
+    race = rc.create_race("Club", league=league, **SHORT).race
+    with pytest.raises(UserInputError, match="brings code of its own \\(stolen:Encoder\\)"):
+        rc.enter_race(race.id, place, league=league)
+
+
+def test_entries_end_with_the_deadline_and_the_last_submission(run, league):
+    race = rc.create_race("Club", league=league, submissions=1, **SHORT).race
+    rc.enter_race(race.id, run, racer="Mia", league=league)
+    with pytest.raises(UserInputError, match="Mia has entered club 1 times; expected at most 1"):
+        rc.enter_race(race.id, run, racer="Mia", league=league)
+    rc.edit_race(race.id, closes="2020-01-01", league=league)
+    with pytest.raises(UserInputError, match="club is closed"):
+        rc.enter_race(race.id, run, racer="Bob", league=league)
+
+
+def test_a_reset_race_is_judged_again_and_keeps_the_old_results(run, league, here):
+    race = rc.create_race("Club", league=league, **SHORT).race
+    rc.enter_race(race.id, run, league=league)
+    (before,) = rc.judge_race(race.id, league=league).results
+    assert rc.reset_race(race.id, league=league).results == 1
+    assert rc.show_board(race.id, league=league).board.waiting == 1
+    (after,) = rc.judge_race(race.id, league=league).results
+    assert after.drives == before.drives, "the same entry is driven on the same seed"
+    assert len(list((league / "races/club/past").rglob("00001.json"))) == 1
+    assert League(league).race("club").id == "club"
