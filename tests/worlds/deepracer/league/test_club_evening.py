@@ -122,9 +122,9 @@ def test_a_drive_is_found_under_the_leaderboards_name_and_read_as_a_log(run, lea
 
 def test_an_archive_of_aws_and_one_of_a_run_enter_as_a_run_does(run, league, tmp_path, here):
     race = rc.create_race("Old cars", league=league, **SHORT).race
-    archive = export_car(run, "car", None, tmp_path / "old.tar.gz", False).path
+    export_car(run, "car", None, tmp_path / "old.tar.gz", False)
     shutil.make_archive(str(tmp_path / "mine"), "gztar", run.parent, run.name)
-    for source in (archive, tmp_path / "mine.tar.gz"):
+    for source in (tmp_path / "old.tar.gz", tmp_path / "mine.tar.gz"):
         entry = rc.enter_race(race.id, source, league=league).entry
         kept = league / "races" / race.id / f"entries/{entry.number:05}/model"
         assert not list(kept.rglob("reward_function.py"))

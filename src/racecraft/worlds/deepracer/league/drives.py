@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from racecraft.settings.composition import Settings
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.settings import race_groups
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS, TICKS_PER_SECOND
-from racecraft.worlds.deepracer.evaluation.head_to_head import RaceResult, race_heads
+from racecraft.worlds.deepracer.evaluation.head_to_head import RaceResult, race_head_to_head
 from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, judge_race
 from racecraft.worlds.deepracer.league.rules import CarRules
 from racecraft.worlds.deepracer.players.driver import driver_of
@@ -28,11 +27,6 @@ from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 from racecraft.worlds.deepracer.tracks.track import Track
 
 ACTIONS, COUNTS = "actions", "counts"
-
-
-class _Chooses(Protocol):
-    @property
-    def actions(self) -> Mapping[str, Array]: ...
 
 
 class Recorder:
@@ -48,9 +42,9 @@ class Recorder:
         self._chosen.append(chosen.copy())
         return chosen
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        self._policy.forget(rows)
+        self._policy.reset_state(rows)
 
     @property
     def actions(self) -> dict[str, Array]:
@@ -75,7 +69,7 @@ class Player:
         rows = len(next(iter(observations.values())))
         return chosen if len(chosen) == rows else np.resize(chosen, (rows, *chosen.shape[1:]))
 
-    def forget(self, rows: Array) -> None:
+    def reset_state(self, rows: Array) -> None:
         """Nothing is remembered."""
 
 
@@ -169,7 +163,9 @@ def _meeting(
     drivers = [
         replace(driver_of(car, name), policy=actor) for car, name, actor in zip(cars, names, actors, strict=True)
     ]
-    result = race_heads(drivers, track, rules.meeting_rules(), rules.race_config(cars[0].settings.race.car), seed)
+    result = race_head_to_head(
+        drivers, track, rules.meeting_rules(), rules.race_config(cars[0].settings.race.car), seed
+    )
     places = _places(result)
     driven = track.reversed() if rules.reverse else track
     return [
@@ -193,7 +189,7 @@ def _met(result: RaceResult, index: int, place: int) -> Outcome:
         ends = np.flatnonzero(own["status"] == race.LAP_COMPLETE)
         laps += [round(float(lap), 6) for lap in own["lap_seconds"][ends]]
         parked = np.flatnonzero(own["status"] == race.PARK)
-        seconds += (parked[0] if len(parked) else len(own)) * TICK_SECONDS
+        seconds += (int(parked[0]) if len(parked) else len(own)) * TICK_SECONDS
     finished = [one.seconds for one in showings if one.seconds is not None]
     return Outcome(
         laps=tuple(laps),
