@@ -7,7 +7,7 @@ import unicodedata
 from dataclasses import dataclass
 from enum import StrEnum
 
-from racecraft.contract.errors import SettingError, UserInputError, nearest
+from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.message import shortened
 
 LEGAL_NAME = re.compile(r"\w(?:[\w .+-]{0,30}\w)?")
@@ -63,9 +63,10 @@ def role_named(name: str) -> Role:
     try:
         return Role(name.strip().casefold())
     except ValueError:
-        hint = nearest(name, [role.value for role in Role])
-        raise SettingError("role is {found!r}; expected one of owner, organiser, racer, spectator. {hint}",
-                           found=shortened(name, 40), hint=hint) from None  # fmt: skip
+        raise SettingError(
+            "role is {found!r}; expected one of {known}.",
+            found=shortened(name, 40), known=", ".join(role.value for role in Role),
+        ) from None  # fmt: skip
 
 
 def legal_name(name: str) -> str:

@@ -17,11 +17,12 @@ from racecraft.accounts.sessions import Sessions
 from racecraft.accounts.store import Accounts
 from racecraft.console.rights import may_open
 from racecraft.console.service import TEMPLATES, form_fields, one
+from racecraft.pages.assets import PREFIX
 from racecraft.web.access import SIGN_IN, set_cookie
 from racecraft.web.answers import page_answer
 
 INVITATION = "/invitation/"
-OPEN_PATHS = (SIGN_IN, INVITATION)
+OPEN_PATHS = (SIGN_IN, INVITATION, PREFIX)
 MOST_OF_AN_ADDRESS, MOST_OF_A_NAME = 30, 10
 """Attempts within a minute: of one address on any names, and on one name."""
 
