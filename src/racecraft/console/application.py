@@ -19,8 +19,9 @@ from racecraft.console.index import Index
 from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model, people, settings, sign_in
 from racecraft.console.parts import parts_of
 from racecraft.console.personal import PersonalConsoles
+from racecraft.console.race_watch import LOOK_SECONDS, RaceWatch
 from racecraft.console.section import Section
-from racecraft.console.service import Console
+from racecraft.console.service import LEAGUE, Console
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
 from racecraft.contract.errors import RacecraftError
@@ -29,7 +30,7 @@ from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.preload import keep_warm
 from racecraft.web.access import ONLY_HERE, Access, signed_in
 from racecraft.web.application import make_application
-from racecraft.web.push import events_answer
+from racecraft.web.push import Topic, events_answer
 
 PEOPLE = "people"
 """Folder of the workspace in which invited people have workspaces of their own."""
@@ -68,12 +69,14 @@ def make_console(
     sections = [*(one for kind in kinds() for one in parts_of(kind.name).sections()), *SECTIONS]
     entries = tuple(sorted((one for one in sections if one.label), key=lambda one: one.order))
 
+    races = Topic("races", RaceWatch(root.path / LEAGUE).changed, LOOK_SECONDS)
+
     def open_console(person: Person) -> Console:
         workspace = Workspace.open(root.path / PEOPLE / f"{person.name}-{person.id}") if person.owned else root
         index = Index(workspace, None if person.owned else database or None)
         own_home = replace(home, person=person.owned)
         watcher = Watcher(index, own_home)
-        console = Console(workspace, index, watcher, own_home, entries, accounts, root.path)
+        console = Console(workspace, index, watcher, own_home, entries, accounts, root.path, races)
         watcher.told = lambda names: console.news.publish({"changed": names, "version": index.version})
         return console
 
@@ -113,7 +116,7 @@ def _routes(console: Console, sections: Sequence[Section]) -> list[BaseRoute]:
         return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": "public, max-age=86400"})
 
     async def events(request: Request) -> Response:
-        return events_answer(request, [console.news])
+        return events_answer(request, [console.news, console.races])
 
     return [
         *(route for section in sections for route in section.routes(console)),

@@ -31,6 +31,7 @@ from racecraft.web.errors import WebError
 from racecraft.web.push import Topic
 
 TEMPLATES = "racecraft.console"
+LEAGUE = "league"
 Fields = Mapping[str, list[str]]
 """What a form sent: every value of each field."""
 
@@ -61,8 +62,15 @@ class Console:
     """Everybody's; None: the console of a test."""
     shared: Path | None = None
     """The owner's workspace, in which races lie that all people see; None: this one."""
+    races: Topic = field(default_factory=lambda: Topic("races"))
+    """Ids of the races whose entries or results changed."""
     news: Topic = field(default_factory=lambda: Topic("models"))
     """Names of the models whose rows changed."""
+
+    @property
+    def league(self) -> Path:
+        """The folder of the races, which all people of this console share; it need not exist."""
+        return (self.shared or self.workspace.path) / LEAGUE
 
     def machine(self) -> str:
         """Return what this machine does now, for the side bar."""

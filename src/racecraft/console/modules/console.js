@@ -1,7 +1,10 @@
 /* What every page of the console does: live parts, keys, files dropped on the page.
 
    A part with `data-live="name"` is fetched again from the page's own address when the server says that something
-   changed, at most once a second; what the reader is typing or has selected stays. */
+   changed, at most once a second; what the reader is typing or has selected stays.
+
+   A page of a race names it in `data-race`; a row of a board names its result in `data-result`, and is marked and shown
+   when the result is new. */
 const parts = () => document.querySelectorAll("[data-live]");
 let stream = null, hidden = null, due = null, lost = null;
 
@@ -11,8 +14,18 @@ function isMine(names) {
   return !only || names.includes(only);
 }
 
+const results = () => [...document.querySelectorAll("[data-result]")];
+
+/** @param {Set<string>} before results that were shown; the page goes to those that are new and marks them for 8 s */
+function showNew(before) {
+  const fresh = results().filter(row => row.dataset.result && !before.has(row.dataset.result));
+  for (const row of fresh) { row.classList.add("fresh"); setTimeout(() => row.classList.remove("fresh"), 8000); }
+  fresh[0]?.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+}
+
 async function refresh() {
   due = null;
+  const before = new Set(results().map(row => row.dataset.result));
   const answer = await fetch(location.href, { headers: { Accept: "text/html" } });
   if (!answer.ok) return;
   const next = new DOMParser().parseFromString(await answer.text(), "text/html");
@@ -27,6 +40,7 @@ async function refresh() {
     old.scrollTop = follows ? old.scrollHeight : at;
     if (focus) old.querySelector(`[href="${CSS.escape(focus)}"]`)?.focus();
   }
+  showNew(before);
   refreshCharts(next);
   const stage = document.getElementById("stage");
   if (stage && stage.dataset.stage !== next.getElementById("stage")?.dataset.stage) location.reload();
@@ -48,6 +62,10 @@ function listen() {
   if (stream || !parts().length) return;
   stream = new EventSource("/events");
   stream.addEventListener("models", event => { if (isMine(JSON.parse(event.data).changed) && !due) due = setTimeout(refresh, 700); });
+  stream.addEventListener("races", event => {
+    const only = document.querySelector("[data-race]")?.getAttribute("data-race");
+    if (only !== undefined && (!only || JSON.parse(event.data).changed.includes(only)) && !due) due = setTimeout(refresh, 300);
+  });
   stream.onopen = () => { lost = null; showLost(); if (!due) due = setTimeout(refresh, 50); };
   stream.onerror = () => { lost ||= new Date(); setTimeout(showLost, 2500); };
 }

@@ -1,0 +1,48 @@
+"""Which races changed since one looked last, by the times of their folders. Begin with `RaceWatch`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from racecraft.league.store import ENTRIES, RACE, RACES, RESULTS
+
+LOOK_SECONDS = 0.5
+
+
+class RaceWatch:
+    """Looks at a league's folder, whoever writes there: a judge, a command, a page.
+
+    Args:
+        league: The folder; it need not exist.
+    """
+
+    def __init__(self, league: Path) -> None:
+        self._races = league / RACES
+        self._before: dict[str, tuple[int, ...]] | None = None
+
+    def changed(self) -> dict[str, Any] | None:
+        """Return the ids of the races that changed since the last call; None: none did, or it is the first call."""
+        now = {name: self._times(name) for name in self._names()}
+        before, self._before = self._before, now
+        if before is None or before == now:
+            return None
+        names = sorted({name for name in now.keys() | before.keys() if now.get(name) != before.get(name)})
+        return {"changed": names, "times": [now.get(name) for name in names]}
+
+    def _names(self) -> list[str]:
+        try:
+            return sorted(os.listdir(self._races))
+        except OSError:
+            return []
+
+    def _times(self, name: str) -> tuple[int, ...]:
+        return tuple(_changed_at(self._races / name / part) for part in (RACE, ENTRIES, RESULTS))
+
+
+def _changed_at(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0

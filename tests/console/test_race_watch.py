@@ -1,0 +1,25 @@
+"""A board moves because the console looks at the league's folder."""
+
+import time
+
+from racecraft.console.race_watch import RaceWatch
+from racecraft.league.race import Entry, Race, Result
+from racecraft.league.store import League
+
+
+def test_whoever_writes_an_entry_or_a_result_the_race_is_named_once(tmp_path):
+    league = League.open_or_create(tmp_path / "league")
+    watch = RaceWatch(tmp_path / "league")
+    assert watch.changed() is None
+
+    def named():
+        time.sleep(0.01)  # a file system's clock may tick as slowly
+        return (watch.changed() or {}).get("changed"), watch.changed()
+
+    race = league.add_race(Race(id="", title="Club", kind="deepracer", tracks=("Oval_track",), rules={}))
+    other = league.add_race(Race(id="", title="Other", kind="deepracer", tracks=("Oval_track",), rules={}))
+    assert named() == ([race.id, other.id], None)
+    league.add_entry(race.id, lambda folder: Entry(number=0, racer="Mia", model="m", entered=1.0))
+    assert named() == ([race.id], None)
+    league.save_result(other.id, Result(heat="00001", entries=(1,), drives=(), judged=1.0), {})
+    assert named() == ([other.id], None)
