@@ -36,8 +36,10 @@ if TYPE_CHECKING:
     from racecraft.actions.judging import evaluate
     from racecraft.actions.league.boards import list_races, show_board, show_race
     from racecraft.actions.league.entries import enter_race, withdraw_entry
+    from racecraft.actions.league.exporting import export_league
     from racecraft.actions.league.judging import audit_races, judge_race
     from racecraft.actions.league.managing import close_race, copy_race, edit_race, open_race, reset_race
+    from racecraft.actions.league.seasons import create_season, show_racer, show_records, show_standings
     from racecraft.actions.record import record
     from racecraft.actions.report import report
     from racecraft.actions.runs import load_policy, read_run
@@ -74,6 +76,11 @@ _WHERE = {
     "edit_race": "racecraft.actions.league.managing",
     "open_race": "racecraft.actions.league.managing",
     "reset_race": "racecraft.actions.league.managing",
+    "export_league": "racecraft.actions.league.exporting",
+    "create_season": "racecraft.actions.league.seasons",
+    "show_racer": "racecraft.actions.league.seasons",
+    "show_records": "racecraft.actions.league.seasons",
+    "show_standings": "racecraft.actions.league.seasons",
     "register_algorithm": "racecraft.algorithms.registry",
 }
 
@@ -84,9 +91,11 @@ __all__ = [
     "close_race",
     "compare",
     "copy_race",
+    "create_season",
     "edit_race",
     "enter_race",
     "evaluate",
+    "export_league",
     "export_run",
     "judge_race",
     "list_races",
@@ -101,6 +110,9 @@ __all__ = [
     "resume",
     "show_board",
     "show_race",
+    "show_racer",
+    "show_records",
+    "show_standings",
     "stop",
     "train",
     "train_population",

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import typer
 
 from racecraft.actions.league.boards import RaceList, ShownBoard, ShownRace, list_races, show_board, show_race
 from racecraft.actions.league.entries import Entered, Withdrawn, enter_race, withdraw_entry
+from racecraft.actions.league.exporting import ExportedLeague, export_league
 from racecraft.actions.league.judging import Audit, JudgedRace, audit_races, judge_race
 from racecraft.actions.league.managing import (
     ChangedRace,
@@ -19,9 +21,21 @@ from racecraft.actions.league.managing import (
     open_race,
     reset_race,
 )
+from racecraft.actions.league.seasons import (
+    MadeSeason,
+    Records,
+    create_season,
+    show_racer,
+    show_records,
+    show_standings,
+)
 from racecraft.cli.from_request import command
 from racecraft.cli.output import print_next_steps, table, word
 from racecraft.league.race import Race
+
+if TYPE_CHECKING:
+    from racecraft.league.records import Career
+    from racecraft.league.seasons import Standings
 
 
 def league_app(create: Callable[..., None]) -> typer.Typer:
@@ -45,6 +59,11 @@ def league_app(create: Callable[..., None]) -> typer.Typer:
         ("open", command(open_race, show_changed)),
         ("reset", command(reset_race, _show_reset)),
         ("audit", command(audit_races, _show_audit)),
+        ("season", command(create_season, _show_season)),
+        ("standings", command(show_standings, _show_standings)),
+        ("records", command(show_records, _show_records)),
+        ("racer", command(show_racer, _show_racer)),
+        ("export", command(export_league, _show_exported)),
     ):
         app.command(name)(made)
     return app
@@ -136,6 +155,49 @@ def _show_audit(done: Audit) -> None:
         where = " (judged on another machine or version, where bits may differ)" if one.is_other_machine else ""
         print(f"{one.race} {one.heat}: {'; '.join(one.differences)}{where}")
     print(f"{len(done.heats) - len(done.different)} of {len(done.heats)} heats are equal to the bit")
+
+
+def _show_season(made: MadeSeason) -> None:
+    print(f"{made.season.id}: {made.season.title}; points {', '.join(map(str, made.season.points))}")
+    print_next_steps(("a race in it", f'racecraft league create "First race" --season {word(made.season.id)}'))
+
+
+def _show_standings(found: Standings) -> None:
+    titles = ("place", "racer", *(race.title for race in found.races), "wins", "points", "behind")
+    rows = [
+        (str(row.place), row.racer, *map(str, row.race_points), str(row.wins), str(row.points),
+         f"-{row.gap}" if row.gap else "")
+        for row in found.rows
+    ]  # fmt: skip
+    table(titles, rows, left=("racer",), whole=("racer",))
+    if found.is_over and found.rows:
+        print(f"{found.season.title} is over; champion: {found.rows[0].racer}")
+
+
+def _show_records(found: Records) -> None:
+    rows = [
+        (one.track, one.type.replace("_", " ").lower(), f"{one.seconds:.3f}", one.racer, one.model, one.race)
+        for one in found.records
+    ]
+    table(("track", "race type", "lap, s", "racer", "model", "race"), rows,
+          left=("track", "race type", "racer", "model", "race"))  # fmt: skip
+
+
+def _show_racer(career: Career) -> None:
+    print(f"{career.racer}: {len(career.races)} races, {career.wins} won, "
+          f"{career.podiums} podiums; {career.laps} laps, {career.resets} resets")  # fmt: skip
+    rows = [
+        (one.title, "–" if one.place is None else f"{one.place} of {one.racers}", str(one.entries))
+        for one in career.races
+    ]
+    table(("race", "place", "entries"), rows, left=("race",))
+    for one in career.best_laps:
+        print(f"  {one.track}, {one.type.replace('_', ' ').lower()}: {one.seconds:.3f} s ({one.model})")
+
+
+def _show_exported(done: ExportedLeague) -> None:
+    for path in done.files:
+        print(path)
 
 
 def _until(race: Race) -> str:

@@ -6,6 +6,7 @@ killed loses the heat it was driving, which the next judge drives again on the s
 
 from __future__ import annotations
 
+import contextlib
 import platform
 import time
 from collections.abc import Callable
@@ -35,6 +36,7 @@ def judge(
     league: League,
     race: Race,
     max_heats: int | None = None,
+    drivers: Drivers | None = None,
     on_heat: Callable[[Judged], None] = lambda judged: None,
 ) -> list[Judged]:
     """Drive every heat that has no result; each in a process of its own.
@@ -43,6 +45,7 @@ def judge(
         league: Where the race is.
         race: Which.
         max_heats: Stop after so many; None: when all are driven.
+        drivers: Processes that may be warm already; they stay open. None: new ones.
         on_heat: Is called after each.
 
     Raises:
@@ -55,14 +58,15 @@ def judge(
             race=race.id,
         )
     judged: list[Judged] = []
-    with league.judging(race.id), Drivers(race.kind) as drivers:
+    own = contextlib.nullcontext(drivers) if drivers is not None else Drivers(race.kind)
+    with league.judging(race.id), own as processes:
         while max_heats is None or len(judged) < max_heats:
             entries, results = league.entries(race.id), league.results(race.id)
             heat = next_heat(race, entries, results)
             if heat is None:
                 break
             more = remaining(race, entries, results) > 1 and len(judged) + 1 != max_heats
-            with drivers.take(more) as process:
+            with processes.take(more) as process:
                 judged.append(Judged(heat, _judge_heat(league, race, heat, process)))
             on_heat(judged[-1])
     return judged
@@ -85,8 +89,22 @@ class Drivers:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process that waits, if one does."""
         if self._spare is not None:
             self._spare.close()
+            self._spare = None
+
+    def warm_up(self) -> None:
+        """Have a process wait for the next heat."""
+        self._spare = self._spare or DriveProcess(self._kind)
+
+    @property
+    def is_warm(self) -> bool:
+        """Whether a process waits that has imported and compiled what a drive needs."""
+        return self._spare is not None and self._spare.is_warm
 
     def take(self, more: bool) -> DriveProcess:
         """Return a process that has driven nothing; `more`: another one will be needed."""

@@ -1,0 +1,226 @@
+"""What judging, auditing, killing and reading a league takes. Writes benchmarks/league.json and prints its table.
+
+    python benchmarks/league.py RUN [RUN …] [--entries 200] [--audited 1000] [--kills 20] [--rows 10000]
+
+Runs are cars that were trained; their laps do not matter. Judging is measured by the wall clock on whatever machine
+this is; the table says how many processors it has and how busy they were.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import itertools
+import json
+import os
+import random
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+import racecraft as rc
+from racecraft.league.board import board_of
+from racecraft.league.drive_process import DriveProcess
+from racecraft.league.judging import Drivers, judge
+from racecraft.league.race import Drive, Entry, Outcome, Race, Result
+from racecraft.league.store import League
+
+HERE = Path(__file__).resolve().parent
+READS = 200
+"""Times that a board is read, each after one more result."""
+
+
+class SameProcess(Drivers):
+    """Drives every heat in one process, where thousands are to be had quickly."""
+
+    def __init__(self, kind: str) -> None:
+        super().__init__(kind)
+        self._only = DriveProcess(kind)
+        self._close, self._only.close = self._only.close, lambda: None  # type: ignore[method-assign]
+
+    def take(self, more: bool) -> DriveProcess:
+        """Return the process."""
+        return self._only
+
+    def close(self) -> None:
+        """End it."""
+        self._close()
+
+
+def main() -> None:
+    """Measure, write, print."""
+    options = _options()
+    with tempfile.TemporaryDirectory(prefix="racecraft-league-") as name:
+        folder, figures = Path(name), _machine()
+        for measure in (_one_entry, _many_entries, _audited, _killed, _long_board):
+            figures |= measure(folder, options)
+            print(json.dumps(figures), flush=True)
+    figures["load_after"] = round(os.getloadavg()[0], 1)
+    (HERE / "league.json").write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    print(table(figures))
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", type=Path)
+    for name, count in (("entries", 200), ("audited", 1000), ("kills", 20), ("rows", 10_000)):
+        parser.add_argument(f"--{name}", type=int, default=count)
+    return parser.parse_args()
+
+
+def _machine() -> dict[str, Any]:
+    return {"processors": os.cpu_count(), "load_before": round(os.getloadavg()[0], 1)}
+
+
+def _new(folder: Path, title: str, runs: list[Path], entries: int, **rules: Any) -> tuple[League, Race]:
+    league = folder / "league"
+    race = rc.create_race(title, league=league, track=["Oval_track"], **rules).race
+    for number, run in zip(range(entries), itertools.cycle(runs)):
+        rc.enter_race(race.id, run, racer=f"Racer {number}", league=league)
+    return League(league), race
+
+
+def _one_entry(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Judge one entry of three laps: in a process that is started for it, and in one that waits already."""
+    cold, warm = [], []
+    for number in range(5):
+        league, race = _new(folder, f"Cold {number}", options.runs, 1)
+        started = time.perf_counter()
+        judge(league, race)
+        cold.append(time.perf_counter() - started)
+        league, race = _new(folder, f"Warm {number}", options.runs, 1)
+        with Drivers(race.kind) as drivers:
+            drivers.warm_up()
+            while not drivers.is_warm:
+                time.sleep(0.05)
+            started = time.perf_counter()
+            judge(league, race, drivers=drivers)
+            warm.append(time.perf_counter() - started)
+    return {
+        "cold_seconds": _spread(cold),
+        "warm_seconds": _spread(warm),
+    }
+
+
+def _many_entries(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Judge many entries, each in a fresh process; every one is driven again."""
+    league, race = _new(folder, "Many", options.runs, options.entries, type="OBJECT_AVOIDANCE", boxes=3)
+    started = time.perf_counter()
+    judge(league, race)
+    seconds = time.perf_counter() - started
+    audit = rc.audit_races(race.id, league=league.path).as_dictionary()
+    return {"entries": len(league.results(race.id)), "entries_seconds": round(seconds, 1),
+            "entries_equal": audit["equal"]}  # fmt: skip
+
+
+def _audited(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Audit a season of two races with boxes at places of their own."""
+    league = folder / "league"
+    season = rc.create_season("Winter", league=league).season
+    for title in ("First", "Second"):
+        store, race = _new(folder, title, options.runs, options.audited // 2, type="OBJECT_AVOIDANCE", boxes=4,
+                           season=season.id)  # fmt: skip
+        with SameProcess(race.kind) as drivers:
+            judge(store, race, drivers=drivers)
+    started = time.perf_counter()
+    audit = rc.audit_races(season=season.id, league=league).as_dictionary()
+    return {"audited": audit["heats"], "audited_equal": audit["equal"],
+            "audited_seconds": round(time.perf_counter() - started, 1)}  # fmt: skip
+
+
+def _killed(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Kill a judge at moments of its work; what is left is judged on, and driven again."""
+    league, race = _new(folder, "Killed", options.runs, options.kills, type="OBJECT_AVOIDANCE", boxes=2)
+    words = [sys.executable, "-m", "racecraft", "league", "judge", race.id, "--league", str(league.path)]
+    dice, kills, before = random.Random(1), 0, 0
+    lost = 0
+    while kills < options.kills:
+        judge_process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(dice.uniform(0.5, 12.0))
+        if judge_process.poll() is None:
+            judge_process.send_signal(signal.SIGKILL)
+            kills += 1
+        judge_process.wait()
+        now = len(league.results(race.id))
+        lost += now < before
+        before = now
+        if now == options.kills:
+            rc.reset_race(race.id, league=league.path)
+            before = 0
+    judge(league, race)
+    audit = rc.audit_races(race.id, league=league.path).as_dictionary()
+    return {"kills": kills, "kills_lost": lost, "after_kills": len(league.results(race.id)),
+            "after_kills_equal": audit["equal"]}  # fmt: skip
+
+
+def _long_board(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Read a board of many results, again and again while results arrive."""
+    league = League.open_or_create(folder / "long")
+    race = league.add_race(Race(id="", title="Long", kind="deepracer", tracks=("Oval_track",), rules={}))
+    dice = random.Random(2)
+    for number in range(1, options.rows + READS + 1):
+        place = league.folder(race.id) / "entries" / f"{number:05}"
+        place.mkdir()
+        entry = Entry(number=number, racer=f"Racer {number}", model="car", entered=0.0)
+        (place / "entry.json").write_bytes(msgspec.json.encode(entry))
+        if number <= options.rows:
+            _write_result(league, race, number, dice)
+    started = time.perf_counter()
+    board_of(race, league.entries(race.id), league.results(race.id))
+    first, times = time.perf_counter() - started, []
+    for number in range(options.rows + 1, options.rows + READS + 1):
+        _write_result(league, race, number, dice)
+        started = time.perf_counter()
+        board = board_of(race, league.entries(race.id), league.results(race.id))
+        times.append(time.perf_counter() - started)
+        assert sum(row.place is not None for row in board.rows) == number
+    return {"board_rows": options.rows, "board_first_ms": round(1000 * first),
+            "board_p50_ms": round(1000 * statistics.median(times)),
+            "board_p99_ms": round(1000 * statistics.quantiles(times, n=100)[98])}  # fmt: skip
+
+
+def _write_result(league: League, race: Race, number: int, dice: random.Random) -> None:
+    laps = tuple(round(dice.uniform(7.0, 12.0), 6) for _ in range(3))
+    outcome = Outcome(laps=laps, total_seconds=sum(laps), progress_percent=100.0)
+    drive = Drive(track="Oval_track", seed=1, outcomes=(outcome,))
+    result = Result(heat=f"{number:05}", entries=(number,), drives=(drive,), judged=float(number))
+    file = league.folder(race.id) / "results" / f"{number:05}.json"
+    file.write_bytes(msgspec.json.encode(dataclasses.asdict(result)))
+
+
+def _spread(seconds: list[float]) -> list[float]:
+    return [round(statistics.median(seconds), 2), round(max(seconds), 2)]
+
+
+def table(figures: dict[str, Any]) -> str:
+    """Return the figures as a table."""
+    cold, warm = figures["cold_seconds"], figures["warm_seconds"]
+    rows = [
+        ("one time trial of three laps, started cold", f"{cold[0]} s (slowest of 5: {cold[1]} s)", "10 s", "4 s"),
+        ("the same, process warmed beforehand", f"{warm[0]} s (slowest of 5: {warm[1]} s)", "5 s", "3 s"),
+        (f"{figures['entries']} entries, a fresh process each", f"{figures['entries_seconds']} s; "
+         f"{figures['entries_equal']} equal to the bit", "all", "all"),
+        (f"season of {figures['audited']} audited", f"{figures['audited_seconds']} s; {figures['audited_equal']} equal "
+         "to the bit", "all", "all"),
+        (f"kill -9 of the judge, {figures['kills']} moments", f"{figures['kills_lost']} results lost; "
+         f"{figures['after_kills']} judged in the end, {figures['after_kills_equal']} equal", "0 lost", "0 lost"),
+        (f"board of {figures['board_rows']} results, p99", f"{figures['board_p99_ms']} ms (first read "
+         f"{figures['board_first_ms']} ms)", "200 ms", "50 ms"),
+    ]  # fmt: skip
+    head = [("what", "measured", "at least", "aim"), ("---",) * 4]
+    lines = [f"| {' | '.join(row)} |" for row in (*head, *rows)]
+    about = (
+        f"{figures['processors']} processors, load {figures['load_before']} before and {figures['load_after']} after."
+    )
+    return "\n".join([*lines, "", about])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""Points over the races of a season. Begin with `standings`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from racecraft.league.board import Board, board_of
+from racecraft.league.race import QUALIFIER, Race, Season
+from racecraft.league.store import League
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeasonRow:
+    """A racer in a season."""
+
+    place: int
+    racer: str
+    points: int
+    wins: int
+    places: tuple[int | None, ...]
+    """In each race, in the season's order; None: did not score."""
+    race_points: tuple[int, ...]
+    """Likewise; those of races that do not count are among them."""
+    gap: int
+    """Points to the first."""
+
+
+@dataclass(frozen=True)
+class Standings:
+    """A season as it stands."""
+
+    season: Season
+    races: tuple[Race, ...]
+    """In the order in which they were made."""
+    rows: tuple[SeasonRow, ...]
+    is_over: bool
+    """All races are closed and judged: the first is the champion."""
+
+
+def races_of(league: League, season: Season) -> list[Race]:
+    """Return the races of a season, the oldest first."""
+    return sorted((race for race in league.races() if race.season == season.id), key=lambda race: race.created)
+
+
+def standings(league: League, season: Season, now: float) -> Standings:
+    """Return who leads a season. A qualifier gives no points; of equal points more wins, then better places decide.
+
+    Args:
+        league: Where it is.
+        season: Which.
+        now: Seconds since 1970, for whether races are still open.
+    """
+    races = races_of(league, season)
+    boards = [board_of(race, league.entries(race.id), league.results(race.id)) for race in races]
+    placed = [{row.racer: row.place for row in board.rows} for board in boards]
+    racers = sorted({racer for one in placed for racer in one})
+    found = []
+    for racer in racers:
+        places = tuple(one.get(racer) for one in placed)
+        points = tuple(_points(season, board, place) for board, place in zip(boards, places, strict=True))
+        counted = sorted(points, reverse=True)[: season.counted]
+        found.append((sum(counted), places.count(1), places, points, racer))
+    found.sort(key=lambda row: (-row[0], -row[1], sorted(place or 10**6 for place in row[2]), row[4]))
+    rows: list[SeasonRow] = []
+    for total, wins, places, points, racer in found:
+        before = rows[-1] if rows else None
+        is_equal = before is not None and (before.points, before.wins) == (total, wins)
+        is_equal = is_equal and sorted(place or 10**6 for place in before.places) == sorted(p or 10**6 for p in places)
+        place = before.place if is_equal and before is not None else len(rows) + 1
+        gap = found[0][0] - total
+        rows.append(
+            SeasonRow(place=place, racer=racer, points=total, wins=wins, places=places, race_points=points, gap=gap)
+        )
+    is_over = bool(races) and all(
+        not race.is_open(now) and not board.waiting for race, board in zip(races, boards, strict=True)
+    )
+    return Standings(season, tuple(races), tuple(rows), is_over)
+
+
+def _points(season: Season, board: Board, place: int | None) -> int:
+    if place is None or board.race.stage == QUALIFIER or place > len(season.points):
+        return 0
+    return season.points[place - 1]
