@@ -30,8 +30,8 @@ NUMBERS = world_spec({"state": STATE}, ContinuousActions((-1.0, -1.0), (1.0, 1.0
 NETWORK = NetworkConfig(hidden_units=(16,), activation="tanh", separate_networks=False)
 
 
-def plain(seed=3, spec=SPEC, network=NETWORK, **settings):
-    return PpoLearner(spec, network, PpoConfig(**{"batch_size": 8, "epochs": 2, **settings}), seed)
+def plain(seed=3, spec=SPEC, network=NETWORK, kind=PpoLearner, **settings):
+    return kind(spec, network, PpoConfig(**{"batch_size": 8, "epochs": 2, **settings}), seed)
 
 
 def beside(seed=3, kind=CorrectedPpoLearner, spec=SPEC, network=NETWORK, **settings):
@@ -83,11 +83,12 @@ def test_the_actor_goes_on_with_the_weights_of_before_while_the_learner_learns()
 
 def test_what_older_weights_decided_counts_as_far_as_todays_would_have():
     """Half the log-probabilities are moved: decisions twice as likely today, and half as likely."""
-    learner = plain(asynchronous=True, ratio_cap=1.5)
+    learner = plain(kind=CorrectedPpoLearner, ratio_cap=1.5)
     batch = made_up(SPEC, learner=plain())
     true = batch.columns[LOG_PROB].copy()
     batch.columns[LOG_PROB] = true + np.where(np.arange(6)[:, None] % 2, np.log(2.0), -np.log(2.0)).astype(np.float32)
-    _, log_prob, weights = learner._look_again(batch)
+    estimates = learner.compute_advantages(batch)
+    log_prob, weights = estimates.log_prob, estimates.weights
     np.testing.assert_allclose(log_prob, true, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(weights[0::2], 1.5)
     np.testing.assert_allclose(weights[1::2], 0.5, rtol=1e-4)
@@ -100,7 +101,7 @@ def test_what_older_weights_decided_counts_as_far_as_todays_would_have():
 @pytest.mark.parametrize(("rarer", "moves"), [(0.0, True), (200.0, False)])
 def test_what_todays_policy_would_never_have_decided_teaches_nothing(rarer, moves):
     """Weights 0: the policy's loss is 0, and the critic's targets are what it says already."""
-    learner = plain(entropy_weight=0.0, epochs=1, batch_size=24, asynchronous=True)
+    learner = plain(kind=CorrectedPpoLearner, entropy_weight=0.0, epochs=1, batch_size=24)
     batch = made_up(SPEC, learner=learner)
     batch.columns[LOG_PROB] += rarer
     before = weights_of(learner)

@@ -191,7 +191,7 @@ def test_a_network_of_just_so_many_weights_is_small_and_of_one_more_is_large(mon
 
 def test_critics_that_read_something_else_and_memories_go_by_autograd():
     told = ArraySpec((2,), np.float32, privileged=True)
-    assert learner_of(CHOICES, more=told).written_out is None, "a critic of two vectors"
+    assert learner_of(CHOICES, more=told).steps.written_out is None, "a critic of two vectors"
     row = Architecture(trunk_units=(4,), memory="gru", memory_units=3)
     memory = RecurrentActorCritic({"seen": ArraySpec((WIDTH,), np.float32)}, CHOICES, row, torch.Generator())
     assert closed_form_of(memory, learner_of(CHOICES).distribution) is None

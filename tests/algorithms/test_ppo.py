@@ -346,7 +346,7 @@ def test_what_follows_a_cut_is_found_however_a_rollout_lies_in_memory():
     learner = a_learner()
     batch = made_up(learner.spec, rows=6, learner=learner)
     assert len(batch.final_index)
-    judged, again = learner.compute_advantages(batch), learner.judged(batch.of_rows(np.arange(6)))
+    judged, again = learner.compute_advantages(batch), learner.compute_advantages(batch.of_rows(np.arange(6)))
     assert np.array_equal(judged.advantages, again.advantages)
 
 

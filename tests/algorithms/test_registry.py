@@ -78,7 +78,7 @@ def test_a_module_in_the_present_folder_is_found(folder):
     [
         ("no_such_module:Mine", "no module 'no_such_module'"),
         ("half_module:Mind", "Did you mean 'Mine'"),
-        ("half_module:Mine", "lacks eats, figures, build"),
+        ("half_module:Mine", "lacks experience, figures, build"),
         ("half_module:number", "lacks"),
         ("half_module:", "module:Class"),
         ("broken_module:Mine", "ZeroDivisionError"),
@@ -224,7 +224,7 @@ def test_what_is_no_class_or_lacks_a_promise_is_refused():
     class Half:
         experience, figures = "rollout", {}
 
-    with pytest.raises(SettingError, match="algorithm mine: Half lacks build, load_policy, act, forget, choose"):
+    with pytest.raises(SettingError, match="algorithm mine: Half lacks build, load_policy, act, reset_state, choose"):
         algorithm_of(Half, "mine")
     ready = Registered.__new__(Registered)
     with pytest.raises(SettingError, match="lacks being a class"):

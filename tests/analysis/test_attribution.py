@@ -154,7 +154,7 @@ class Linear(torch.nn.Module):
         super().__init__()
         self.weights, self.names = torch.tensor(weights), ("numbers",)
 
-    eyes = property(lambda self: self)
+    encoder = property(lambda self: self)
 
     def inputs(self, observations):
         return {"numbers": torch.from_numpy(observations["numbers"])}
