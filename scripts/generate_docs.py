@@ -14,7 +14,7 @@ import inspect
 import json
 import sys
 import typing
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -415,27 +415,34 @@ What PPO1 and its `MlpPolicy` do without being asked: {", ".join(f"`{one}`" for 
 
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
-    from racecraft.compat.rllib_config import (
+    from racecraft.compat.rllib_defaults import defaults_of
+    from racecraft.compat.rllib_words import (
         ALGORITHMS,
         CALLBACK_WORDS,
         ELSEWHERE,
+        ES_WORDS,
         EXPERIMENT_WORDS,
         LATER_NAMES,
         LATER_STOPS,
         MODEL_WORDS,
         MULTI_WORDS,
         RUNS,
+        SAC_WORDS,
         STOPS,
         VALUE_WORDS,
         WORDS,
     )  # fmt: skip
 
-    def row(name: str, word: Any) -> str:
-        setting = "" if word.setting in ("", ELSEWHERE) else f"`{word.setting}`"
-        return f"| `{name}` | {setting} | {word.doc if word.setting else f'nothing: {word.doc}'} |"
+    def rows_of(run: str, words: Mapping[str, Any], known: Mapping[str, Any]) -> list[str]:
+        rows, defaults = [], defaults_of(run)
+        for name, word in words.items():
+            setting = "" if word.setting in ("", ELSEWHERE) else f"`{word.setting}`"
+            default = f"`{defaults[name]!r}`" if name in defaults else ""
+            if known.get(name) != word:
+                meaning = word.doc if word.setting else f"nothing: {word.doc}"
+                rows.append(f"| `{name}` | {default} | {setting} | {meaning} |")
+        return ["| RLlib | its default | setting | what it means here |", "|---|---|---|---|", *rows]
 
-    rows = [row(name, word) for name, word in WORDS.items()]
-    others = [row(name, word) for name, word in VALUE_WORDS.items() if WORDS.get(name) != word]
     runs = [
         f"| `{name}` | `--algorithm {ALGORITHMS[name]}`{''.join(f' `--set {one}`' for one in more)} |"
         for name, more in RUNS.items()
@@ -451,16 +458,23 @@ def rllib_page() -> str:
             "What the words of a launcher script's `config` mean here; see [your old SageMaker "
             "notebook](../jobs/sagemaker.md).",
             "",
-            "| RLlib | setting | what it means here |",
-            "|---|---|---|",
-            *rows,
+            "Where a script says nothing, RLlib's default holds. A key of RLlib's in no table passes at its "
+            "default and is refused at another value.",
+            "",
+            *rows_of("PPO", WORDS, {}),
             "",
             "With DQN and APEX what is PPO's alone is not known, and these mean something else or something at all.",
             "Where a setting begins with `dqn.`, it begins with `apex.` for APEX:",
             "",
-            "| RLlib | setting | what it means here |",
-            "|---|---|---|",
-            *others,
+            *rows_of("DQN", VALUE_WORDS, WORDS),
+            "",
+            "With SAC:",
+            "",
+            *rows_of("SAC", SAC_WORDS, VALUE_WORDS),
+            "",
+            "With ES:",
+            "",
+            *rows_of("ES", ES_WORDS, WORDS),
             "",
             "Words of `model`:",
             "",

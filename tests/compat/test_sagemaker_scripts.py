@@ -10,7 +10,9 @@ from tests.compat.articles import unity_script
 
 from racecraft.compat import script_models
 from racecraft.compat.old_gym import FromOldGym
-from racecraft.compat.rllib_config import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, translated, words_of
+from racecraft.compat.rllib_config import translated
+from racecraft.compat.rllib_defaults import MODEL, MULTIAGENT, defaults_of
+from racecraft.compat.rllib_words import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, words_of
 from racecraft.compat.secondary_jobs import PrimaryMissingError, primary_lock, wait_for_primary
 from racecraft.compat.shims import run_script
 from racecraft.compat.unknown_names import UnknownNameError
@@ -210,7 +212,10 @@ def experiment(**config):
     [
         (experiment(num_sgd_itr=3), "no 'num_sgd_itr' that is understood here. Did you mean 'num_sgd_iter'"),
         (experiment(model={"fcnet_hidden": [3]}), "Did you mean 'fcnet_hiddens'"),
-        ({**experiment(), "run": "IMPALA"}, "'IMPALA'; `racecraft run` understands PPO, APPO, DQN, APEX"),
+        ({**experiment(), "run": "IMPALA"}, "'IMPALA'; `racecraft run` understands PPO, APPO, DQN, APEX, SAC, ES"),
+        (experiment(lr_schedule=[[0, 1e-3]]), r"lr_schedule is \[\[0, 0.001\]\]; expected None, RLlib's default"),
+        (experiment(model={"use_attention": True}), "use_attention is True; expected False"),
+        ({**experiment(Q_model={"fcnet_hiddens": [8]}), "run": "SAC"}, "Q_model differs from policy_model"),
         ({**experiment(num_sgd_iter=3), "run": "APEX"}, "config of APEX has no 'num_sgd_iter'"),
         ({**experiment(model={"custom_model": "mine"}), "run": "DQN"}, "expected PPO or APPO with a model"),
         ({**experiment(num_atoms=51), "run": "DQN"}, "num_atoms is 51 and noisy is False; expected 1"),
@@ -239,7 +244,7 @@ def test_what_is_not_understood_is_said(said, letter, monkeypatch):
         translated(said)
 
 
-@pytest.mark.parametrize("algorithm", ["ppo", "dqn", "apex"])
+@pytest.mark.parametrize("algorithm", ["ppo", "dqn", "apex", "sac", "es"])
 def test_every_word_is_one_that_an_estimator_lets_through_and_every_setting_is_ours(algorithm):
     assert set(words_of(algorithm)) - set(CONFIG_WORDS) == set()
     from racecraft.algorithms.registry import find_algorithm
@@ -250,10 +255,30 @@ def test_every_word_is_one_that_an_estimator_lets_through_and_every_setting_is_o
         assert not dot or hasattr(getattr(groups, group), name), word
 
 
+@pytest.mark.parametrize("run", ["PPO", "APPO", "DQN", "APEX", "SAC", "ES"])
+def test_every_key_at_rllibs_default_value_passes_and_changes_nothing(run):
+    written_out = {**defaults_of(run), "model": dict(MODEL), "multiagent": dict(MULTIAGENT), "env": "CartPole-v1"}
+    stop = {"training_iteration": 3}
+    silent = translated({"run": run, "stop": stop, "config": {"env": "CartPole-v1"}})
+    assert translated({"run": run, "stop": stop, "config": written_out}) == silent
+    assert set(written_out) <= set(CONFIG_WORDS)
+
+
+def test_where_a_script_says_nothing_rllibs_defaults_hold():
+    told = translated(experiment())
+    assert {"ppo.learning_rate=5e-05", "ppo.epochs=30", "ppo.batch_size=128", "ppo.clip=0.3", "ppo.gae_lambda=1.0",
+            "ppo.value_weight=1.0", "ppo.entropy_weight=0.0", "ppo.max_grad_norm=none", "rollout.horizon=2000",
+            "network.hidden_units=256,256", "network.activation=tanh",
+            "network.separate_networks=true"} <= set(told.settings)  # fmt: skip
+    assert told.horizon is None
+    assert translated(experiment(lr=1e-3)).settings.index("ppo.learning_rate=0.001") > 0
+
+
 @pytest.mark.parametrize(("run", "algorithm"), [("DQN", "dqn"), ("APEX", "apex")])
 def test_a_script_that_asks_for_values_learns_them(tmp_path, monkeypatch, capsys, run, algorithm):
     words = {"gamma": 0.9, "train_batch_size": 16, "learning_starts": 32, "target_network_update_freq": 64,
              "rollout_fragment_length": 16, "buffer_size": 500, "n_step": 2, "hiddens": [8], "num_workers": 2,
+             "timesteps_per_iteration": 64,
              "model": {"fcnet_hiddens": [16]}, "env_config": {"size": 3}}  # fmt: skip
     before, _, rest = CART.replace('"run": "PPO"', f'"run": "{run}"').partition('"config": ')
     text = f'{before}"config": {words!r}}}}}\n{rest[rest.index("if __name__") :]}'
@@ -344,7 +369,8 @@ def test_what_ray_2_calls_otherwise_means_the_same():
 
 
 def test_fractions_of_a_schedule_are_steps():
-    said = {"schedule_max_timesteps": 2000, "exploration_fraction": 0.1, "beta_annealing_fraction": 0.5}
+    said = {"schedule_max_timesteps": 2000, "exploration_fraction": 0.1, "beta_annealing_fraction": 0.5,
+            "final_prioritized_replay_beta": 1.0}  # fmt: skip
     steps = {"dqn.epsilon_steps=200", "replay.importance_steps=1000"}
     assert steps <= set(translated({**experiment(**said), "run": "DQN"}).settings)
     apex = translated({**experiment(**said), "run": "APEX"})
@@ -427,3 +453,64 @@ def test_an_environment_of_new_manners_is_told_its_seed(tmp_path, capsys):
     (tmp_path / "train.py").write_text(NEW_MANNERS)
     run_script("train.py")
     assert "unseeded 0 of " in capsys.readouterr().out
+
+
+RUN_BY_TUNE = """
+import gym
+from gym.envs.registration import register
+from ray import tune
+from ray.tune.logger import pretty_print
+
+class Line(gym.Env):
+    def __init__(self, length=3):
+        self.observation_space = gym.spaces.Box(-9, 9, (1,), "float32")
+        self.action_space = {space}
+        self.length = length
+
+    def reset(self):
+        self.ticks = 0
+        return self.observation_space.sample()
+
+    def step(self, action):
+        self.ticks += 1
+        return self.observation_space.sample(), 1.0, self.ticks >= self.length, {{}}
+
+register(id="Line-v7", entry_point=Line, max_episode_steps=50, kwargs={{"length": {length}}})
+def tell(said):
+    print(pretty_print({{**said["result"], "config": None, "mine": {{"a": 2.0}}}}))
+tune.run({run!r}, stop={{"training_iteration": 2}}, config={{"env": "Line-v7", "callbacks": {{"on_train_result": tell}},
+         "model": {{"fcnet_hiddens": [8]}}, **{config!r}}})
+"""
+ES = {"episodes_per_batch": 6}
+SAC = {"timesteps_per_iteration": 20, "learning_starts": 8, "policy_model": {"fcnet_hiddens": [8]},
+       "Q_model": {"fcnet_hiddens": [8]}}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("run", "space", "config", "steps"),
+    [("ES", "gym.spaces.Discrete(2)", ES, 36), ("SAC", 'gym.spaces.Box(-1, 1, (1,), "float32")', SAC, 64)],
+)
+def test_more_algorithms_train_an_environment_that_gym_registered(
+    tmp_path, monkeypatch, capsys, run, space, config, steps
+):
+    (tmp_path / "train.py").write_text(RUN_BY_TUNE.format(run=run, space=space, config=config, length=3))
+    monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
+    run_script("train.py")
+    told = capsys.readouterr().out
+    assert told.count("\nmine:\n  a: 2\n") == 2
+    assert "\ntraining_iteration: 2\n" in told
+    assert f"\ntimesteps_total: {steps}\n" in told
+    assert "\nepisode_reward_mean: 3\n" in told
+    job = RunFolder.open(tmp_path / "model" / "run").read_job()
+    assert job["algorithm"] == run.lower()
+
+
+def test_without_a_horizon_an_episode_goes_on_until_the_environment_ends_it(tmp_path, capsys):
+    script = RUN_BY_TUNE.format(
+        run="PPO", space="gym.spaces.Discrete(2)", config={"train_batch_size": 5000}, length=1200
+    )
+    words = '"num_sgd_iter": 1, "num_workers": 1, '
+    script = script.replace("max_episode_steps=50, ", "").replace('config={"env"', f'config={{{words}"env"')
+    (tmp_path / "train.py").write_text(script.replace('"training_iteration": 2', '"training_iteration": 1'))
+    run_script("train.py")
+    assert "episode_len_mean: 1200\n" in capsys.readouterr().out

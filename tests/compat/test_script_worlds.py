@@ -150,6 +150,15 @@ def test_without_multiagent_all_share_one_policy(ran):
     assert run.read_job()["asked"]["environment"] == f"{script_worlds.PLACE}:Script_guess_v1"
 
 
+def test_a_step_is_a_tick_of_an_environment_however_many_agents_act_in_it(ran, tmp_path):
+    words = ("--rl.training.stop.training_iteration", "99", "--rl.training.stop.timesteps_total", "250")
+    told, run = ran(script(more=TWO_POLICIES), *words)
+    assert re.findall(r"timesteps_total: (\d+)", told) == ["128", "256"]
+    run.path.rename(tmp_path / "first")
+    by_agent, _ = ran(script(more=TWO_POLICIES + "config['multiagent']['count_steps_by'] = 'agent_steps'\n"), *words)
+    assert re.findall(r"timesteps_total: (\d+)", by_agent) == ["256"], "128 ticks of two agents"
+
+
 def test_a_shown_mask_is_heeded(ran):
     said, _ = ran(script("Masked"))
     assert "episode_reward_mean: 9" in said

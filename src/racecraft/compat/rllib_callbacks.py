@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from racecraft.compat.episode_listener import EpisodeListener
-from racecraft.compat.rllib_config import CALLBACK_WORDS
+from racecraft.compat.rllib_words import CALLBACK_WORDS
 from racecraft.compat.unknown_names import letter_about
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError, nearest
 from racecraft.contract.user_code_location import user_code_location

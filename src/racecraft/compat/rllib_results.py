@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from racecraft.compat.episode_listener import Tally, Told
@@ -19,21 +19,27 @@ class RllibLines(NullCallback):
 
     Args:
         tally: Knows the episodes; None: worlds are elsewhere, and only the mean of an agent is known.
-        agents: Says how many agents an episode has; their rewards are added up.
+        agents: How many agents an episode has; their rewards are added up, and their steps are one.
         calls: Is told of each iteration, once an episode has ended; what it lays into the result is said, too.
         episodes: How many the run had before.
         on_policy: Whether every step is learned from in its own iteration, as RLlib counts for PPO.
+        rollouts: Iterations of ours in one of RLlib's; the others are not told.
+        counts_agents: Whether a step is one agent's.
     """
 
     def __init__(
         self,
         tally: Tally | None = None,
-        agents: Callable[[], int] = lambda: 1,
+        agents: int = 1,
         calls: Callbacks | None = None,
         episodes: int = 0,
         on_policy: bool = False,
+        rollouts: int = 1,
+        counts_agents: bool = False,
     ) -> None:
         self._told, self._tally, self._agents, self._calls = 0, tally, agents, calls
+        self._rollouts, self._agents_in_a_step = rollouts, 1 if counts_agents else agents
+        self._ended, self._earned = 0, 0.0
         self._episodes, self._on_policy = episodes, on_policy
         self._of_episodes: dict[str, Any] = {}
 
@@ -42,10 +48,14 @@ class RllibLines(NullCallback):
         if report.iteration == self._told:
             return
         self._told = report.iteration
+        self._ended += report.episodes
+        self._earned += report.episodes * (report.mean_reward or 0.0)
+        if report.iteration % self._rollouts:
+            return
         result = self._result(report)
         if self._calls is not None and "hist_stats" in result:
             self._calls.iteration(result)
-        for line in _lines({name: value for name, value in result.items() if name not in NOT_TOLD}):
+        for line in lines({name: value for name, value in result.items() if name not in NOT_TOLD}):
             print(f"  {line}")
         print("", end="", flush=True)
 
@@ -56,19 +66,21 @@ class RllibLines(NullCallback):
             self._of_episodes = _of_episodes(told)
             if self._calls is not None:
                 self._of_episodes["custom_metrics"] = self._calls.take_metrics()
-        ended = round(report.episodes / self._agents()) if self._tally is None else len(told)
+        ended = round(self._ended / self._agents) if self._tally is None else len(told)
         self._episodes += ended
         result = dict(self._of_episodes) if told or self._calls is not None else {}
-        if self._tally is None and report.mean_reward is not None:
-            result["episode_reward_mean"] = report.mean_reward * self._agents()
+        if self._tally is None and self._ended:
+            result["episode_reward_mean"] = self._earned / self._ended * self._agents
+        self._ended, self._earned = 0, 0.0
+        steps = report.steps // self._agents_in_a_step
         return result | {
             "episodes_this_iter": ended,
             "episodes_total": self._episodes,
-            "num_steps_sampled": report.steps,
-            **({"num_steps_trained": report.steps} if self._on_policy else {}),
+            "num_steps_sampled": steps,
+            **({"num_steps_trained": steps} if self._on_policy else {}),
             "time_total_s": round(report.seconds, 3),
-            "timesteps_total": report.steps,
-            "training_iteration": report.iteration,
+            "timesteps_total": steps,
+            "training_iteration": report.iteration // self._rollouts,
         }
 
 
@@ -91,15 +103,15 @@ def _of_episodes(told: list[Told]) -> dict[str, Any]:
     return result
 
 
-def _lines(result: Mapping[str, Any], before: str = "") -> list[str]:
+def lines(result: Mapping[str, Any], before: str = "") -> list[str]:
     """Return names and figures, those of a part indented; what is no figure is left out."""
-    lines: list[str] = []
+    told: list[str] = []
     for name, value in result.items():
         if isinstance(value, Mapping):
-            within = _lines(value, before + "  ")
-            lines += [f"{before}{name}:", *within] if within else []
+            within = lines(value, before + "  ")
+            told += [f"{before}{name}:", *within] if within else []
         elif isinstance(value, numbers.Integral) and not isinstance(value, bool):
-            lines.append(f"{before}{name}: {int(value)}")
+            told.append(f"{before}{name}: {int(value)}")
         elif isinstance(value, numbers.Real) and not isinstance(value, bool):
-            lines.append(f"{before}{name}: {float(value):.6g}")
-    return lines
+            told.append(f"{before}{name}: {float(value):.6g}")
+    return told

@@ -20,7 +20,7 @@ from racecraft.compat.script_worlds import (
     Described,
     PolicyWords,
     SoleAgent,
-    agents_in,
+    agents_of,
     is_multi_agent,
     offered,
     shows_mask,
@@ -62,21 +62,25 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     calls, uncalled = callbacks_of(told.callbacks, experiment.get("config", {}))
     for sentence in (*told.said, *uncalled):
         print(f"- {sentence}")
-    if told.environment not in _creators and (told.env_config or calls is not None):
+    if told.environment not in _creators and (told.env_config or calls is not None or told.horizon is not None):
         _creators[told.environment] = _maker_of(told.environment)
     tally = Tally() if told.environment in _creators else None
-    environment = _environment(told, tally, calls)
+    environment, agents = _environment(told, tally, calls)
+    stops = tuple(_of_agents(one, 1 if told.counts_agents else agents) for one in told.stops)
     leave_if_begun_again()
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
-    lines = RllibLines(tally, lambda: agents_in(environment), calls, _episodes_of(run), told.algorithm == "ppo")
+    lines = RllibLines(
+        tally, agents, calls, _episodes_of(run), told.algorithm == "ppo", told.rollouts_per_iteration,
+        told.counts_agents,
+    )  # fmt: skip
     if run is not None and (run / JOB).exists():
-        return worlds.resume(run, told.stops, lines, print, "gymnasium")
+        return worlds.resume(run, stops, lines, print, "gymnasium")
     code = script_code(environment) if told.environment in _creators else None
     request = GymRequest(
         environment,
         algorithm=told.algorithm,
-        stops=told.stops,
+        stops=stops,
         run=run,
         seed=told.seed,
         overrides=told.settings,
@@ -85,13 +89,15 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     return worlds.train(request, lines, print)
 
 
-def registered(name: str, env_config: Mapping[str, Any], horizon: int, make: Callable[[], Any] | None = None) -> str:
+def registered(
+    name: str, env_config: Mapping[str, Any], horizon: int | None, make: Callable[[], Any] | None = None
+) -> str:
     """Return the id under which Gymnasium finds an environment of the script; any other name is Gymnasium's own.
 
     Args:
         name: Given to register_env, or Gymnasium's own.
         env_config: What its creator is told.
-        horizon: Ticks after which an episode is cut.
+        horizon: Ticks after which an episode is cut; None: it ends by itself.
         make: Makes one in place of the creator.
     """
     if name not in _creators:
@@ -122,8 +128,8 @@ def _episodes_of(run: Path | None) -> int:
     return sum(int(row.get("episodes") or 0) for row in RunFolder.open(run).read_metrics())
 
 
-def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None) -> str:
-    """Return what a training calls the environment: Gymnasium's id, or a world of the script's own.
+def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None) -> tuple[str, int]:
+    """Return what a training calls the environment, Gymnasium's id or a world of the script's own, and its agents.
 
     Args:
         told: The experiment.
@@ -137,12 +143,12 @@ def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None)
                 "MultiAgentEnv given to register_env.",
                 environment=told.environment,
             )
-        return told.environment
+        return told.environment, 1
     make = _numbered(told.environment, told.env_config)
     first = make()
     kept = itertools.chain([first], iter(make, None))
     if is_multi_agent(first):
-        return offered(_described(told, lambda: next(kept), tally, calls))
+        return offered(_described(told, lambda: next(kept), tally, calls)), len(agents_of(first))
     if told.multiagent:
         raise SettingError(
             "config.multiagent stands beside env {environment!r}, which makes a {type_name}; expected a MultiAgentEnv.",
@@ -150,7 +156,7 @@ def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None)
             type_name=type(first).__name__,
         )
     if shows_mask(first) and not told.has_own_model:
-        return offered(_described(told, lambda: SoleAgent(next(kept)), tally, calls))
+        return offered(_described(told, lambda: SoleAgent(next(kept)), tally, calls)), 1
     number, trained_in = itertools.count(), _num_worlds(told)
 
     def watched() -> Any:
@@ -159,7 +165,13 @@ def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None)
             return FromOldGym(own)
         return Watched(FromOldGym(own), tally.ended, calls, own)
 
-    return registered(told.environment, told.env_config, told.horizon, watched)
+    return registered(told.environment, told.env_config, told.horizon, watched), 1
+
+
+def _of_agents(stop: str, agents: int) -> str:
+    """Return a stop whose steps, each of all agents, are counted as one agent's."""
+    name, _, amount = stop.partition("=")
+    return f"steps={float(amount) * agents:.12g}" if name == "steps" else stop
 
 
 def _numbered(name: str, env_config: Mapping[str, Any]) -> Callable[[], Any]:

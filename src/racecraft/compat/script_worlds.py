@@ -59,8 +59,8 @@ class Described:
 
     name: str
     make: Callable[[], Any]
-    horizon: int
-    """Ticks after which an episode is cut; its value still follows."""
+    horizon: int | None
+    """Ticks after which an episode is cut, its value still follows; None: it ends by itself."""
     policies: Mapping[str, PolicyWords]
     policy_of: Callable[[Any], str]
     """Names an agent's policy."""
@@ -112,8 +112,6 @@ class ScriptWorld:
     described: ClassVar[Described]
     worlds_made: ClassVar[int] = 0
     """The first world that is made is learned in; others are judged in, and are not tallied."""
-    num_agents: ClassVar[int] = 1
-    """How many the last one that was made has."""
 
     def __init__(self, num_worlds: int) -> None:
         told, offered_as = self.described, _class_with(type(self), "described")
@@ -124,8 +122,7 @@ class ScriptWorld:
         if self._listener is not None:
             for env in self._envs:
                 self._listener.on_env(getattr(env, "env", env) if isinstance(env, SoleAgent) else env)
-        self._agents = _agents_of(self._envs[0])
-        offered_as.num_agents = len(self._agents)
+        self._agents = agents_of(self._envs[0])
         self._place = {agent: m for m, agent in enumerate(self._agents)}
         self._policy = [_policy_of(told, agent) for agent in self._agents]
         used = [name for name in told.policies if name in self._policy]
@@ -234,7 +231,8 @@ class ScriptWorld:
         self._history[n].append(np.array(actions))
         self._steps[n] += 1
         is_over, is_cut = bool(terminated.get(ALL, False)), bool(truncated.get(ALL, False))
-        is_cut = is_cut or (not is_over and self._steps[n] >= self.described.horizon)
+        horizon = self.described.horizon
+        is_cut = is_cut or (horizon is not None and not is_over and self._steps[n] >= horizon)
         for m, agent in enumerate(self._agents):
             reward = rewards.get(agent, 0.0)
             self._earned[n, m] += reward
@@ -367,12 +365,6 @@ def offered(described: Described) -> str:
     return f"{PLACE}:{name}"
 
 
-def agents_in(environment: str) -> int:
-    """Return how many agents an episode of an environment has, once one was made; one where it is not of `offered`."""
-    place, _, name = environment.partition(":")
-    return int(globals()[name].num_agents) if place == PLACE else 1
-
-
 def asked_to_begin(env: Any, seed: int) -> Any:
     """Begin an episode of a script's environment and return what it shows."""
     if callable(getattr(env, "seed", None)):
@@ -395,7 +387,7 @@ def shows_mask(env: Any) -> bool:
     return isinstance(mask, spaces.Box) and mask.shape == (int(does.n),) and len(seen.spaces) > 1
 
 
-def _agents_of(env: Any) -> list[Any]:
+def agents_of(env: Any) -> list[Any]:
     """Return every agent, sorted by name; those of the first reset, and those that the environment names."""
     seen = call_env(env, "reset")
     seen = seen[0] if isinstance(seen, tuple) else seen

@@ -186,6 +186,14 @@ def make(id: str, **words: Any) -> Env[Any, Any]:
     return _Made(gymnasium.make(id, **words))
 
 
+def register(id: str, entry_point: Any, **words: Any) -> None:
+    """Register an environment; see `envs.registration`, which needs this module."""
+    from racecraft.compat.names.gym.envs import registration
+
+    registration.register(id, entry_point, **words)
+
+
 __all__ = [
-    "ActionWrapper", "Env", "ObservationWrapper", "RewardWrapper", "Wrapper", "error", "make", "spaces", "utils",
+    "ActionWrapper", "Env", "ObservationWrapper", "RewardWrapper", "Wrapper", "error", "make", "register", "spaces",
+    "utils",
 ]  # fmt: skip

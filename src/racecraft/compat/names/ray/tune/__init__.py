@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from racecraft.compat.names.ray.tune import registry
-from racecraft.compat.rllib_config import EXPERIMENT_WORDS
 from racecraft.compat.rllib_training import train_experiment
+from racecraft.compat.rllib_words import EXPERIMENT_WORDS
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import SettingError
 from racecraft.training.trainer import Trained
