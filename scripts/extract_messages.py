@@ -1,7 +1,7 @@
 """Write the catalogue of every sentence that may be translated: `python scripts/extract_messages.py messages.pot`.
 
 Errors and `Message`s of Python (their templates; of a file's errors what was found, what is expected, the hint),
-and what templates (`_("…")`) and modules of pages (`t("…")`) mark; none marks anything yet. A translator writes
+what templates (`_("…")`) and modules of pages (`t("…")`) mark, and the texts of the lessons. A translator writes
 LANGUAGE/LC_MESSAGES/racecraft.po from it, and `pybabel compile` makes the .mo that is read (src/racecraft/i18n).
 """
 
@@ -15,6 +15,8 @@ from pathlib import Path
 from babel.messages.catalog import Catalog
 from babel.messages.extract import extract_from_file
 from babel.messages.pofile import write_po
+
+from racecraft.lessons.reading import messages
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "racecraft"
@@ -46,13 +48,16 @@ def collect(source: Path = SOURCE) -> Catalog:
         for line, text in _of_python(tree, kinds, placed):
             catalogue.add(text, locations=[(str(path.relative_to(source)), line)])
     for pattern, method, keywords in (
-        ("pages/**/*.html", "jinja2.ext:babel_extract", {"_": None}),
-        ("pages/**/*.js", "javascript", {"t": None}),
+        ("**/*.html", "jinja2.ext:babel_extract", {"_": None}),
+        ("**/*.js", "javascript", {"t": None}),
     ):
         for path in sorted(source.rglob(pattern)):
             if "vendor" not in path.parts:
                 for line, text, *_ in extract_from_file(method, path, keywords=keywords):
                     catalogue.add(text, locations=[(str(path.relative_to(source)), line)])
+    for path in sorted(source.rglob("lessons/texts/*.md")):
+        for line, text in messages(path.read_text("utf-8"), path.name):
+            catalogue.add(text, locations=[(str(path.relative_to(source)), line)])
     return catalogue
 
 

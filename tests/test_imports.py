@@ -22,7 +22,7 @@ LAYERS = (
     "analysis", "export", "training", "notebooks",
     "accounts", "jobs", "league", "cluster",
     "sagemaker", "compat", "estimator",
-    "serving", "actions", "console", "cli",
+    "serving", "actions", "lessons", "console", "cli",
     "kind",
 )  # fmt: skip
 """From the lowest up, one order for the core's packages and for those inside a world."""
@@ -48,7 +48,7 @@ HEAVY = {
     "tensorflow": {"export"},
     "pandas": {"analysis", "jobs", "logs", "sagemaker"},
     "boto3": {"storage"},
-    "starlette": {"web", "serving", "console"},
+    "starlette": {"web", "serving", "lessons", "console"},
     "uvicorn": {"web"},
     "jinja2": {"pages"},
 }

@@ -160,6 +160,9 @@ class WorldKind:
     """A subclass of `racecraft.console.parts.WorldParts`: what its runs show in lists, and the form in which a model
     is made. Default: score and curves, and no form."""
 
+    lessons: str = ""
+    """A package as `racecraft.lessons.own`: TEXTS, CHECKS and MODULES of lessons about this world. Default: none."""
+
     pictures: str = ""
     """Function (trained: training.trainer.Trained, pictures: bool, progress) -> dict, after a training: leaves pictures
     and pages in the run folder, where `pictures`, and returns their paths by kind. Default: the run's report."""

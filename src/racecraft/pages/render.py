@@ -7,6 +7,7 @@ errors. Inside a template:
     {% set modules = ["chart.js"] %}   in a template that extends `document.html`: its modules and what they import
     {{ data(value) }}            JSON for a module, in a script element that runs nothing; NaN becomes null
     {{ asset("logo.svg") }}      an address
+    {{ _("Lessons") }}           a text in the reader's language
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 from markupsafe import Markup
 
+from racecraft.contract.message import translate
 from racecraft.pages.assets import asset, imported
 from racecraft.pages.plain_json import plain_json
 from racecraft.pages.resources import read_resource
@@ -84,7 +86,7 @@ def environment(inline: bool) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= _assets(inline) | {"data": _data, "inline": inline}
+    made.globals |= _assets(inline) | {"data": _data, "inline": inline, "_": translate}
     made.filters |= WORDS
     return made
 

@@ -1,0 +1,115 @@
+"""Train what the car lessons show, again and with this version: `python scripts/make_lesson_material.py [FOLDER]`.
+
+    curves.json     3 learning rates × 3 seeds: progress of each iteration (lesson 9)
+    tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
+    learning.json   a car's drives while it learned: one drive an iteration, 15 poses a second (lesson 1)
+
+Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
+is not trained again. About 25 minutes on two cores. Versions, machine and seeds are written into each file.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+import racecraft
+
+TARGET = Path(__file__).resolve().parents[1] / "src/racecraft/worlds/deepracer/lessons/material"
+RATES, SEEDS, ITERATIONS = ("3e-5", "3e-4", "3e-3"), (1, 2, 3), 20
+TRAINED = {
+    "reinvent_base": ["--track", "reinvent_base"],
+    "Oval_track": ["--track", "Oval_track"],
+    "Bowtie_track": ["--track", "Bowtie_track"],
+    "three tracks": ["--tracks", "reinvent_base,Oval_track,Bowtie_track"],
+}
+JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "China_track")
+MATRIX_ITERATIONS = {"three tracks": 60}
+STARTS = 5
+
+
+def main() -> None:
+    """Train what is missing, and write the files."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="lesson-material-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    write("curves.json", curves(folder))
+    write("learning.json", learning(folder / f"rate-{RATES[1]}-1"))
+    write("tracks.json", tracks(folder))
+
+
+def curves(folder: Path) -> dict[str, Any]:
+    """Return progress of each iteration, while training and greedy, by learning rate and seed."""
+    rows = []
+    for rate in RATES:
+        for seed in SEEDS:
+            run = train(folder / f"rate-{rate}-{seed}", ITERATIONS, seed, "--set", f"ppo.learning_rate={rate}")
+            lines = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+            rows.append({
+                "rate": rate, "seed": seed,
+                "training": [round(line["training_score"], 1) for line in lines],
+                "evaluated": [[line["iteration"], round(line["evaluation_score"], 1)] for line in lines
+                              if line.get("evaluation_score") is not None],
+                "entropy": [round(line["entropy"], 3) for line in lines],
+            })  # fmt: skip
+    return {"track": "reinvent_base", "rows": rows}
+
+
+def learning(run: Path) -> dict[str, Any]:
+    """Return one drive of each iteration: x and y in cm."""
+    drives = []
+    for path in sorted((run / "episodes").glob("*.parquet"), key=lambda one: int(one.stem)):
+        table = pl.read_parquet(path)
+        first = table.filter(pl.col("episode") == table["episode"][0])
+        xy = (100 * first.select("x_m", "y_m").to_numpy()).round().astype(int)
+        drives.append({
+            "iteration": int(path.stem), "reward": round(float(first["reward"].sum()), 1),
+            "progress": round(100 * float(first["progress_share"].max()), 1),
+            "x": xy[:, 0].tolist(), "y": xy[:, 1].tolist(), "status": first["status"][-1],
+        })  # fmt: skip
+    return {"track": "reinvent_base", "tick_seconds": 1 / 15, "drives": drives}
+
+
+def tracks(folder: Path) -> dict[str, Any]:
+    """Return the share of the lap that each car completes on each track, from five starts."""
+    rows = []
+    for name, words in TRAINED.items():
+        run = train(folder / f"on-{name.replace(' ', '-')}", MATRIX_ITERATIONS.get(name, 30), 1, *words)
+        found = racecraft_json("evaluate", str(run), "--tracks", ",".join(JUDGED), "--laps", str(STARTS), "--json")
+        rows.append({"trained": name, "judged": found})
+    return {"columns": JUDGED, "starts": STARTS, "rows": rows}
+
+
+def train(run: Path, iterations: int, seed: int, *words: str) -> Path:
+    """Train a run unless it is there; return it."""
+    if not (run / "metrics.jsonl").is_file():
+        racecraft_json(
+            "train", "--run", str(run), "--stop", f"iterations={iterations}", "--seed", str(seed), "--no-pictures",
+            "--json", *words,
+        )  # fmt: skip
+    return run
+
+
+def racecraft_json(*words: str) -> Any:
+    """Return what the last line of a command says."""
+    done = subprocess.run([sys.executable, "-m", "racecraft", *words], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def write(name: str, told: dict[str, Any]) -> None:
+    """Write a file with what it was made with."""
+    made = {"racecraft": racecraft.__version__, "python": platform.python_version(), "machine": platform.machine()}
+    text = json.dumps({"format": "racecraft lesson material", "version": 1, "made": made} | told, separators=(",", ":"))
+    TARGET.mkdir(parents=True, exist_ok=True)
+    (TARGET / name).write_text(text, encoding="utf-8")
+    print(f"{name}: {len(text) / 1024:.0f} KiB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""What a pupil answered, and what a check says of it. Begin with `Verdict`.
+
+A check is a function of an `Answer` that runs something and reads its result. It names a case; the lesson's text holds
+the words for it. No check reads the text of code, and none compares with one right string.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from racecraft.contract.errors import UserInputError
+from racecraft.lessons.lesson import Exercise
+
+State = Literal["passed", "seen", "run", "tried"]
+"""passed: done. seen: a prediction whose run was seen. run: the run is shown, its reason is still asked. tried: not
+yet."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a check found."""
+
+    state: State
+    case: str = ""
+    """Which feedback the text holds for it; "": why it passed."""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    """Numbers of the run, for the feedback's {names}."""
+    table: tuple[Sequence[str], Sequence[Sequence[Any]]] | None = None
+    """Heads and rows of what the run showed."""
+
+
+class AnswerError(UserInputError):
+    """An answer lacks something, or holds what cannot be read; it counts as no try."""
+
+
+class Answer:
+    """What a pupil gave, by the names of the exercise's fields.
+
+    Args:
+        exercise: What was asked.
+        given: As it came, from JSON.
+    """
+
+    def __init__(self, exercise: Exercise, given: Mapping[str, Any]) -> None:
+        self.exercise, self._given = exercise, given
+        self.arguments = exercise.arguments
+        self._fields = {one.name: one for one in exercise.fields}
+
+    def has(self, name: str) -> bool:
+        """Tell whether a field was filled in."""
+        return self._given.get(name) not in (None, "", [])
+
+    def number(self, name: str) -> float:
+        """Return a number within the field's range.
+
+        Raises:
+            AnswerError: It is missing, no number, or outside.
+        """
+        value, asked = self._given.get(name), self._fields[name]
+        try:
+            found = float(str(value).replace(",", ".").replace("−", "-").strip())
+        except ValueError:
+            found = math.nan
+        if not asked.low <= found <= asked.high:
+            raise AnswerError(
+                "{label}: found {value!r}; expected a number from {low:g} to {high:g}.",
+                label=asked.label, value=value, low=asked.low, high=asked.high,
+            )  # fmt: skip
+        return found
+
+    def choice(self, name: str) -> str:
+        """Return the value of a chosen option.
+
+        Raises:
+            AnswerError: None was chosen.
+        """
+        value, asked = self._given.get(name), self._fields[name]
+        if value not in asked.options:
+            raise AnswerError("{label}: nothing is chosen; choose one.", label=asked.label)
+        return str(value)
+
+    def code(self, name: str) -> str:
+        """Return a pupil's code.
+
+        Raises:
+            AnswerError: There is none, or more than 20,000 characters.
+        """
+        value = self._given.get(name)
+        if not isinstance(value, str) or not value.strip() or len(value) > 20_000:
+            raise AnswerError("{label}: no code; write it into the field.", label=self._fields[name].label)
+        return value
+
+    def taken(self, name: str) -> Any:
+        """Return what a figure gave.
+
+        Raises:
+            AnswerError: Nothing was done in the figure.
+        """
+        if not self.has(name):
+            raise AnswerError("Nothing has happened in the figure yet; use it, then check.")
+        return self._given[name]
+
+
+Check = Callable[[Answer], Verdict]
+
+
+def passed(**values: Any) -> Verdict:
+    """Return that the exercise is done."""
+    return Verdict("passed", values=values)
+
+
+def tried(case: str, **values: Any) -> Verdict:
+    """Return that it is not done yet, and which feedback says what to try."""
+    return Verdict("tried", case, values)
+
+
+def predicted(answer: Answer, reason: str, right: str, table: Any = None, **values: Any) -> Verdict:
+    """Return the verdict of a prediction whose run is done: a wrong prediction counts as well, once its reason is told.
+
+    Args:
+        answer: Holds the reason, once the run was shown.
+        reason: Name of the field.
+        right: The reason that the run shows.
+        table: What the run showed.
+        values: Numbers of the run.
+    """
+    if not answer.has(reason):
+        return Verdict("run", "run", values, table)
+    chosen = answer.choice(reason)
+    if chosen == right:
+        return Verdict("seen", values=values, table=table)
+    return Verdict("run", chosen, values, table)

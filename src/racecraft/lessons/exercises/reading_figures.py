@@ -1,0 +1,51 @@
+"""What figures give to checks: drives and grids, as they come from a page. Nothing in them is trusted."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from racecraft.lessons.checking import Answer, AnswerError
+from racecraft.lessons.models.grid import MOST_MOVES, Drive, Grid, drive, make_grid
+
+MOST_COLUMNS, MOST_PAY = 60, 100.0
+
+
+def drive_of(answer: Answer, name: str) -> tuple[Grid, Drive]:
+    """Return the grid of a figure and the drive in it: {"grid": …, "moves": [0, 1, 2, …]}.
+
+    Raises:
+        AnswerError: It is no drive.
+    """
+    told = answer.taken(name)
+    grid = grid_from(told.get("grid") if isinstance(told, dict) else None)
+    moves = told.get("moves")
+    if (
+        not isinstance(moves, list)
+        or not moves
+        or len(moves) > MOST_MOVES
+        or not all(one in (0, 1, 2) for one in moves)
+    ):
+        raise AnswerError("There is no drive in the figure yet; drive with its buttons or the arrow keys, then check.")
+    return grid, drive(grid, [int(one) for one in moves])
+
+
+def grid_from(told: Any) -> Grid:
+    """Return a grid from what a figure gives: columns, pays, goal, moves, changed (row, column, pay).
+
+    Raises:
+        AnswerError: It is no grid.
+    """
+    try:
+        columns = int(told["columns"])
+        if not 3 <= columns <= MOST_COLUMNS:
+            raise ValueError
+        grid = make_grid(columns, str(told.get("pays", "centre")), float(told.get("goal", 2.0)), str(told["moves"]))
+        pay = [list(row) for row in grid.pay]
+        for row, column, value in told.get("changed", []):
+            if not (0 <= row < grid.rows and 0 <= column < columns and abs(value) <= MOST_PAY and math.isfinite(value)):
+                raise ValueError
+            pay[row][column] = float(value)
+    except (TypeError, KeyError, ValueError, IndexError):
+        raise AnswerError("The figure's grid cannot be read; load the page again.") from None
+    return Grid(tuple(map(tuple, pay)), grid.start, grid.goal, grid.moves)

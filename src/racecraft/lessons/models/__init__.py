@@ -1,0 +1,1 @@
+"""What the figures compute: worlds so small that numbers are exact. `modules/` has them in the browser."""

@@ -1,0 +1,69 @@
+"""Every exercise: a right answer passes, each listed misconception gets its own feedback, chance passes rarely."""
+
+import random
+
+import pytest
+from tests.lessons.answers import CASES, RIGHT, random_take
+
+from racecraft.lessons.checking import Answer
+from racecraft.lessons.course import course
+
+EXERCISES = {f"{lesson.id}/{one.id}": one for lesson in course().lessons for one in lesson.exercises}
+DONE = ("passed", "seen")
+TRIES = 200
+SLOW_TRIES = 20
+"""For checks that run many drives a try; 1,000 tries are the long test's."""
+
+
+def test_every_exercise_has_a_right_answer_and_one_for_each_misconception():
+    assert set(RIGHT) == set(EXERCISES)
+    for where, exercise in EXERCISES.items():
+        assert set(CASES.get(where, {})) == set(exercise.cases), where
+
+
+@pytest.mark.parametrize("where", EXERCISES)
+def test_a_right_answer_passes(answer, where):
+    told = answer(where, **RIGHT[where])
+    assert told["state"] in DONE, told
+    assert told["text"]
+    assert "{" not in told["text"]
+
+
+@pytest.mark.parametrize(("where", "case"), [(where, case) for where in CASES for case in CASES[where]])
+def test_a_misconception_gets_its_own_feedback(answer, where, case):
+    told = answer(where, **CASES[where][case])
+    assert told["state"] not in DONE
+    assert told["case"] == case, told
+    assert told["text"]
+    assert "{" not in told["text"]
+
+
+@pytest.mark.parametrize("where", [where for where, one in EXERCISES.items() if one.kind == "task"])
+def test_random_answers_pass_rarely(where):
+    exercise, check = EXERCISES[where], course().checks[EXERCISES[where].check]
+    rng = random.Random(where)
+    tries = SLOW_TRIES if any(one.kind == "code" for one in exercise.fields) else TRIES
+    lucky = sum(check(Answer(exercise, at_random(exercise, rng))).state in DONE for _ in range(tries))
+    assert lucky <= max(1, 0.05 * tries)
+
+
+def at_random(exercise, rng):
+    given = {}
+    for one in exercise.fields:
+        if one.kind == "number":
+            given[one.name] = f"{rng.uniform(one.low, one.high):.2f}"
+        elif one.kind == "choice":
+            given[one.name] = rng.choice(list(one.options))
+        elif one.kind == "code":
+            given[one.name] = one.code
+        else:
+            given[one.name] = random_take(exercise, one.name, rng)
+    return given
+
+
+@pytest.mark.parametrize("where", EXERCISES)
+def test_no_answer_is_no_try(answer, progress, where):
+    told = answer(where)
+    assert told["state"] == "unusable"
+    assert told["text"]
+    assert progress.of(where.split("/")[0]) == {}

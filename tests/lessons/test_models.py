@@ -1,0 +1,99 @@
+"""The figures' models: the design's numbers, and the browser's twin equal to Python on random cases."""
+
+import json
+import random
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import racecraft.lessons
+from racecraft.lessons.models import grid as g
+from racecraft.lessons.models.chance import Chance
+
+MODULES = Path(racecraft.lessons.__file__).parent / "modules"
+NODE = shutil.which("node")
+
+
+def test_the_grid_has_the_numbers_of_its_exercises():
+    road = g.make_grid()
+    drives = list(g.every_drive(road))
+    assert len(drives) == 337
+    assert max(one.total for one in drives) == 12.0
+    assert sum(abs(one.total - 2.2) < 1e-9 for one in drives) == 6
+    assert [round(v, 2) for v in g.optimal_values(road, 0.9)[2]] == [9.37, 8.19, 6.88, 5.42, 3.8, 2.0, 0.0]
+    assert [round(v, 2) for v in g.random_values(road, 1.0)[2]] == [3.1, 2.81, 2.45, 2.0, 1.44, 0.73, 0.0]
+    reached = sum(3.0 ** -len(one.moves) for one in drives if one.ended == g.GOAL)
+    assert reached == pytest.approx(g.chance_to_reach(6))
+
+
+def grid_cases(count):
+    rng = random.Random(7)
+    for seed in range(count):
+        told = {
+            "columns": rng.randint(3, 9),
+            "pays": rng.choice(["centre", "goal"]),
+            "goal": 2,
+            "moves": rng.choice(["ahead", "free"]),
+        }
+        changed = [[rng.randrange(5), rng.randrange(told["columns"]), round(rng.uniform(-4, 4), 1)] for _ in range(3)]
+        yield {
+            "told": told, "changed": changed, "gamma": round(rng.uniform(0, 0.95), 2), "seed": seed,
+            "moves": [rng.randrange(3) for _ in range(9)],
+            "learning": {"alpha": round(rng.uniform(0.1, 1), 2), "epsilon": round(rng.random(), 2), "drives": 5},
+        }  # fmt: skip
+
+
+def in_python(case):
+    road = g.make_grid(case["told"]["columns"], case["told"]["pays"], 2.0, case["told"]["moves"])
+    for row, column, pay in case["changed"]:
+        road = g.with_pay(road, (row, column), pay)
+    chance = Chance(case["seed"])
+    q, totals = g.learn(road, g.Learning(gamma=case["gamma"], **case["learning"]), chance)
+    return {
+        "values": g.optimal_values(road, case["gamma"]), "random": g.random_values(road, case["gamma"]),
+        "total": g.drive(road, case["moves"]).total, "best": list(g.best_drive(road, case["gamma"]).moves),
+        "q": q, "totals": totals, "greedy": list(g.greedy_drive(road, q, chance).moves),
+    }  # fmt: skip
+
+
+GRID_SCRIPT = """
+import * as g from "MODULES/grid.js";
+import { readFileSync } from "node:fs";
+const found = JSON.parse(readFileSync(0, "utf8")).map(one => {
+  const road = g.makeGrid(one.told), chance = new g.Chance(one.seed);
+  for (const [row, column, pay] of one.changed) road.pay[row][column] = pay;
+  const { q, totals } = g.learn(road, { gamma: one.gamma, ...one.learning }, chance);
+  return { values: g.optimalValues(road, one.gamma), random: g.randomValues(road, one.gamma),
+    total: g.drive(road, one.moves).total,
+    best: g.bestDrive(road, one.gamma).moves, q, totals, greedy: g.greedyDrive(road, q, chance).moves };
+});
+console.log(JSON.stringify(found));
+"""
+
+
+def in_node(script, cases):
+    code = script.replace("MODULES", MODULES.as_uri())
+    done = subprocess.run(
+        [NODE, "--input-type=module", "-e", code], input=json.dumps(cases), capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout)
+
+
+def same(ours, theirs):
+    if isinstance(ours, dict):
+        return ours.keys() == theirs.keys() and all(same(ours[key], theirs[key]) for key in ours)
+    if isinstance(ours, list | tuple):
+        return len(ours) == len(theirs) and all(map(same, ours, theirs))
+    return ours == pytest.approx(theirs, abs=1e-9)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_computes_the_grid_as_python_does():
+    cases = list(grid_cases(1000))
+    for case, theirs in zip(cases, in_node(GRID_SCRIPT, cases), strict=True):
+        ours = in_python(case)
+        assert same(ours, theirs), case
+    cases[0]["gamma"] = 0.95 - cases[0]["gamma"]
+    assert not same(in_python(cases[0]), in_node(GRID_SCRIPT, [dict(cases[0], gamma=0.5)])[0]), "the test can fail"
