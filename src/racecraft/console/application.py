@@ -16,7 +16,19 @@ from racecraft.accounts.people import Person
 from racecraft.accounts.sessions import Sessions
 from racecraft.accounts.store import Accounts
 from racecraft.console.index import Index
-from racecraft.console.pages import compare, create, garage, imports, jobs, kept, model, people, settings, sign_in
+from racecraft.console.pages import (
+    compare,
+    create,
+    garage,
+    imports,
+    jobs,
+    kept,
+    lessons,
+    model,
+    people,
+    settings,
+    sign_in,
+)
 from racecraft.console.parts import parts_of
 from racecraft.console.personal import PersonalConsoles
 from racecraft.console.race_watch import LOOK_SECONDS, RaceWatch
@@ -41,6 +53,7 @@ SECTIONS: tuple[Section, ...] = (
     create.SECTION,
     imports.SECTION,
     people.SECTION,
+    lessons.SECTION,
     jobs.SECTION,
     settings.SECTION,
     kept.SECTION,

@@ -59,7 +59,7 @@ class Progress:
             self._write(told)
             return int(row["tries"])
 
-    def forget(self, lesson: str) -> None:
+    def clear(self, lesson: str) -> None:
         """Begin a lesson anew."""
         with self._lock:
             told = self._read()

@@ -87,7 +87,7 @@ def lesson_routes(lessons: Lessons) -> list[BaseRoute]:
         return json_answer(await run_in_threadpool(checked, lessons, *names, given))
 
     async def begin_anew(request: Request) -> Response:
-        lessons.progress.forget(request.path_params["lesson"])
+        lessons.progress.clear(request.path_params["lesson"])
         return json_answer({})
 
     def words(request: Request) -> Response:
