@@ -10,16 +10,21 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.stacking import joined, stacked_specs
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
 from racecraft.contract.world import (
     WorldSpec,
 )
 from racecraft.formats.demonstrations import Demonstrations, read_demonstrations
+
+MAX_STACK = 16
+"""Largest network.stack_size that recordings of single observations are stacked for."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,7 @@ def shown_tensors(
     Raises:
         SettingError: It was recorded in another world.
     """
-    shown = _as_named_in(spec, shown)
+    shown = _as_stacked_in(spec, _as_named_in(spec, shown))
     _require_same_world(spec, shown, asked_by)
     return DemonstrationBatch(
         {name: torch.from_numpy(shown.observations[name]).to(device) for name in names},
@@ -109,6 +114,27 @@ def _as_named_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
         return shown
     observations = {names[name]: part for name, part in shown.observations.items()}
     told = {**shown.spec, "observations": {names[name]: part for name, part in shown.spec["observations"].items()}}
+    return replace(shown, observations=observations, spec=told)
+
+
+def _as_stacked_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
+    """Return single observations as the stacks that a policy sees (network.stack_size), within each episode.
+
+    Before an episode has shown so many, its first one stands in for those that are missing.
+    """
+    single = PolicySpec.from_dictionary(shown.spec)
+    there = {name: part for name, part in single.observations.items() if not part.privileged}
+    wanted = {name: part.shape for name, part in spec.observations.items() if not part.privileged}
+    for size in range(2, MAX_STACK + 1):
+        stacks = stacked_specs(there, size)
+        if {name: part.shape for name, part in stacks.items()} == wanted:
+            break
+    else:
+        return shown
+    back = np.arange(len(shown))[:, None] - np.arange(size)[::-1]
+    rows = np.maximum(back, np.searchsorted(shown.episode, shown.episode)[:, None])
+    observations = {name: joined(shown.observations[name][rows], there[name]) for name in there}
+    told = replace(single, observations=stacks).as_dictionary()
     return replace(shown, observations=observations, spec=told)
 
 

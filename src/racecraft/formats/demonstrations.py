@@ -13,7 +13,7 @@ The metadata says what the arrays mean (`spec`, as in a checkpoint's policy spec
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -110,4 +110,33 @@ def read_demonstrations(path: str | Path) -> Demonstrations:
         spec=told["spec"],
         action_mask=arrays.get("action_mask"),
         source=told.get("source", {}),
+    )
+
+
+def join_demonstrations(parts: Sequence[Demonstrations], source: Mapping[str, Any]) -> Demonstrations:
+    """Return the episodes of several recordings, one behind the other.
+
+    Args:
+        parts: One or more, all of the same `spec`.
+        source: Of the whole.
+
+    Raises:
+        ContractError: They are of different specs.
+    """
+    if any(part.spec != parts[0].spec for part in parts):
+        raise ContractError("recordings of {count} different specs; expected one.", count=len(parts))
+    masks = [part.action_mask for part in parts if part.action_mask is not None]
+    offsets = np.cumsum([0, *(part.num_episodes for part in parts)])
+    return Demonstrations(
+        observations={
+            name: np.concatenate([part.observations[name] for part in parts]) for name in parts[0].observations
+        },
+        actions=np.concatenate([part.actions for part in parts]),
+        reward=np.concatenate([part.reward for part in parts]),
+        episode=np.concatenate([part.episode + first for part, first in zip(parts, offsets, strict=False)]).astype(
+            np.int32
+        ),
+        spec=parts[0].spec,
+        action_mask=np.concatenate(masks) if masks else None,
+        source=dict(source),
     )

@@ -36,6 +36,7 @@ from racecraft.rollout.episodes import StepObserver
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import Callbacks, RunPathCallback, TrainingCallback
+from racecraft.training.cloned_start import clone_recording, is_recording
 from racecraft.training.custom_code import copy_code, own_code_in
 from racecraft.training.disk_forecast import DiskForecast, forecast
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
@@ -165,7 +166,8 @@ def train(
         place: Where the run folder is made; None: the next number under runs/.
         callback: Watches the training.
         say: Says a line to a person.
-        source: RUN, RUN:best, RUN:last or RUN:N, whose weights are begun with; None: fresh ones.
+        source: RUN, RUN:best, RUN:last or RUN:N, whose weights are begun with, or a file of recorded episodes, which
+            is cloned first; None: fresh ones.
 
     Raises:
         RunFolderError: The place is taken, or the weights do not fit.
@@ -338,7 +340,9 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
 
 
 def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
-    """Give a learner the weights of an earlier run or of a model of AWS's; optimiser and counts start from zero.
+    """Give a learner the weights of an earlier run, of a model of AWS's, or of a clone of recorded episodes.
+
+    Optimiser and counts start from zero.
 
     Returns:
         What is worth saying about them, a clause each.
@@ -346,6 +350,8 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
     Raises:
         UserInputError: As `weights_to_begin_with`.
     """
+    if is_recording(source):
+        return clone_recording(learner, Path(source), experiment.spec, experiment.settings, experiment.seed)
     mine = to_arrays(learner.state_dict())["network"]
     weights, notes = weights_to_begin_with(source, mine, experiment.kind, experiment.same_shape, experiment.fitted)
     learner.load_state_dict({"network": to_tensors(weights)})
