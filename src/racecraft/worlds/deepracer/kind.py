@@ -46,6 +46,7 @@ KIND = WorldKind(
         Command("check", f"{CLI}.check:check", TRAIN),
         Command("reward", f"{CLI}.reward:app", TRAIN),
         Command("train", f"{CLI}.train:train", TRAIN),
+        Command("drive", f"{CLI}.drive:drive", TRAIN),
         Command("explain", f"{CLI}.explain:explain", TRAIN),
         Command("league", f"{CLI}.league:app", JUDGE),
         Command("evaluate", f"{CLI}.evaluate:evaluate", JUDGE),

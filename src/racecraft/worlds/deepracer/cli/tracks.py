@@ -8,10 +8,12 @@ import typer
 
 from racecraft.actions.figures import Figures
 from racecraft.cli.from_request import command
+from racecraft.worlds.deepracer.actions.make_track import MadeTrack, make_track, print_track
 from racecraft.worlds.deepracer.actions.tracks import ImportedTracks, TrackList, import_tracks, list_tracks, show_track
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.tracks.catalogue import TrackSummary
+    from racecraft.worlds.deepracer.tracks.floor_print import FloorPrint
 
 
 TOLD_BY_DIRECTION = ("clockwise", "counter-clockwise")
@@ -61,7 +63,26 @@ def _show_track(facts: Figures) -> None:
         print(f"{key:14} {value}")
 
 
-app = typer.Typer(help="List the tracks, look at one, bring your own.", no_args_is_help=True)
+def _show_made(made: MadeTrack) -> None:
+    one, tape = made.track, made.tape
+    print(f"{one.name}: {one.length:.2f} m long, {one.width:.2f} m wide, {one.direction}; kept in {made.file}")
+    print(f"tape: {tape.borders_m:.1f} m borders, {tape.centre_m:.1f} m dashes, {tape.total_m:.1f} m in all")
+    for bend in made.bends:
+        print(f"remark: bend at {bend.text}")
+    print("What to try next:")
+    print(f"  racecraft drive {one.name}")
+    print(f"  racecraft tracks print {one.name} --out {one.name}.pdf")
+    print(f"  racecraft train --track {one.name}")
+
+
+def _show_printed(printed: FloorPrint) -> None:
+    print(f"{printed.file}: a plan and {printed.pages} pages {printed.paper} at 1:1; print at 100 %")
+    print(f"tape: {printed.tape.borders_m:.1f} m borders, {printed.tape.total_m:.1f} m in all")
+
+
+app = typer.Typer(help="List the tracks, look at one, make or print your own.", no_args_is_help=True)
 app.command("list")(command(list_tracks, _show_list, messages_aside=True))
 app.command("import")(command(import_tracks, _show_imported))
 app.command("show")(command(show_track, _show_track))
+app.command("make")(command(make_track, _show_made))
+app.command("print")(command(print_track, _show_printed))

@@ -10,12 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from racecraft.worlds.deepracer.tracks.smooth_line import running_length, smooth_line
 from racecraft.worlds.deepracer.tracks.track import Track
-
-FINE_M = 0.03
-"""Spacing at which the centre line is smoothed."""
-SMOOTHING_M = 0.12
-"""Standard deviation of the Gaussian."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,31 +62,6 @@ def road_frame(track: Track, spacing: float) -> RoadFrame:
     return RoadFrame(track.closed, step, xy, heading, _curvatures(heading, step, track.closed), left, right)
 
 
-def smooth_line(line: np.ndarray, closed: bool) -> np.ndarray:
-    """Return a polyline (K, 2) resampled every FINE_M and smoothed; a loop's last row repeats its first."""
-    arc = running_length(line)
-    count = max(16, round(arc[-1] / FINE_M))
-    stations = np.linspace(0.0, arc[-1], count + 1)
-    points = np.column_stack([np.interp(stations, arc, line[:, k]) for k in (0, 1)])
-    if closed:
-        smooth = _blur(points[:-1], arc[-1])
-        return np.concatenate([smooth, smooth[:1]])
-    # An open line is mirrored through its ends, which keeps them and their directions.
-    before, after = 2 * points[0] - points[:0:-1], 2 * points[-1] - points[-2::-1]
-    padded = np.concatenate([before, points, after])
-    smooth = _blur(padded, 3 * arc[-1])[count : 2 * count + 1]
-    return (
-        smooth
-        + np.linspace(0, 1, count + 1)[:, None] * (points[-1] - smooth[-1])
-        + (np.linspace(1, 0, count + 1)[:, None] * (points[0] - smooth[0]))
-    )
-
-
-def running_length(line: np.ndarray) -> np.ndarray:
-    """Return (K,) m along a polyline (K, 2) from its first row."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-
-
 def headings(xy: np.ndarray, closed: bool) -> np.ndarray:
     """Return (N,) rad, the direction at each point by central differences, without jumps of 2π."""
     step = np.roll(xy, -1, axis=0) - np.roll(xy, 1, axis=0) if closed else np.gradient(xy, axis=0)
@@ -103,12 +74,6 @@ def _curvatures(heading: np.ndarray, step: float, closed: bool) -> np.ndarray:
         return np.gradient(heading) / step
     turned = np.roll(heading, -1) - np.roll(heading, 1)
     return (np.mod(turned + np.pi, 2 * np.pi) - np.pi) / (2 * step)
-
-
-def _blur(points: np.ndarray, length: float) -> np.ndarray:
-    waves = np.fft.rfftfreq(len(points), length / len(points))
-    damping = np.exp(-2.0 * (np.pi * SMOOTHING_M * waves) ** 2)
-    return np.fft.irfft(np.fft.rfft(points, axis=0) * damping[:, None], len(points), axis=0)
 
 
 def _ray_lengths(start: np.ndarray, ray: np.ndarray, line: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from racecraft.contract.message import Message
 from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.user_folder import data_folder
 from racecraft.worlds.deepracer.tracks.catalogue import TrackSummary, known_name
-from racecraft.worlds.deepracer.tracks.importer import import_track, read_rows
+from racecraft.worlds.deepracer.tracks.importer import import_track, read_rows, route_file
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.tracks.track import Track
@@ -60,12 +60,33 @@ def add_track(path: str | Path, name: str = "", *, replace: bool = False) -> Tra
         OutputFileError: The library cannot be written.
     """
     track = check_track(path, name, replace=replace)
-    target = library_folder() / f"{track.name}.npy"
-    make_folder(target.parent)
     table = io.BytesIO()
     np.save(table, read_rows(path), allow_pickle=False)
-    write_atomic(target, table.getvalue())
+    _write(track.name, table.getvalue())
     return track
+
+
+def keep_track(track: Track, path: str | Path, *, replace: bool = False) -> None:
+    """Keep a track that was made here under its own name.
+
+    Args:
+        track: The circuit.
+        path: What it was made of, for messages.
+        replace: Whether a circuit of that name may be written over.
+
+    Raises:
+        TrackError: The name is not legal, or taken.
+        OutputFileError: The library cannot be written.
+    """
+    _require_legal(track.name, path)
+    _require_free(track.name, path, replace)
+    _write(track.name, route_file(track))
+
+
+def _write(name: str, table: bytes) -> None:
+    target = library_folder() / f"{name}.npy"
+    make_folder(target.parent)
+    write_atomic(target, table)
 
 
 def check_track(path: str | Path, name: str = "", *, replace: bool = False) -> Track:
