@@ -59,14 +59,35 @@ class Drafts:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def begin(self, kind: str, name: str, base: Mapping[str, Any] | None = None, cloned_from: str = "") -> Draft:
+    def begin(
+        self,
+        kind: str,
+        name: str,
+        base: Mapping[str, Any] | None = None,
+        cloned_from: str = "",
+        typed: Mapping[str, Any] | None = None,
+    ) -> Draft:
         """Return a new draft.
+
+        Args:
+            kind: The world.
+            name: Of the model.
+            base: Values of the model that is cloned.
+            cloned_from: That model.
+            typed: Values that are chosen already.
 
         Raises:
             OutputFileError: The folder cannot be written.
         """
         known = dict(base or {})
-        draft = Draft(id=secrets.token_hex(4), kind=kind, name=name, typed=known, base=known, cloned_from=cloned_from)
+        draft = Draft(
+            id=secrets.token_hex(4),
+            kind=kind,
+            name=name,
+            typed=known | dict(typed or {}),
+            base=known,
+            cloned_from=cloned_from,
+        )
         return self._write(draft)
 
     def find(self, key: str) -> Draft:

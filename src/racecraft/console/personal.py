@@ -53,9 +53,12 @@ class PersonalConsoles:
             raise WebError(401, NOT_SIGNED_IN, "sign in first.")
         pages = self._pages.get(person.owned) or await run_in_threadpool(self._of, person)
         route, matched = _match(pages.routes, scope)
-        try:
-            require(person, verb_of(str(getattr(route, "path", "")), scope["method"]))
+        try:  # a WebSocket acts
+            require(person, verb_of(str(getattr(route, "path", "")), scope.get("method", "WEBSOCKET")))
         except NotAllowedError as error:
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": 1008, "reason": "not_allowed"})
+                return
             raise WebError(403, "not_allowed", str(error)) from error
         refuses_own_code.set(bool(person.owned))
         scope.update(matched)

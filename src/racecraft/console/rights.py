@@ -24,6 +24,10 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/drafts/new": MODELS,
     "/drafts/{id}/{step}": MODELS,
     "/drafts/{id}/{step}/keep": MODELS,
+    "/drive": MODELS,
+    "/drive/{track}": MODELS,
+    "/drive/{track}/teach": MODELS,
+    "/drive/{track}/wheel": MODELS,
     "/events": ALL,
     "/import": MODELS,
     "/import/{name}": MODELS,
@@ -57,6 +61,12 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/people/{id}/role": Verb.APPOINT,
     "/pictures/{kind}/{key}.svg": ALL,
     "/settings": MODELS,
+    "/tracks": MODELS,
+    "/tracks/new": MODELS,
+    "/tracks/new/check": MODELS,
+    "/tracks/new/read": MODELS,
+    "/tracks/{track}": MODELS,
+    "/tracks/{track}.pdf": MODELS,
 }
 """By path, as routes name it: what reading and acting need, or (reading, acting). `.json` needs what its page needs."""
 

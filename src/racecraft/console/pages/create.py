@@ -75,7 +75,9 @@ def begin_draft(console: Console, request: Request) -> str:
         if not offered:
             raise SettingError("No installed world has a form; expected one that does. The command line trains them.")
         parts = parts_of(asked["kind"]) if asked.get("kind") else offered[0]
-        draft = drafts.begin(parts.kind.name, console.workspace.free(f"my-{parts.noun}"))
+        fields = {field.name for step in parts.steps({}) for field in step.fields}
+        typed = {name: value for name, value in asked.items() if name in fields}
+        draft = drafts.begin(parts.kind.name, console.workspace.free(f"my-{parts.noun}"), typed=typed)
     return _at(draft, parts.steps({})[0].key)
 
 

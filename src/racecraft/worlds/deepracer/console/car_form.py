@@ -12,6 +12,7 @@ from racecraft.worlds.deepracer.driving.known_laps import best_known_lap
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
 from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
 from racecraft.worlds.deepracer.tracks.catalogue import names, summary
+from racecraft.worlds.deepracer.tracks.library import own_names, own_summary
 
 TEMPLATES = "racecraft.worlds.deepracer.console"
 CAR, TOP_SPEED_MPS = "v6", 2.5
@@ -32,11 +33,11 @@ def _track() -> Step:
         title="Track",
         lead="Where the car drives. A short, wide track is learned soonest.",
         template=f"{TEMPLATES}/track.html",
-        data={"tracks": track_cards()},
+        data={"tracks": [*own_cards(), *track_cards()]},
         fields=(
             Field(
                 name="track", label="Track", default="reinvent_base", kind="choice",
-                choices=tuple((name, summary(name).title) for name in names()),
+                choices=tuple((card["name"], card["title"]) for card in (*own_cards(), *track_cards())),
                 names=(("--track", "a name of the list"), ("DR_", "DR_WORLD_NAME")),
             ),
             Field(
@@ -45,6 +46,14 @@ def _track() -> Step:
             ),
         ),
     )  # fmt: skip
+
+
+def own_cards() -> list[dict[str, Any]]:
+    """Return the same as `track_cards` of the user's own tracks, of which no lap is known."""
+    own = [own_summary(name) for name in own_names()]
+    return [
+        {"name": one.name, "title": one.name, "length": one.length, "width": one.width, "known": None} for one in own
+    ]
 
 
 @cache

@@ -9,6 +9,7 @@ from typing import Any
 
 from racecraft.console.form import Step
 from racecraft.console.parts import Card, Figure, Rows, WorldParts
+from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.chart import Chart, Level, Series
@@ -72,6 +73,12 @@ class CarParts(WorldParts):
 
             return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), asked)
         return super().tab_page(row, tab, asked)
+
+    def sections(self) -> Sequence[Section]:
+        """Return tracks and driving by hand."""
+        from racecraft.worlds.deepracer.console import driving, track_pages
+
+        return (track_pages.SECTION, driving.SECTION)
 
     def picture(self, key: str) -> str:
         """Return a track as the text of an SVG file."""

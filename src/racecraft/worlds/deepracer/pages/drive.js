@@ -178,14 +178,17 @@ class Drive extends HTMLElement {
     this.onMap = ([x, y]) => [left + (x - x0) * scale, top + (y1 - y) * scale];
     this.way = new Path2D();
     centre.forEach((point, k) => this.way[k ? "lineTo" : "moveTo"](...this.onMap(point)));
+    if (this.track.closed) this.way.closePath();
     this.wayWidth = Math.max(3, Math.hypot(inner[0][0] - outer[0][0], inner[0][1] - outer[0][1]) * scale);
   }
 
   drawMap(ghost) {
     const { map } = this.parts, pen = map.getContext("2d");
     pen.clearRect(0, 0, map.width, map.height);
-    pen.lineJoin = "round"; pen.lineWidth = this.wayWidth; pen.strokeStyle = this.track.colours.road; pen.stroke(this.way);
-    pen.lineWidth = 1; pen.strokeStyle = token("--map-kerb"); pen.stroke(this.way);
+    pen.lineJoin = "round";
+    for (const [width, colour] of [[this.wayWidth + 3, token("--map-kerb")], [this.wayWidth, this.track.colours.road]]) {
+      pen.lineWidth = width; pen.strokeStyle = colour; pen.stroke(this.way);
+    }
     for (const [pose, colour, size] of [[ghost, "--map-other", 4], [this.shown, "--map-chosen", 5.5]]) {
       if (!pose) continue;
       const [x, y] = this.onMap(pose);

@@ -73,7 +73,7 @@ export class RoadView {
     };
     const { long, wide, high } = CAR, mid = 0.06, dark = token("--map-edge");
     pen.globalAlpha = alpha;
-    for (const [u, v, turn] of [[0.12, wide, steering], [0.12, -wide, steering], [-0.1, wide, 0], [-0.1, -wide, 0]]) {
+    for (const [u, v, turn] of [[0.1, wide, steering], [0.1, -wide, steering], [-0.1, wide, 0], [-0.1, -wide, 0]].map(([u, v, turn]) => [u, 1.12 * v, turn])) {
       const a = 0.035 * Math.cos(turn), b = 0.035 * Math.sin(turn);
       face([[u - a, v - b, 0], [u + a, v + b, 0], [u + a, v + b, 0.05], [u - a, v - b, 0.05]], dark);
     }

@@ -19,6 +19,8 @@ STEP_M = 0.15
 WIDTH_M, SMOOTHING_M = 0.76, 0.2
 """The road of re:Invent 2018; and what rounds the corners of a hand-drawn line."""
 LONGEST_M = 200.0
+FEW_POINTS_M = 0.3
+"""A line whose points lie farther apart was clicked: it becomes a curve through them."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def make_track(drawing: Drawing, plan: RoadPlan, name: str, path: str | Path) ->
         TrackError: The line crosses itself or bends so tightly that a border folds.
     """
     closed = drawing.closed if plan.closed is None else plan.closed
-    line = _centred(drawing.points, closed, _scale(drawing, plan, closed))
+    line = _rounded(_centred(drawing.points, closed, _scale(drawing, plan, closed)), closed)
     length = running_length(line)[-1]
     if not 1.0 <= length <= LONGEST_M:
         raise TrackError(
@@ -103,6 +105,30 @@ def _centred(points: np.ndarray, closed: bool, scale: float) -> np.ndarray:
     line = points * scale
     line = line - 0.5 * (line.min(axis=0) + line.max(axis=0))
     return np.concatenate([line, line[:1]]) if closed else line
+
+
+def _rounded(line: np.ndarray, closed: bool) -> np.ndarray:
+    """Return a line of few points as a curve through them (Catmull and Rom, centripetal); one of many stays."""
+    if running_length(line)[-1] / len(line) < FEW_POINTS_M:
+        return line
+    ends = (line[-2:-1], line[1:2]) if closed else (2 * line[:1] - line[1:2], 2 * line[-1:] - line[-2:-1])
+    padded = np.concatenate([ends[0], line, ends[1]])
+    share = np.linspace(0.0, 1.0, 24, endpoint=False)[:, None]
+    pieces = [_curve(*padded[row : row + 4], share) for row in range(len(line) - 1)]
+    return np.concatenate([*pieces, line[-1:]])
+
+
+def _curve(before: np.ndarray, a: np.ndarray, b: np.ndarray, after: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return the curve from a to b at shares (S, 1) of its parameter, (S, 2)."""
+    t1, t2, t3 = np.cumsum([max(float(np.hypot(*step)) ** 0.5, 1e-9) for step in (a - before, b - a, after - b)])
+    t = t1 + share * (t2 - t1)
+    first = (t1 - t) / t1 * before + t / t1 * a
+    middle = (t2 - t) / (t2 - t1) * a + (t - t1) / (t2 - t1) * b
+    last = (t3 - t) / (t3 - t2) * b + (t - t2) / (t3 - t2) * after
+    left = (t2 - t) / t2 * first + t / t2 * middle
+    right = (t3 - t) / (t3 - t1) * middle + (t - t1) / (t3 - t1) * last
+    curve: np.ndarray = (t2 - t) / (t2 - t1) * left + (t - t1) / (t2 - t1) * right
+    return curve
 
 
 def _stations(line: np.ndarray) -> np.ndarray:
