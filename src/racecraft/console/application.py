@@ -26,7 +26,9 @@ from racecraft.console.pages import (
     lessons,
     model,
     people,
+    racer,
     settings,
+    show,
     sign_in,
 )
 from racecraft.console.parts import parts_of
@@ -52,6 +54,8 @@ SECTIONS: tuple[Section, ...] = (
     compare.SECTION,
     create.SECTION,
     imports.SECTION,
+    racer.SECTION,
+    show.SECTION,
     people.SECTION,
     lessons.SECTION,
     jobs.SECTION,

@@ -61,6 +61,16 @@ class LeagueWorld(Protocol):
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Drive again by the actions that a drive has recorded in its folder."""
 
+    def shown(self, folder: Path, track: str) -> dict[str, Any]:
+        """Return a judged drive as a page shows it from above.
+
+        `inner` and `outer` border of the road, (x, y) each in metres, x east, y north; `closed`; `tick_seconds`; and
+        `cars`, each with x, y, lap_seconds and laps by tick.
+
+        Raises:
+            UserInputError: Its files are missing or damaged.
+        """
+
     def canonical_track(self, name: str) -> str:
         """Return the name by which boards compare a track.
 

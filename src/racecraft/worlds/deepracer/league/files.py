@@ -26,12 +26,11 @@ from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.files.model_metadata import read_model_metadata
 from racecraft.worlds.deepracer.files.simulation_log import log_head, trace_lines
 from racecraft.worlds.deepracer.league.drives import ACTIONS, COUNTS, CarDrive
+from racecraft.worlds.deepracer.league.replay import KIND, REPLAY
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.training.aws.head_to_head_files import write_aws_heads
 from racecraft.worlds.deepracer.training.aws.race_evaluation import write_aws_race
 
-REPLAY = "drive.safetensors"
-KIND = "racecraft drive"
 TRACE = "leaderboard-simtrace/0-iteration.csv"
 LOG = "logs/leaderboard/leaderboard.log"
 REPLAYED = ("front_x", "front_y", "yaw", "driven_speed", "driven_steering", "progress", "lap_seconds", "status", "laps")
@@ -58,15 +57,6 @@ def recorded_in(folder: Path, cars: int) -> list[dict[str, Array]]:
     places = [folder] if cars == 1 else [folder / f"car-{number}" for number in range(1, cars + 1)]
     found = [read_tensors(place / REPLAY, KIND)[0] for place in places]
     return [{name: arrays[name] for name in (ACTIONS, COUNTS)} for arrays in found]
-
-
-def read_replay(file: Path) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return a drive's columns by name, (T,) each, and its card: track, driven direction, seconds of a tick.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-    """
-    return read_tensors(file, KIND)
 
 
 def _files(drive: CarDrive) -> dict[str, bytes]:

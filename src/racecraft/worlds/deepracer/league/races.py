@@ -1,4 +1,7 @@
-"""Cars in a league. Begin with `CarLeague`, which the world's kind names."""
+"""Cars in a league. Begin with `CarLeague`, which the world's kind names.
+
+What drives is imported when something drives: pages ask for boards and replays alone.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.league.world_part import Driven, DriveOrder
-from racecraft.worlds.deepracer.league.rules import CarRules
 
 
 class CarLeague:
@@ -16,6 +18,7 @@ class CarLeague:
     def admit(self, source: str, folder: Path, rules: Mapping[str, Any]) -> dict[str, Any]:
         """Copy a car, check it, and return its facts; see `entry.admit_car`."""
         from racecraft.worlds.deepracer.league.entry import admit_car
+        from racecraft.worlds.deepracer.league.rules import CarRules
 
         return admit_car(source, folder, CarRules.from_dictionary(rules))
 
@@ -27,7 +30,15 @@ class CarLeague:
 
     def describe(self, rules: Mapping[str, Any], tracks: Sequence[str]) -> list[str]:
         """Return the rules, a line each."""
+        from racecraft.worlds.deepracer.league.rules import CarRules
+
         return CarRules.from_dictionary(rules).describe()
+
+    def shown(self, folder: Path, track: str) -> dict[str, Any]:
+        """Return the road and where each car of a drive was."""
+        from racecraft.worlds.deepracer.league.shown import shown_drive
+
+        return shown_drive(folder, track)
 
     def canonical_track(self, name: str) -> str:
         """Return a track's own name, however it was spelt."""
@@ -52,6 +63,7 @@ class CarLeague:
     def _driven(self, order: DriveOrder, recorded: Path | None) -> Driven:
         from racecraft.worlds.deepracer.league.drives import drive_cars
         from racecraft.worlds.deepracer.league.files import files_of, recorded_in
+        from racecraft.worlds.deepracer.league.rules import CarRules
         from racecraft.worlds.deepracer.players.trained_car import load_trained_car
         from racecraft.worlds.deepracer.tracks.catalogue import load_track
 

@@ -1,0 +1,133 @@
+"""A race for an audience: a large board, and each judged drive from above before its result moves the board."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from racecraft.console.section import Section
+from racecraft.console.service import Console, Page, page_routes
+from racecraft.contract.errors import UserInputError
+from racecraft.league.board import board_of, score_text, titles_of
+from racecraft.league.heats import latest_of_each
+from racecraft.league.race import SOLO, Entry, Race, Result
+from racecraft.league.scoring import ranking_text
+from racecraft.league.store import League
+from racecraft.league.world_part import league_world
+from racecraft.web.answers import json_answer
+from racecraft.web.errors import WebError
+
+ROWS = 12
+"""Of the board; more cannot be read from ten metres."""
+HEATS = 20
+"""The newest ones, from which the page takes those that it has not shown yet."""
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of the show."""
+
+    def drive(request: Request) -> Response:
+        return json_answer(shown_drive(console, request))
+
+    return [
+        *page_routes(console, "/races/{id}/show", show_page),
+        Route("/races/{id}/drives/{heat}/{number:int}", drive),
+    ]
+
+
+def show_page(console: Console, request: Request) -> Page:
+    """Return what a projector shows of a race."""
+    race, league = race_of(console, request)
+    entries, results = league.entries(race.id), league.results(race.id)
+    board = board_of(race, entries, results)
+    newest = sorted(results.values(), key=lambda one: one.judged)[-HEATS:]
+    leader = next((row.heat for row in board.rows if row.place == 1), "")
+    score, gap = titles_of(race)
+    return Page(
+        "show.html",
+        race.title,
+        {
+            "race": race.id,
+            "tracks": list(race.tracks),
+            "ranking": ranking_text(race),
+            "is_open": race.is_open(time.time()),
+            "closes": race.closes,
+            "heads": [score, gap],
+            "rows": [
+                {
+                    "place": row.place,
+                    "racer": row.racer,
+                    "score": score_text(race, row.score),
+                    "gap": "" if not row.gap else f"+{score_text(race, row.gap)}",
+                    "heat": row.heat,
+                }
+                for row in board.rows[:ROWS]
+            ],
+            "further": max(0, len(board.rows) - ROWS),
+            "waiting": _waiting(race, entries, results),
+            "told": {
+                "race": race.id,
+                "heats": [_heat(one, entries) for one in newest if one.drives],
+                "leader": _heat(results[leader], entries) if leader in results else None,
+            },
+            "theme": "dark",
+        },
+        here="/races",
+    )
+
+
+def shown_drive(console: Console, request: Request) -> Mapping[str, Any]:
+    """Return where the cars of a judged heat were on one of the race's tracks.
+
+    Raises:
+        WebError: There is no such heat, or its files are gone.
+    """
+    race, league = race_of(console, request)
+    result = league.results(race.id).get(request.path_params["heat"])
+    number = request.path_params["number"]
+    if result is None or number >= len(result.drives):
+        raise WebError(404, "no_such_drive", "There is no such drive; load the page again.")
+    drive = result.drives[number]
+    try:
+        return league_world(race.kind).shown(league.folder(race.id) / drive.folder, drive.track)
+    except (UserInputError, OSError) as error:
+        raise WebError(404, "not_kept", f"The drive cannot be shown: {error}") from error
+
+
+def race_of(console: Console, request: Request) -> tuple[Race, League]:
+    """Return the race that an address names, and its league.
+
+    Raises:
+        WebError: There is none.
+    """
+    try:
+        league = League(console.league)
+        return league.race(request.path_params["id"]), league
+    except UserInputError as error:
+        raise WebError(404, "no_such_race", "There is no such race; begin at /races.") from error
+
+
+def _waiting(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> list[str]:
+    """Return whose entries are still to be judged, in order."""
+    if race.format != SOLO:
+        met = {number for result in results.values() for number in result.entries}
+        return [entries[number].racer for number in latest_of_each(entries) if number not in met]
+    return [entry.racer for number, entry in entries.items() if f"{number:05}" not in results]
+
+
+def _heat(result: Result, entries: Mapping[int, Entry]) -> dict[str, Any]:
+    laps: Sequence[float | None] = result.drives[0].outcomes[0].laps if result.drives else ()
+    return {
+        "heat": result.heat,
+        "racers": [entries[number].racer for number in result.entries if number in entries],
+        "tracks": [drive.track for drive in result.drives],
+        "laps": list(laps),
+    }
+
+
+SECTION = Section(routes=routes)
