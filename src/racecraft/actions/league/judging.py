@@ -53,7 +53,7 @@ def judge_race(request: JudgeRequest, progress: Progress = quiet) -> JudgedRace:
         )
         progress(f"{names}: {what} ({judged.result.seconds:.1f} s)")
 
-    judged = judge(league, race, request.heats, tell)
+    judged = judge(league, race, request.heats, on_heat=tell)
     return JudgedRace(race.id, tuple(one.result for one in judged))
 
 
