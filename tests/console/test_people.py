@@ -328,3 +328,30 @@ def test_the_machine_itself_needs_no_sign_in(tmp_path, monkeypatch):
     assert browser.ask("/people", Host="evil.example")[0] == 403
     assert json.loads(browser.ask("/people.json")[2])["people"][0]["name"] == "Ada"
     server.close()
+
+
+def test_a_shared_model_is_copied_whole_and_only_while_it_is_shared(club):
+    ada, bob = club.browser("Ada"), club.browser("Bob")
+    (club.model.path / "link").symlink_to("/etc/passwd")
+    taken = {"owner": club.people["Bob"].id, "name": "secret-car"}
+    ada.ask("/shared")
+    assert ada.ask("/shared/copy", taken)[0] == 404
+    bob.ask("/models/secret-car")
+    assert bob.ask("/models/secret-car/share", {"shared": "1"})[0] == 303
+    assert "secret-car" in ada.ask("/shared")[2]
+    assert SECRET not in ada.ask("/shared.json")[2]
+    for wrong in ({"name": "../secret-car"}, {"owner": ""}, {"owner": "../.."}):
+        assert ada.ask("/shared/copy", taken | wrong)[0] == 404
+    before = club.state_of_bob()
+    status, headers, _ = ada.ask("/shared/copy", taken)
+    assert (status, headers["location"]) == (303, "/models/secret-car")
+    assert SECRET in ada.ask("/models/secret-car/files/reward_function.py")[2]
+    own = next((club.root / "people").glob("Ada-*")) / "models/secret-car"
+    assert (own / "runs/1/metrics.jsonl").is_file()
+    assert not (own / "link").exists()
+    ada.ask("/models/secret-car")
+    assert ada.ask("/models/secret-car/rename", {"name": "mine"})[0] == 303
+    assert club.state_of_bob() == before
+    bob.ask("/models/secret-car/share", {"shared": ""})
+    assert ada.ask("/shared/copy", taken)[0] == 404
+    assert club.browser("Sue").ask("/shared")[0] == 403

@@ -28,11 +28,12 @@ from racecraft.console.pages import (
     people,
     racer,
     settings,
+    shared,
     show,
     sign_in,
 )
 from racecraft.console.parts import parts_of
-from racecraft.console.personal import PersonalConsoles
+from racecraft.console.personal import PersonalConsoles, workspace_of
 from racecraft.console.race_watch import LOOK_SECONDS, RaceWatch
 from racecraft.console.section import Section
 from racecraft.console.service import LEAGUE, Console
@@ -46,8 +47,6 @@ from racecraft.web.access import ONLY_HERE, Access, signed_in
 from racecraft.web.application import make_application
 from racecraft.web.push import Topic, events_answer
 
-PEOPLE = "people"
-"""Folder of the workspace in which invited people have workspaces of their own."""
 MOST_UPLOAD_BYTES = 4 * 1024**3
 SECTIONS: tuple[Section, ...] = (
     garage.SECTION,
@@ -56,6 +55,7 @@ SECTIONS: tuple[Section, ...] = (
     imports.SECTION,
     racer.SECTION,
     show.SECTION,
+    shared.SECTION,
     people.SECTION,
     lessons.SECTION,
     jobs.SECTION,
@@ -89,7 +89,7 @@ def make_console(
     races = Topic("races", RaceWatch(root.path / LEAGUE).changed, LOOK_SECONDS)
 
     def open_console(person: Person) -> Console:
-        workspace = Workspace.open(root.path / PEOPLE / f"{person.name}-{person.id}") if person.owned else root
+        workspace = Workspace.open(workspace_of(root.path, person)) if person.owned else root
         index = Index(workspace, None if person.owned else database or None)
         own_home = replace(home, person=person.owned)
         watcher = Watcher(index, own_home)

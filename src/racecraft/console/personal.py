@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -22,6 +23,14 @@ from racecraft.console.service import Console
 from racecraft.contract.loading import refuses_own_code
 from racecraft.web.access import NOT_SIGNED_IN
 from racecraft.web.errors import WebError
+
+PEOPLE = "people"
+"""Folder of the owner's workspace in which the others have theirs."""
+
+
+def workspace_of(root: Path, person: Person) -> Path:
+    """Return the folder of a person's workspace, which need not exist; `root` is every owner's."""
+    return root / PEOPLE / f"{person.name}-{person.id}" if person.owned else root
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,8 @@ class Note:
     """The model whose weights it began with, as "NAME" or "NAME:12"; "": none."""
     created: float = 0.0
     """Seconds since 1970; 0.0: unknown."""
+    shared: bool = False
+    """Whether everybody who signs in may take a copy."""
     kind: str = ""
     """The world it was made for; its runs say so themselves."""
     place: str = ""
@@ -93,6 +95,7 @@ class Model:
                 tags=tuple(str(tag) for tag in told.get("tags", ())),
                 text=str(told.get("text", "")),
                 archived=bool(told.get("archived", False)),
+                shared=bool(told.get("shared", False)),
                 cloned_from=str(told.get("cloned_from", "")),
                 created=float(told.get("created", 0.0)),
                 **{name: str(told.get(name, "")) for name in ("kind", "place", "picture")},

@@ -71,6 +71,7 @@ def overview(console: Console, request: Request) -> Page:
             "log": _log(console, row, run),
             "commands": {"command": _commands(console, model, row), "python": _python(row)},
             "left": _left(row),
+            "shared": model.note().shared,
         },
     )
 
