@@ -20,12 +20,14 @@ from racecraft.worlds.deepracer.env.vehicle import (
     MAX_STEERING_RAD,
     MIN_SPEED_MPS,
 )
-from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata, read_model_metadata
+from racecraft.worlds.deepracer.files.model_metadata import (
+    RACING_SPEEDS_MPS,
+    TODAYS_SPEEDS_MPS,
+    default_model_metadata,
+    read_model_metadata,
+)
 
 ANGLES = 7
-SPEED_SHARES = {"v4": (0.25, 0.5, 0.75, 1.0), "v5-classic": (0.25, 0.55, 1.0)}
-"""Speeds of a car's usual table, as shares of its top speed; other cars take OTHER_SHARES."""
-OTHER_SHARES = (0.6, 1.0)
 _TEXT = re.compile(r"(\d+)x([\d.]+(?:,[\d.]+)*)")
 
 
@@ -40,7 +42,8 @@ def usual_table(car: str, top_speed: float) -> str:
     >>> usual_table("v5-classic", 4.0), usual_table("v6", 2.5)
     ('7x1,2.2,4', '7x1.5,2.5')
     """
-    return f"{ANGLES}x" + ",".join(f"{share * top_speed:.3g}" for share in SPEED_SHARES.get(car, OTHER_SHARES))
+    speeds = RACING_SPEEDS_MPS.get(car, TODAYS_SPEEDS_MPS)
+    return f"{ANGLES}x" + ",".join(f"{speed / speeds[-1] * top_speed:.3g}" for speed in speeds)
 
 
 def read_table(text: str) -> ActionSpace:

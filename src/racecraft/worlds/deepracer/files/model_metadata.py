@@ -123,17 +123,30 @@ class ModelMetadata:
         return car_for_version(self.version)
 
 
-def racing_model_metadata() -> ModelMetadata:
-    """Return the car that races: seven angles at 1.5 and 2.5 m/s, numbered from right to left, slow before fast.
+RACING_SPEEDS_MPS: dict[str, tuple[float, ...]] = {"v4": (1.0, 2.0, 3.0, 4.0), "v5-classic": (1.0, 2.2, 4.0)}
+"""By vehicle profile: the speeds of a car that races, m/s. The slowest takes the tightest corners at full lock, the
+fastest is the fastest command in the logs of that car."""
+TODAYS_SPEEDS_MPS = (1.5, 2.5)
+"""Those of every other profile."""
+RACING_VERSIONS = {"v4": "4", "v5-classic": "5"}
+"""The metadata version that goes with a profile; "6" with every other."""
 
-    2.5 m/s is the fastest command in the logs of today's car; 1.5 m/s at full lock takes the tightest corners.
+
+def racing_model_metadata(car: str = "v6") -> ModelMetadata:
+    """Return the car that races: seven angles at a few speeds, numbered from right to left, slow before fast.
+
+    Args:
+        car: Vehicle profile.
 
     >>> len(racing_model_metadata().actions), racing_model_metadata().actions[0].label
     (14, 'right 30°, 1.5 m/s')
+    >>> racing_model_metadata("v5-classic").actions[2].label, racing_model_metadata("v5-classic").version
+    ('right 30°, 4 m/s', '5')
     """
     angles = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
-    actions = tuple(CarAction(math.radians(angle), speed) for angle in angles for speed in (1.5, 2.5))
-    return ModelMetadata(actions, version="6")
+    speeds = RACING_SPEEDS_MPS.get(car, TODAYS_SPEEDS_MPS)
+    actions = tuple(CarAction(math.radians(angle), speed) for angle in angles for speed in speeds)
+    return ModelMetadata(actions, version=RACING_VERSIONS.get(car, "6"))
 
 
 def default_model_metadata() -> ModelMetadata:

@@ -25,7 +25,7 @@ from racecraft.worlds.deepracer.env.actions import ActionSpace, action_space
 from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.placing import plan_objects
 from racecraft.worlds.deepracer.env.sensors import Sensors, car_sensors
-from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of, with_race_groups
+from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, RaceConfig, objects_of, with_race_groups
 from racecraft.worlds.deepracer.env.vehicle import PROFILES, beyond_logs
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
@@ -71,7 +71,8 @@ class RaceRequest(TrainRequest):
     track: str | None = None
     """A name of the catalogue, or a waypoint file; None: what run.env says, or DEFAULT_TRACK."""
     car: str | None = None
-    """Vehicle profile; None: by the version in the metadata."""
+    """Vehicle profile; None: by the version in the metadata. Without model_metadata.json a car that races has the
+    actions of its profile."""
     preset: str | None = None
     """None: `race` for one car in a time trial on one track with PPO, else `fast`."""
     fidelity: str | None = None
@@ -165,7 +166,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     request = replace(request, preset=preset)
     is_racing = preset == "race"
     if is_racing:
-        model = read_model_folder(asked.files or request.folder, asked.keys, racing_model_metadata())
+        default = racing_model_metadata(request.car or RaceConfig.car)
+        model = read_model_folder(asked.files or request.folder, asked.keys, default)
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
     held_out = held_out_tracks(request.hold_out)
     named, groups = _groups(request, held_out)
