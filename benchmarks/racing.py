@@ -1,9 +1,11 @@
-"""How fast the default car becomes, and how surely it finishes: trained by `train`, judged from 100 standing starts.
+"""How fast a car becomes, and how surely it finishes: trained by `train` with the preset race, judged from 100 starts.
 
-    python benchmarks/racing.py OUT.json [--seeds 3] [--steps 200000] [--set GROUP.NAME=VALUE …] [--lap-ends]
+    python benchmarks/racing.py OUT.json [--seed 1 --seed 2 …] [--stop steps=200000] [--track NAME] [--folder CAR]
+                                [--car v5-classic] [--algorithm sac] [--set GROUP.NAME=VALUE …] [--lap-ends]
 
-Each seed trains in one thread; what is told is CPU seconds of the process, judging and files in, compilation out. Then
-the best checkpoint drives, greedily, from 100 standing starts that training did not judge (shares (i + 0.37) / 100 of
+Without options it is the default car on its track. Each seed trains in one thread; what is told is CPU seconds of the
+process, judging and files in, compilation out, and those of the process that computes the reward beside it. Then the
+best checkpoint drives, greedily, from 100 standing starts that training did not judge (shares (i + 0.37) / 100 of
 the lap), three laps each. `--lap-ends` trains as before laps went on: a complete lap ends an episode.
 """
 
@@ -11,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import resource
 import tempfile
 import time
 from pathlib import Path
@@ -21,11 +24,12 @@ import numpy as np
 from racecraft.rollout.episodes import play_episodes
 from racecraft.training.callbacks import IterationReport, NullCallback
 from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.driving.known_laps import gap_percent
 from racecraft.worlds.deepracer.driving.smoothness import smoothness_of
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training import trainer
-from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racecraft.worlds.deepracer.training.plan import RaceRequest, known_lap_of, plan_car
 
 STARTS, LAPS = 100, 3
 
@@ -35,6 +39,12 @@ class Curve(NullCallback):
 
     def __init__(self) -> None:
         self.rows: list[dict[str, Any]] = []
+        self.full_in_a_row, self.stable = 0, None
+        """What it took until two evaluations in a row brought a full lap from every start."""
+        self.began = time.process_time()
+
+    def begin(self, title: str, until: str, score_name: str) -> None:
+        """Start counting: everything is compiled."""
         self.began = time.process_time()
 
     def iteration(self, report: IterationReport) -> None:
@@ -43,6 +53,9 @@ class Curve(NullCallback):
             return
         laps = report.result.details["laps"]
         seconds = [lap["seconds"] for lap in laps if lap["seconds"] is not None]
+        self.full_in_a_row = self.full_in_a_row + 1 if report.result.solved else 0
+        if self.full_in_a_row == 2 and self.stable is None:
+            self.stable = {"cpu_seconds": round(time.process_time() - self.began, 1), "steps": report.steps}
         self.rows.append({
             "cpu_seconds": round(time.process_time() - self.began, 2),
             "steps": report.steps,
@@ -53,26 +66,50 @@ class Curve(NullCallback):
 
 def main() -> None:
     """Train and judge every seed."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--steps", type=int, default=200_000)
+    parser.add_argument("--seed", type=int, action="append", default=[])
+    parser.add_argument("--stop", action="append", default=[])
     parser.add_argument("--set", action="append", default=[])
+    parser.add_argument("--folder", type=Path)
+    for name in ("track", "car", "algorithm"):
+        parser.add_argument(f"--{name}")
     parser.add_argument("--lap-ends", action="store_true")
-    asked = parser.parse_args()
-    if asked.lap_ends:
+    options = parser.parse_args()
+    if options.lap_ends:
         trainer.drive_seconds = lambda planned, course: None
     rows = []
-    for seed in range(1, asked.seeds + 1):
+    for seed in options.seed or (1, 2, 3):
         with tempfile.TemporaryDirectory() as folder:
-            curve, overrides = Curve(), ("runtime.threads=1", *asked.set)
             request = RaceRequest(
-                run=Path(folder) / "run", preset="race", seed=seed, stops=(f"steps={asked.steps}",), overrides=overrides
-            )
-            run = train(request, curve, lambda text: None).run
-            rows.append({"seed": seed, **judged(run.path), "curve": curve.rows})
+                run=Path(folder) / "run", preset="race", seed=seed, stops=tuple(options.stop),
+                overrides=("runtime.threads=1", *options.set), folder=options.folder, track=options.track,
+                car=options.car, algorithm=options.algorithm,
+            )  # fmt: skip
+            rows.append({"seed": seed, **trained(request)})
             print({name: value for name, value in rows[-1].items() if name != "curve"}, flush=True)
-        asked.out.write_text(json.dumps({"asked": {**vars(asked), "out": None}, "seeds": rows}, indent=1))
+        command = {name: str(value) for name, value in vars(options).items() if value and name != "out"}
+        options.out.write_text(json.dumps({"command": command, "seeds": rows}, indent=1))
+
+
+def trained(request: RaceRequest) -> dict[str, Any]:
+    """Train a car and judge it; return what it took and what came of it."""
+    curve, children = Curve(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    finished = train(request, curve, lambda text: None)
+    spent, after = time.process_time() - curve.began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    known = known_lap_of(plan_car(request))
+    result = judged(finished.run.path)
+    flying = result["median_flying_lap_seconds"]
+    return {
+        "steps": finished.outcome.steps,
+        "cpu_seconds": round(spent, 1),
+        "reward_cpu_seconds": round(after.ru_utime + after.ru_stime - children.ru_utime - children.ru_stime, 1),
+        "clock_seconds": round(finished.outcome.seconds, 1),
+        "stable": curve.stable,
+        "gap_percent": None if flying is None or known is None else round(gap_percent(flying, known), 2),
+        **result,
+        "curve": curve.rows,
+    }
 
 
 def judged(run: Path) -> dict[str, Any]:

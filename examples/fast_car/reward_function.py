@@ -8,7 +8,7 @@ A fast line gains more metres a moment, so the car finds one by itself. Change t
 class Before:
     """What the car did a moment ago; every car has its own."""
 
-    steps, progress, steering = float("inf"), 0.0, 0.0
+    steps, progress, steering, side = float("inf"), 0.0, 0.0, 0.0
 
 
 def reward_function(params):
@@ -18,5 +18,7 @@ def reward_function(params):
         Before.progress, Before.steering = progress, steering
     metres = (progress - Before.progress) / 100.0 * params["track_length"]
     turned = abs(steering - Before.steering) / 30.0
+    changed_side = steering * Before.side < 0.0
     Before.steps, Before.progress, Before.steering = steps, progress, steering
-    return 2.0 * metres - 0.1 * turned
+    Before.side = steering or Before.side
+    return 2.0 * metres - 0.1 * turned - 0.2 * changed_side

@@ -53,10 +53,10 @@ def test_a_table_beyond_the_logs_is_told_so_before_the_first_tick(tmp_path):
     assert "beyond the logs" not in " ".join(plan_car(RaceRequest()).notes)
 
 
-def test_cars_in_training_drive_on_for_two_laps_at_full_speed_and_at_aws_not_at_all():
+def test_cars_in_training_drive_on_over_the_finish_and_at_aws_not_at_all():
     planned = plan_car(RaceRequest())
     course = planned.all_courses[0]
-    assert drive_seconds(planned, course) == pytest.approx(2 * course.track.length / 2.5)
+    assert drive_seconds(planned, course) == pytest.approx(1.2 * course.track.length / 2.5)
     told = plan_car(RaceRequest(overrides=("race.max_training_seconds=7",)))
     assert drive_seconds(told, told.all_courses[0]) == 7.0
     assert RaceConfig().max_training_seconds is None
@@ -74,6 +74,10 @@ def test_the_racing_reward_pays_metres_and_takes_a_little_for_steering():
     assert reward(params) == 0.0
     params |= {"progress": 11.0, "steps": 3.0, "steering_angle": 30.0}
     assert reward(params) == pytest.approx(2 * 0.2 - 0.1)
+    params |= {"progress": 12.0, "steps": 4.0, "steering_angle": 0.0}
+    assert reward(params) == pytest.approx(2 * 0.2 - 0.1)
+    params |= {"progress": 13.0, "steps": 5.0, "steering_angle": -10.0}
+    assert reward(params) == pytest.approx(2 * 0.2 - 0.1 / 3 - 0.2), "it last steered to the left"
     params |= {"progress": 0.5, "steps": 1.0, "steering_angle": -30.0}
     assert reward(params) == 0.0, "over the finish another lap begins"
 

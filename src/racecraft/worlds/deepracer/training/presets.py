@@ -99,8 +99,9 @@ for a second one."""
 
 RACE_VALUES: Mapping[str, Mapping[str, Any]] = {
     "network": {"stack_size": 3},
+    "rollout": {"horizon": 32},
     "ppo": {
-        "learning_rate": 1e-3, "learning_rate_schedule": "linear", "entropy_weight": 0.003,
+        "learning_rate": 1.5e-3, "learning_rate_schedule": "linear", "entropy_weight": 0.003,
         "entropy_schedule": "linear",
     },
     "evaluation": {"episodes": 20, "share": 0.25, "best_by": "laptime"},
