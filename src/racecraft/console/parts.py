@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from racecraft.console.form import Step
 from racecraft.console.section import Section
@@ -19,6 +19,10 @@ from racecraft.contract.kind import WorldKind
 from racecraft.contract.kinds import MissingWorldError, find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.chart import Chart, Series
+
+if TYPE_CHECKING:
+    from racecraft.actions.action import Action
+    from racecraft.league.race import Race
 
 Rows = Sequence[Mapping[str, Any]]
 """Rows of a run's metrics."""
@@ -114,6 +118,30 @@ class WorldParts:
     def sections(self) -> Sequence[Section]:
         """Return further pages of the console that belong to no model: tracks, driving by hand."""
         return ()
+
+    def race_action(self) -> Action[Any] | None:
+        """Return the action that makes a race of this world; None: it has no races. Its request makes the form."""
+        return None
+
+    def race_choices(self) -> Mapping[str, Sequence[tuple[str, str]]]:
+        """Return (value, label) of options of that action whose values are a list: {"track": …}."""
+        return {}
+
+    def drive_page(
+        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
+    ) -> tuple[str, dict[str, Any]]:
+        """Return the template and the data of a drive in a race.
+
+        Args:
+            race: The race.
+            track: Where it was driven.
+            drives: Racer and folder of the drive, and of each other drive on the same track, the leader's first.
+            asked: Words of the address.
+
+        Raises:
+            UserInputError: A drive cannot be read.
+        """
+        raise SettingError("{title} shows no drives of races.", title=self.kind.title)
 
     def picture(self, key: str) -> str:
         """Return a place as the text of an SVG file.

@@ -10,10 +10,12 @@ from racecraft.league.race import Entry, Race
 from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 
-MAX_NAME = 40
+MAX_NAME = 64
 
 
-def admit(league: League, race: Race, source: str, racer: str, now: float, person: str = "") -> Entry:
+def admit(
+    league: League, race: Race, source: str, racer: str, now: float, person: str = "", model: str | None = None
+) -> Entry:
     """Copy and check a model, and add it to a race.
 
     Args:
@@ -23,11 +25,13 @@ def admit(league: League, race: Race, source: str, racer: str, now: float, perso
         racer: Name on the board.
         now: Seconds since 1970.
         person: Who owns the entry; "": the only user of the machine.
+        model: What the board calls it; None: as the world does.
 
     Raises:
         UserInputError: The race takes no entry of this racer, or its rules refuse the model.
     """
-    racer = require_name(racer)
+    racer = require_name(racer, "the racer's name")
+    model = model and require_name(model, "the model's name")
     _require_open(race, now)
     _require_submissions(league, race, racer, person)
     _require_qualified(league, race, racer)
@@ -35,21 +39,27 @@ def admit(league: League, race: Race, source: str, racer: str, now: float, perso
 
     def fill(folder: Path) -> Entry:
         facts = world.admit(source, folder, race.rules)
-        return Entry(number=0, racer=racer, model=world.name_of(source), entered=now, person=person, facts=facts)
+        return Entry(
+            number=0, racer=racer, model=model or world.name_of(source), entered=now, person=person, facts=facts
+        )
 
     return league.add_entry(race.id, fill)
 
 
-def require_name(racer: str) -> str:
-    """Return a racer's name as boards show it.
+def require_name(text: str, what: str) -> str:
+    """Return a name as boards show it.
+
+    Args:
+        text: The name.
+        what: Whose, for the message.
 
     Raises:
         SettingError: It is empty, too long, or holds characters that cannot be shown.
     """
-    name = " ".join(racer.split())
+    name = " ".join(text.split())
     if not name or len(name) > MAX_NAME or not name.isprintable():
         raise SettingError(
-            "the racer's name is {racer!r}; expected 1 to {most} printable characters.", racer=racer, most=MAX_NAME
+            "{what} is {text!r}; expected 1 to {most} printable characters.", what=what, text=text, most=MAX_NAME
         )
     return name
 

@@ -19,6 +19,8 @@ class EnterRequest(RaceNamed):
 
     model: str = argument("RUN[:best|last|N], an archive of one, or another program's model.", metavar="MODEL")
     racer: str | None = option(None, "Name on the board; by default your account's.")
+    model_name: str | None = option(None, "What the board calls the model; by default the name of its folder or file.")
+    person: str = option("", "Who owns the entry, as the console knows people.", is_hidden=True)
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,9 @@ def enter_race(request: EnterRequest, progress: Progress = quiet) -> Entered:
 
     league = request.open()
     race = league.race(request.race)
-    entry = admit(league, race, request.model, request.racer or user_name(), time.time())
+    entry = admit(
+        league, race, request.model, request.racer or user_name(), time.time(), request.person, request.model_name
+    )
     own = sum(one.racer == entry.racer for one in league.entries(race.id).values())
     return Entered(race.id, entry, None if race.max_submissions is None else race.max_submissions - own)
 

@@ -7,11 +7,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from racecraft.actions.action import Action
 from racecraft.console.form import Step
 from racecraft.console.parts import Card, Figure, Rows, WorldParts
 from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
+from racecraft.league.race import Race
 from racecraft.pages.chart import Chart, Level, Series
 from racecraft.worlds.deepracer.console import car_form, car_values
 from racecraft.worlds.deepracer.console.car_form import TEMPLATES
@@ -61,6 +63,24 @@ class CarParts(WorldParts):
     def compared(self) -> list[tuple[str, str, str]]:
         """Return lap time and progress."""
         return [("Lap time while training", "fastest lap, s", "best_lap_seconds"), *super().compared()]
+
+    def race_action(self) -> Action[Any]:
+        """Return the action that makes a race of cars."""
+        from racecraft.worlds.deepracer.actions.create_race import create_race
+
+        return create_race
+
+    def race_choices(self) -> Mapping[str, Sequence[tuple[str, str]]]:
+        """Return the tracks."""
+        return {"track": [(card["name"], card["title"]) for card in car_form.track_cards()]}
+
+    def drive_page(
+        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
+    ) -> tuple[str, dict[str, Any]]:
+        """Return a drive beside the leader's."""
+        from racecraft.worlds.deepracer.console.race_drive import drive_page
+
+        return f"{TEMPLATES}/race_drive.html", drive_page(race.rules, track, drives, asked)
 
     def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
         """Return the pages of laps."""

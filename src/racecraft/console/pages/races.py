@@ -1,0 +1,292 @@
+"""Races: list, seasons and records; a board; the form of a race; an entry; a drive beside the leader's."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import sqlalchemy as sql
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from racecraft.accounts.rights import Verb, may
+from racecraft.actions.league.managing import close_race, open_race, reset_race
+from racecraft.console.commands import CommandError, run_command
+from racecraft.console.index_tables import MODELS
+from racecraft.console.model_row import READY
+from racecraft.console.parts import parts_of
+from racecraft.console.race_form import RaceForm, race_kinds
+from racecraft.console.race_judge import judge_of
+from racecraft.console.section import Section
+from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes, person_of
+from racecraft.contract.errors import UserInputError
+from racecraft.league.board import Board, board_of, score_text, titles_of
+from racecraft.league.race import SOLO, Race
+from racecraft.league.records import fastest_laps
+from racecraft.league.scoring import ranking_text
+from racecraft.league.seasons import standings
+from racecraft.league.site import board_csv
+from racecraft.league.store import MARK, League
+from racecraft.league.world_part import league_world
+from racecraft.web.errors import WebError
+
+RECORDS = 20
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of races."""
+
+    def csv_file(request: Request) -> Response:
+        race, board = _board(_league(console), request.path_params["id"])
+        headers = {"Content-Disposition": f'attachment; filename="{race.id}.csv"'}
+        return Response(board_csv(board), media_type="text/csv; charset=utf-8", headers=headers)
+
+    return [
+        *page_routes(console, "/races", races_page),
+        *page_routes(console, "/races/new", new_page),
+        act_route(console, "/races/new", make),
+        Route("/races/{id}/board.csv", csv_file),
+        *page_routes(console, "/races/{id}", race_page),
+        *page_routes(console, "/races/{id}/enter", enter_page),
+        act_route(console, "/races/{id}/enter", enter),
+        act_route(console, "/races/{id}/act", act_on_race),
+        *page_routes(console, "/races/{id}/drives/{heat}", drive_page),
+        *page_routes(console, "/seasons/{id}", season_page),
+    ]
+
+
+def races_page(console: Console, request: Request) -> Page:
+    """Return all races, seasons and fastest laps."""
+    league, now = _open(console), time.time()
+    races, seasons, records = [], [], []
+    if league is not None:
+        for race in league.races():
+            board = board_of(race, league.entries(race.id), league.results(race.id))
+            races.append({
+                "race": asdict(race), "is_open": race.is_open(now), "closes": race.closes, "racers": len(board.rows),
+                "waiting": board.waiting, "leader": next((row.racer for row in board.rows if row.place == 1), ""),
+                "best": next((score_text(race, row.score) for row in board.rows if row.place == 1), ""),
+            })  # fmt: skip
+        for season in league.seasons():
+            found = standings(league, season, now)
+            first = found.rows[0] if found.rows else None
+            seasons.append({"season": asdict(season), "races": len(found.races), "is_over": found.is_over,
+                            "leader": first.racer if first else "",
+                            "points": first.points if first else 0})  # fmt: skip
+        records = [asdict(record) for record in fastest_laps(league)[:RECORDS]]
+    data = {"races": races, "seasons": seasons, "records": records, "organises": _organises(request)}
+    return Page("races.html", "Races", data, here="/races")
+
+
+def race_page(console: Console, request: Request) -> Page:
+    """Return a race's board, its rules, and what one may do."""
+    league = _league(console)
+    race, board = _board(league, request.path_params["id"])
+    person, now = person_of(request), time.time()
+    judge, entries = judge_of(league.path), league.entries(race.id)
+    own = {entry.racer for entry in entries.values() if entry.person == person.owned}
+    own = own if len(own) == 1 else set()  # the owner of the machine may have entered several people's cars
+    score, gap = titles_of(race)
+    rows = [
+        {
+            **asdict(row), "score_text": score_text(race, row.score), "is_own": row.racer in own,
+            "gap_text": "" if row.gap is None or row.place == 1 else f"+{score_text(race, row.gap)}",
+        }
+        for row in board.rows
+    ]  # fmt: skip
+    data = {
+        "race": asdict(race),
+        "rows": rows,
+        "heads": (score, gap),
+        "waiting": board.waiting,
+        "own": next((row for row in rows if row["is_own"]), None),
+        "is_open": race.is_open(now),
+        "rules": [*league_world(race.kind).describe(race.rules, race.tracks), f"ranked by {ranking_text(race)}"],
+        "records": [asdict(one) for track in race.tracks for one in fastest_laps(league, track)[:3]],
+        "organises": _organises(request),
+        "enters": may(person, Verb.ENTER),
+        "judge_fault": judge.faults.get(race.id, ""),
+        "is_solo": race.format == SOLO,
+        "season": _season_title(league, race),
+        "picture": race.tracks[0],
+        "path": f"/races/{race.id}",
+        "command": f"racecraft league board {race.id} --league {league.path}",
+    }
+    return Page("race.html", race.title, data, here="/races")
+
+
+def new_page(console: Console, request: Request) -> Page:
+    """Return the form of a race."""
+    kinds = race_kinds()
+    kind = request.query_params.get("kind", kinds[0])
+    return _form_page(RaceForm(kind), {}, {}, "")
+
+
+def make(console: Console, request: Request, fields: Fields) -> Page | str:
+    """Make a race; what cannot be is said on the form."""
+    form = RaceForm(one(fields, "kind"))
+    values, wrong = form.read(fields)
+    if wrong:
+        return _form_page(form, fields, wrong, "")
+    try:
+        race = form.make(values, console.league)
+    except UserInputError as error:
+        return _form_page(form, fields, {}, str(error))
+    return f"/races/{race.id}"
+
+
+def enter_page(console: Console, request: Request) -> Page:
+    """Return the form of an entry; a process warms up for it meanwhile."""
+    league = _league(console)
+    race = _race(league, request.path_params["id"])
+    judge_of(league.path).expect(race.kind)
+    return _entry_page(console, request, league, race, "", {})
+
+
+def enter(console: Console, request: Request, fields: Fields) -> Page | str:
+    """Enter a model, and have it judged."""
+    league, person = _league(console), person_of(request)
+    race = _race(league, request.path_params["id"])
+    model, which = console.workspace.model(one(fields, "model")), one(fields, "which", "best")
+    runs, racer = model.runs(), one(fields, "racer").strip() if not person.owned else person.name
+    try:
+        if which not in ("best", "last") or not runs:
+            raise CommandError("{model} has no such checkpoint; expected best or last.", model=model.name)
+        run_command(
+            ["league", "enter", race.id, f"{runs[-1].resolve()}:{which}", "--racer", racer, "--model-name", model.name,
+             "--person", person.owned, "--league", str(league.path.resolve())],
+            console.workspace.path,
+        )  # fmt: skip
+    except CommandError as error:
+        return _entry_page(console, request, league, race, str(error), fields)
+    if race.format == SOLO:
+        judge_of(league.path).judge(race.id)
+    return f"/races/{race.id}"
+
+
+def act_on_race(console: Console, request: Request, fields: Fields) -> str:
+    """Judge, close, open or reset a race."""
+    league = _league(console)
+    race, act = _race(league, request.path_params["id"]), one(fields, "act")
+    if act == "judge":
+        judge_of(league.path).judge(race.id)
+    elif act in ("close", "open", "reset"):
+        action: Any = {"close": close_race, "open": open_race, "reset": reset_race}[act]
+        action(race.id, league=league.path)
+    elif act == "withdraw":
+        league.withdraw(race.id, int(one(fields, "entry", "0")))
+    return f"/races/{race.id}"
+
+
+def drive_page(console: Console, request: Request) -> Page:
+    """Return a drive beside the leader's, or beside any other of the race."""
+    league = _league(console)
+    race, board = _board(league, request.path_params["id"])
+    results, asked = league.results(race.id), dict(request.query_params)
+    result = results.get(request.path_params["heat"])
+    if result is None or not result.drives:
+        raise WebError(404, "no_such_drive", "this race has no such drive; begin at its board.")
+    number = int(asked["track"]) if asked.get("track", "").isdigit() else 0
+    number = min(number, len(race.tracks) - 1)
+    entries = league.entries(race.id)
+    racer = entries[result.entries[0]].racer if result.entries[0] in entries else "withdrawn"
+    others = [
+        (row.racer, _folder(league, race, row.heat, number))
+        for row in board.rows
+        if row.heat and row.heat != result.heat and row.heat in results
+    ]
+    own = (racer, _folder(league, race, result.heat, number))
+    template, data = parts_of(race.kind).drive_page(race, race.tracks[number], [own, *others], asked)
+    outcome = result.drives[number].outcomes[0]
+    about = {
+        "race": asdict(race), "racer": racer, "heat": result.heat, "outcome": asdict(outcome),
+        "track_number": number, "path": f"/races/{race.id}/drives/{quote(result.heat)}", "back": f"/races/{race.id}",
+        "folder": str(own[1]),
+    }  # fmt: skip
+    return Page(template, f"{racer} in {race.title}", {**about, **data}, here="/races")
+
+
+def season_page(console: Console, request: Request) -> Page:
+    """Return the points of a season."""
+    league = _league(console)
+    found = standings(league, league.season(request.path_params["id"]), time.time())
+    data = {
+        "season": asdict(found.season),
+        "races": [asdict(race) for race in found.races],
+        "rows": [asdict(row) for row in found.rows],
+        "is_over": found.is_over,
+    }
+    return Page("season.html", found.season.title, data, here="/races")
+
+
+def _form_page(form: RaceForm, fields: Fields, wrong: dict[str, str], message: str) -> Page:
+    data = {
+        "kind": form.kind,
+        "kinds": race_kinds(),
+        "panels": form.panels(fields, wrong),
+        "message": message,
+        "open_panels": [panel["title"] for panel in form.panels(fields, wrong) if panel["is_wrong"]],
+    }
+    return Page("race_new.html", "New race", data, here="/races", status=422 if wrong or message else 200)
+
+
+def _entry_page(
+    console: Console, request: Request, league: League, race: Race, wrong: str, fields: Fields | dict[str, Any]
+) -> Page:
+    query = sql.select(MODELS).where(MODELS.c.status == READY, MODELS.c.kind == race.kind).order_by(MODELS.c.name)
+    person = person_of(request)
+    board = board_of(race, league.entries(race.id), league.results(race.id))
+    data = {
+        "race": asdict(race),
+        "models": [row["name"] for row in console.index.query(query)],
+        "rules": league_world(race.kind).describe(race.rules, race.tracks),
+        "wrong": wrong,
+        "model": one(fields, "model", request.query_params.get("model", "")),
+        "racer": one(fields, "racer", "" if person.owned else person.name),
+        "names_itself": not person.owned,
+        "waiting": board.waiting,
+        "path": f"/races/{race.id}",
+    }
+    return Page("race_enter.html", f"Enter {race.title}", data, here="/races", status=422 if wrong else 200)
+
+
+def _open(console: Console) -> League | None:
+    return League(console.league) if (console.league / MARK).is_file() else None
+
+
+def _league(console: Console) -> League:
+    league = _open(console)
+    if league is None:
+        raise WebError(404, "no_race", "there are no races yet; make one first.")
+    return league
+
+
+def _race(league: League, id: str) -> Race:
+    try:
+        return league.race(id)
+    except UserInputError as error:
+        raise WebError(404, "no_such_race", str(error)) from error
+
+
+def _board(league: League, id: str) -> tuple[Race, Board]:
+    race = _race(league, id)
+    return race, board_of(race, league.entries(race.id), league.results(race.id))
+
+
+def _folder(league: League, race: Race, heat: str, track: int) -> Path:
+    return league.folder(race.id) / "drives" / f"{heat}-{track}"
+
+
+def _organises(request: Request) -> bool:
+    return may(person_of(request), Verb.ORGANISE)
+
+
+def _season_title(league: League, race: Race) -> str:
+    return next((season.title for season in league.seasons() if season.id == race.season), "")
+
+
+SECTION = Section(routes=routes, label="Races", href="/races", icon="flag", order=20)

@@ -1,0 +1,86 @@
+"""A drive in a race, beside another one's: where it loses time, both as ghosts on the map. Begin with `drive_page`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.errors import SettingError
+from racecraft.worlds.deepracer.analysis.telemetry_page import telemetry_data
+from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
+from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
+from racecraft.worlds.deepracer.driving.telemetry.reference import of_best_zones, of_lap
+from racecraft.worlds.deepracer.driving.telemetry.timing import LapTiming, time_laps
+from racecraft.worlds.deepracer.league.files import REPLAY
+from racecraft.worlds.deepracer.logs import read
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+OWN = "own"
+"""A lap is compared with the best corners of the same drive."""
+CHOICES = 20
+"""Other drives that can be chosen, the leader's first."""
+
+
+def drive_page(
+    rules: Mapping[str, Any], track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return what the page of a drive shows; `told` is None where it has no full lap.
+
+    Args:
+        rules: Of the race.
+        track: Where it was driven.
+        drives: Racer and folder: of the drive itself, and of the others, the leader's first.
+        asked: `lap`, counted from 1, the fastest first; `against`: OWN, or the place of another drive among them.
+
+    Raises:
+        SettingError: There is no such lap or drive.
+        UserInputError: A drive cannot be read.
+    """
+    reverse = bool(rules.get("reverse"))
+    timing = _timing(_car_folder(drives[0][1]), track, reverse)
+    others = list(enumerate(drives[1 : CHOICES + 1], start=1))
+    against = asked.get("against", "1" if others else OWN)
+    choices = [
+        (OWN, "the best corners of this drive"),
+        *((str(k), f"{racer}, fastest lap") for k, (racer, _) in others),
+    ]
+    if timing is None:
+        return {"told": None, "lap": "1", "against": against, "lap_choices": [], "against_choices": choices}
+    order = np.argsort(timing.laps.lap_seconds, kind="stable")
+    lap = _number(asked.get("lap", "1"), len(order))
+    reference = of_best_zones(timing)
+    if against != OWN:
+        racer, folder = dict(others)[_number(against, len(others))]
+        other = _timing(_car_folder(folder), track, reverse)
+        if other is None:
+            raise SettingError("{racer} has driven no full lap; expected a drive with one.", racer=racer)
+        reference = of_lap(other.laps, int(np.argmin(other.laps.lap_seconds)), f"{racer}'s fastest lap")
+    compared = compare_lap(timing, int(order[lap - 1]), reference)
+    lap_choices = [(str(k), f"{k}: {timing.laps.lap_seconds[row]:.3f} s") for k, row in enumerate(order, start=1)]
+    return {
+        "told": telemetry_data(compared), "lap": str(lap), "against": against, "lap_choices": lap_choices,
+        "against_choices": choices,
+    }  # fmt: skip
+
+
+def _car_folder(folder: Path) -> str:
+    """Return where the first car's files are: of cars that met each other each has a folder."""
+    return str(folder if (folder / REPLAY).is_file() else folder / "car-1")
+
+
+@lru_cache(maxsize=16)
+def _timing(folder: str, track: str, reverse: bool) -> LapTiming | None:
+    """Return the full laps of a drive with their times; None where there is none. A drive never changes."""
+    circuit = load_track(track)
+    laps = find_laps(read([Path(folder)]).require_ticks(), circuit.reversed() if reverse else circuit)
+    return time_laps(laps) if len(laps) else None
+
+
+def _number(text: str, count: int) -> int:
+    if not text.isdigit() or not 1 <= int(text) <= count:
+        raise SettingError("found {text!r}; expected a number from 1 to {count}.", text=text[:20], count=count)
+    return int(text)

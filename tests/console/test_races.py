@@ -1,0 +1,86 @@
+"""Races in the browser: made, entered, judged, watched beside the leader; each page looked at by axe."""
+
+import contextlib
+import sys
+from pathlib import Path
+
+import pytest
+from tests.browser import Browser, needs_chromium
+
+from racecraft.console.application import make_console
+from racecraft.console.pages import races
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.league.store import League
+from racecraft.web.server import ServerThread
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "league"))
+from test_seasons import add  # noqa: E402
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture
+def console(tmp_path, monkeypatch):
+    """A console whose races are judged by nobody: (address, workspace folder, races that were to be judged)."""
+    asked = []
+
+    class Judge:
+        faults = {}
+
+        def judge(self, race):
+            asked.append(race)
+
+        def expect(self, kind):
+            asked.append(kind)
+
+    monkeypatch.setattr(races, "judge_of", lambda path: Judge())
+    monkeypatch.setattr("racecraft.console.application.keep_warm", lambda home: contextlib.nullcontext())
+    application = make_console(tmp_path / "workspace", JobPaths(tmp_path / "jobs", f"sqlite:///{tmp_path}/jobs.sqlite"))
+    server = ServerThread(application, "console")
+    port = server.start("127.0.0.1", 0)
+    yield f"http://127.0.0.1:{port}", tmp_path / "workspace", asked
+    server.close()
+
+
+@pytest.fixture
+def browser():
+    made = Browser(1280, 900)
+    yield made
+    made.close()
+
+
+def test_an_organiser_makes_a_race_and_the_form_says_what_is_wrong(console, browser):
+    address, workspace, _ = console
+    browser.open(f"{address}/races")
+    browser.page.click("text=New race >> nth=0")
+    assert browser.shut_out() == []
+    browser.page.fill("#title", "Club evening")
+    browser.page.select_option("#track", "Oval_track")
+    browser.page.fill("#laps", "many")
+    browser.page.click("#create-race")
+    assert "Laps is 'many'; expected a whole number" in browser.page.inner_text("#laps-wrong")
+    browser.page.fill("#laps", "2")
+    browser.page.fill("#closes", "+3h")
+    browser.page.click("#create-race")
+    browser.page.wait_for_url("**/races/club-evening")
+    race = League(workspace / "league").race("club-evening")
+    assert (race.tracks, race.rules["laps"], race.is_practice) == (("Oval_track",), 2, False)
+    assert "Nobody has a result yet" in browser.page.inner_text("main")
+
+
+def test_a_board_its_season_and_its_organisers_acts(console, browser):
+    address, workspace, asked = console
+    league = League.open_or_create(workspace / "league")
+    add(league, "One", {"Ann": [8.0], "<i>Bob</i>": [9.0]}, season="")
+    browser.open(f"{address}/races/one")
+    rows = [row.inner_text().split("\t")[:5] for row in browser.page.query_selector_all(".board tbody tr")]
+    assert rows == [["1", "Ann", "m", "8.000", ""], ["2", "<i>Bob</i>", "m", "9.000", "+1.000"]]
+    assert browser.shut_out() == []
+    browser.page.click("text=Judge what waits")
+    assert asked == ["one"]
+    browser.page.click("button:has-text('Open')")
+    assert league.race("one").is_open(0.0)
+    browser.open(f"{address}/races/one/enter")
+    assert "No model of this world is ready" in browser.page.inner_text("main")
+    browser.open(f"{address}/races/none")
+    assert "has no race 'none'" in browser.page.inner_text("main")
