@@ -23,7 +23,7 @@ from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
 from racecraft.worlds.deepracer.analysis.look_film import Place
 from racecraft.worlds.deepracer.analysis.path_picture import DARK_RED
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SurfaceAttention
-from racecraft.worlds.deepracer.env.sensors import LIDARS
+from racecraft.worlds.deepracer.files.sensor_names import LIDARS
 from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
 
 if TYPE_CHECKING:

@@ -9,16 +9,13 @@ from racecraft.analysis.run_facts import RunFacts, WorldFacts
 from racecraft.contract.errors import TrackError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.logs.judged import judged_in_run
+from racecraft.worlds.deepracer.files.sensor_names import SENSORS
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.track import Track
 
 PAID = "paid for "
 """What a note of the run says before what a car without a reward function is paid for."""
-EYES = {
-    "FRONT_FACING_CAMERA": "its front camera", "observation": "its front camera", "STEREO_CAMERAS": "two cameras",
-    "LEFT_CAMERA": "its left camera", "LIDAR": "a LiDAR", "SECTOR_LIDAR": "a LiDAR in sectors",
-    "DISCRETIZED_SECTOR_LIDAR": "a LiDAR in sectors",
-}  # fmt: skip
+SENSOR_TEXTS = {one.name: one.text for one in SENSORS}
 
 
 def car_facts(facts: RunFacts) -> WorldFacts:
@@ -59,7 +56,7 @@ def _car(metadata: Mapping[str, Any]) -> Iterator[str]:
     actions = metadata.get("action_space")
     if not actions:
         return
-    eyes = " and ".join(EYES.get(name, name) for name in metadata.get("sensor", ())) or "its sensors"
+    eyes = " and ".join(SENSOR_TEXTS.get(name, name) for name in metadata.get("sensor", ())) or "its sensors"
     if isinstance(actions, Mapping):
         angle, speed = actions["steering_angle"], actions["speed"]
         yield (

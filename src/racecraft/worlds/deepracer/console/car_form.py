@@ -11,6 +11,7 @@ from racecraft.console.form import Field, Step
 from racecraft.worlds.deepracer.driving.known_laps import best_known_lap
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
 from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
+from racecraft.worlds.deepracer.files.sensor_names import SENSORS
 from racecraft.worlds.deepracer.tracks.catalogue import names, summary
 from racecraft.worlds.deepracer.tracks.library import own_names, own_summary
 
@@ -18,8 +19,8 @@ TEMPLATES = "racecraft.worlds.deepracer.console"
 CAR, TOP_SPEED_MPS = "v6", 2.5
 """Of the default car: the best known lap that a track's card shows is of this car."""
 RACES = (("TIME_TRIAL", "Time trial"), ("OBJECT_AVOIDANCE", "Object avoidance"), ("HEAD_TO_BOT", "Head to bot"))
-CAMERAS = (("FRONT_FACING_CAMERA", "One camera"), ("STEREO_CAMERAS", "Two cameras"), ("", "No camera"))
-LIDARS = (("", "No LiDAR"), ("LIDAR", "LiDAR"), ("SECTOR_LIDAR", "LiDAR in sectors"))
+CAMERAS = (*((one.name, one.label) for one in SENSORS if one.kind == "camera" and one.label), ("", "No camera"))
+LIDARS = (("", "No LiDAR"), *((one.name, one.label) for one in SENSORS if one.kind == "lidar" and one.label))
 
 
 def steps(values: Mapping[str, Any]) -> list[Step]:

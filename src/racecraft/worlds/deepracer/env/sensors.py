@@ -26,11 +26,11 @@ import numpy as np
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
-from racecraft.worlds.deepracer.files.lidar_config import BEAMS, DEFAULTS, LIDARS
-from racecraft.worlds.deepracer.files.model_metadata import CAMERAS
+from racecraft.worlds.deepracer.files.lidar_config import BEAMS, DEFAULTS
+from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
 FRONT, LEFT, STEREO, OBSERVATION = CAMERAS
-LIDAR, SECTOR_LIDAR, DISCRETIZED = LIDARS
+LIDAR, SECTOR_LIDAR, DISCRETIZED = "LIDAR", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR"
 
 STEREO_BASELINE_M = 0.06
 """Between the left and the right eye."""

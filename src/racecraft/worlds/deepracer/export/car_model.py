@@ -21,13 +21,13 @@ from racecraft.formats.policy_layers import SAC, PolicyLayers
 from racecraft.worlds.deepracer.export.agreement import Agreement, Answer, compare
 from racecraft.worlds.deepracer.files.car_archive import write_car_archive
 from racecraft.worlds.deepracer.files.policy_graph import as_commands, graph_of, input_name, output_name
+from racecraft.worlds.deepracer.files.sensor_names import SENSORS
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphFunction
 from racecraft.worlds.deepracer.files.tensorflow.graph import graph_in, write_graph
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar, load_trained_car
 
-CARS_SENSORS = ("observation", "LEFT_CAMERA", "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "LIDAR", "SECTOR_LIDAR")
-"""Those that the software on a physical car knows (source: model_optimizer_pkg `constants.py` of the community's
-custom car, the same six as in AWS's own)."""
+CARS_SENSORS = tuple(one.name for one in SENSORS if one.is_on_cars)
+"""Those that the software on a physical car knows."""
 
 AT_ONCE = 16
 """Frames that a graph is asked about together: what lies between its layers is megabytes a frame."""

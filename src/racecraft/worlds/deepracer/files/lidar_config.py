@@ -10,10 +10,9 @@ from collections.abc import Mapping, Sequence
 from racecraft.contract.errors import nearest
 from racecraft.contract.message import Message
 from racecraft.formats.json_text import JsonDocument, as_number, kind_of
+from racecraft.worlds.deepracer.files.sensor_names import LIDARS
 
-LIDARS = ("LIDAR", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR")
-"""Names of LiDARs among the sensors."""
-CONFIGURABLE = LIDARS[2]
+CONFIGURABLE = "DISCRETIZED_SECTOR_LIDAR"
 """The only one that asks `lidar_config`."""
 BEAMS = 64
 CLIPPING_M = (0.15, 12.0)

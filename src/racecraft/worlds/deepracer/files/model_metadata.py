@@ -20,7 +20,8 @@ from racecraft.contract.errors import Faults, MetadataError, nearest
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS, lidar_notes, read_lidar_config
+from racecraft.worlds.deepracer.files.lidar_config import lidar_notes, read_lidar_config
+from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
 MAX_STEERING_DEG = 30.0
 MIN_SPEED_MPS, MAX_SPEED_MPS = 0.1, 4.0
@@ -30,12 +31,11 @@ CONSOLE_MAX_ACTIONS = 30
 MAX_ACTIONS = 1000
 """Each is an output of the network; layers and logs of far more outgrow memory."""
 
-CAMERAS = ("FRONT_FACING_CAMERA", "LEFT_CAMERA", "STEREO_CAMERAS", "observation")
 OTHER_SENSORS = {
     **dict.fromkeys(
-        ("front_camera", "front_facing", "front-facing_camera", "front-facing camera", "camera"), CAMERAS[0]
+        ("front_camera", "front_facing", "front-facing_camera", "front-facing camera", "camera"), "FRONT_FACING_CAMERA"
     ),
-    **dict.fromkeys(("stereo_camera", "stereo camera", "stereo"), CAMERAS[2]),
+    **dict.fromkeys(("stereo_camera", "stereo camera", "stereo"), "STEREO_CAMERAS"),
 }
 """Other names of sensors that can mean only one."""
 NETWORKS = (

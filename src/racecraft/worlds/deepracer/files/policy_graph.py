@@ -20,7 +20,6 @@ from racecraft.formats.policy_layers import (
     SensorLayers,
     flattened_size,
 )
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS
 from racecraft.worlds.deepracer.files.policy_layers import (
     HEADS,
     INPUT_SCOPES,
@@ -30,6 +29,7 @@ from racecraft.worlds.deepracer.files.policy_layers import (
     head_layers,
 )
 from racecraft.worlds.deepracer.files.policy_weights import layers_from
+from racecraft.worlds.deepracer.files.sensor_names import LIDARS
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import VARIABLES, GraphFunction
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph
 from racecraft.worlds.deepracer.files.tensorflow.tensors import FLOAT, INT32

@@ -26,8 +26,6 @@ from racecraft.formats.policy_layers import (
     flattened_size,
     is_pixel,
 )
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS
-from racecraft.worlds.deepracer.files.model_metadata import CAMERAS
 from racecraft.worlds.deepracer.files.policy_layers import (
     HEADS,
     KNOWN_STRIDES,
@@ -38,6 +36,7 @@ from racecraft.worlds.deepracer.files.policy_layers import (
     VALUE_LAYER,
     VALUE_SCOPE,
 )
+from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
 _LAYER = re.compile(r"(Conv2d|Dense)_(\d+)")
 _OTHERS = ("/target/", "/q/online/", "/v/online/")

@@ -20,8 +20,7 @@ from racecraft.worlds.deepracer.env.settings import (
 )
 from racecraft.worlds.deepracer.evaluation.head_to_head import DONE_CONDITIONS, HeadToHead
 from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS
-from racecraft.worlds.deepracer.files.model_metadata import CAMERAS
+from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
 GENERATIONS = ("v4", "v5-classic", "v6")
 """Cars that exist; `v6-unlimited` and `kinematic` are for experiments."""

@@ -33,8 +33,8 @@ from racecraft.worlds.deepracer.env.settings import (
 )
 from racecraft.worlds.deepracer.env.variation import VariationConfig
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS
 from racecraft.worlds.deepracer.files.model_metadata import NETWORKS, ModelMetadata
+from racecraft.worlds.deepracer.files.sensor_names import LIDARS
 
 PPO = find_algorithm("ppo")
 
