@@ -125,11 +125,11 @@ def test_search_grows_one_visit_a_walk_and_repeats_itself():
     board = Referee(GameSettings(11, 11, 4), StreamDice(1)).board
     settings = GameSettings(11, 11, 4)
     tree = Tree(board, settings, "s0")
-    tree.walk(300)
+    tree.simulate(300)
     assert tree.visits().sum() == 300
     again = Tree(board, settings, "s0")
-    again.walk(100)
-    again.walk(200)
+    again.simulate(100)
+    again.simulate(200)
     assert tree.visits().tolist() == again.visits().tolist()
 
 
@@ -147,7 +147,7 @@ def test_search_stops_on_time():
 def test_a_guide_gets_the_first_walks():
     tree = Tree(board_of([(3, 3), (3, 2), (3, 1)], [(6, 6)] * 3), SMALL, "s0")
     tree.boost_move("left")
-    tree.walk(4)
+    tree.simulate(4)
     assert tree.visits().argmax() == MOVES.index("left")
 
 
