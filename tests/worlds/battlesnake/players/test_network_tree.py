@@ -57,7 +57,7 @@ def test_the_network_sees_a_leaf_as_training_would_show_it(make, ruleset, outloo
     settings = GameSettings(7, 7, len(board.snakes), ruleset)
     policy = Sure()
     tree = NetworkTree(board, settings, "a", Network(policy, SnakeConfig(view=9, outlook=outlook)))
-    tree.walk(40)
+    tree.simulate(40)
     first_asked = sum(len(shown["mask"]) for shown in policy.shown)
     assert first_asked > 20
     leaves = Leaves(Network(policy, SnakeConfig(view=9, outlook=outlook)), settings, len(board.snakes), 8)
@@ -90,7 +90,7 @@ def test_every_walk_is_counted_once_and_no_answer_is_outstanding():
     tree = NetworkTree(open_board(), DUEL, "a", Network(Sure(value=0.3), SnakeConfig(view=5)))
     for asked in (1, 7, 64, 200):
         before = int(tree.visits().sum())
-        tree.walk(asked)
+        tree.simulate(asked)
         assert int(tree.visits().sum()) - before == asked, "what was taken back is walked again"
     links, _, visits, sums, _, worths = tree._nodes
     assert (links[: tree.size, 2] != 2).all(), "nobody waits for an answer"
@@ -105,7 +105,7 @@ def test_the_policy_says_where_to_look_and_what_is_fatal_stays_out():
     tree = NetworkTree(open_board(), DUEL, "a", Network(Sure(LEFT), SnakeConfig(view=5)))
     believed, rest = network_tree.PRIOR_SHARE, (1 - network_tree.PRIOR_SHARE) / 3
     assert tree.priors()[0] == pytest.approx([rest, 0.0, believed + rest, rest])
-    tree.walk(12)
+    tree.simulate(12)
     assert int(np.argmax(tree.visits())) == LEFT
     fatal = NetworkTree(open_board(), DUEL, "a", Network(Sure(DOWN), SnakeConfig(view=5)))
     assert fatal.priors()[0] == pytest.approx([1 / 3, 0.0, 1 / 3, 1 / 3]), "a policy that knows only death is not heard"
@@ -122,7 +122,7 @@ def test_a_full_tree_ends_the_walk(monkeypatch):
     monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.MOST_NODES", 64)
     monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.FIRST_NODES", 32)
     tree = NetworkTree(open_board(), DUEL, "a", Network(Sure(), SnakeConfig(view=5)))
-    tree.walk(5000)
+    tree.simulate(5000)
     assert tree.size == 64
 
 

@@ -44,7 +44,7 @@ def favourites(tree):
 def test_the_tree_below_the_moves_that_were_made_is_kept():
     referee = begun()
     tree = Tree(referee.board, SETTINGS, "s0")
-    tree.walk(5000)
+    tree.simulate(5000)
     before = referee.board
     after = referee.turn(favourites(tree))
     whole = tree.size
@@ -55,7 +55,7 @@ def test_the_tree_below_the_moves_that_were_made_is_kept():
     fresh = Tree(after, SETTINGS, "s0")
     assert tree._nodes[5][0] == pytest.approx(fresh._nodes[5][0]), "it is this position that it begins with"
     assert (tree.priors() == fresh.priors()).all()
-    tree.walk(300)
+    tree.simulate(300)
     assert tree.visits().sum() == kept + 300
     assert before.turn == after.turn - 1
 
@@ -63,7 +63,7 @@ def test_the_tree_below_the_moves_that_were_made_is_kept():
 def test_what_the_moves_do_not_tell_ends_a_tree():
     referee = begun()
     tree = Tree(referee.board, SETTINGS, "s0")
-    tree.walk(2000)
+    tree.simulate(2000)
     moves = favourites(tree)
     after = referee.turn(moves)
     for spoil in (
@@ -83,7 +83,7 @@ def test_a_moves_statistics_are_those_of_the_subtree():
     """What a transplanted node knows of its children is what it knew before."""
     referee = begun(2)
     tree = Tree(referee.board, SETTINGS, "s0")
-    tree.walk(3000)
+    tree.simulate(3000)
     moves = favourites(tree)
     joint = 0
     for one in ("s0", "s1", "s2"):
