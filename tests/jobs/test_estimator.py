@@ -14,6 +14,7 @@ from racecraft.jobs.hyperparameters import as_arguments, check_overrides, decode
 from racecraft.jobs.store import NameTakenError
 from racecraft.sagemaker.container import ChannelError, CodeError
 from racecraft.sagemaker.endpoint import EndpointAnswer, EndpointError
+from racecraft.sagemaker.model import Model
 
 TOOLKIT = {"toolkit": RLToolkit.RAY, "toolkit_version": "1.6.0", "framework": RLFramework.PYTORCH, "role": "r"}
 TELLS = """
@@ -119,11 +120,25 @@ def test_what_a_script_trained_is_deployed_asked_and_taken_away(source, home):
     assert predictors[1].predict(np.ones((1, 4)))["predictions"][0]["actions"] == told["outputs"]["actions"][0]
     with pytest.raises(EndpointAnswer, match=r"shape \(1, 3\); expected \(rows, 4\)"):
         predictors[0].predict([[1, 2, 3]])
+    address = Session().upload_data(made.model_data, key_prefix="kept")
+    assert address == "s3://racecraft-local/kept/model.tar.gz"
+    predictors.append(Model(model_data=address, role="r", name="third").deploy(1, "local"))
+    assert predictors[2].predict(np.ones((1, 4))) == predictors[1].predict(np.ones((1, 4)))
     for predictor in predictors:
         predictor.delete_endpoint()
         with pytest.raises(EndpointError, match="no endpoint"):
             predictor.predict([[1, 2, 3, 4]])
     assert home.store().find("first") is None
+
+
+def test_a_model_that_is_not_there_or_served_by_functions_of_its_own_is_refused(source):
+    with pytest.raises(EndpointError, match=r"model_data is s3://racecraft-local/none\.tar\.gz, and there is no "):
+        Model(model_data="s3://racecraft-local/none.tar.gz").deploy()
+    (source / "inference.py").write_text("import json\n\ndef predict_fn(data, model):\n    return 1\n")
+    with pytest.raises(SettingError, match=r"inference\.py:3: predict_fn is to serve the model"):
+        Model(model_data="m.tar.gz", entry_point="inference.py", source_dir=str(source))
+    with pytest.raises(SettingError, match=r"inference\.py:3: predict_fn"):
+        estimator().deploy(1, "local", entry_point=str(source / "inference.py"))
 
 
 def test_what_is_no_policy_of_ours_is_not_deployed(source):

@@ -357,7 +357,9 @@ class RLEstimator:
         """
         require_arguments("deploy", recorded, (*DEPLOY_ARGUMENTS, *names_of(self.deploy)))
         from racecraft.sagemaker.endpoint import deploy, trained_run_in
+        from racecraft.sagemaker.model import refuse_handlers
 
+        refuse_handlers(recorded.get("entry_point"), recorded.get("source_dir"))
         run = trained_run_in(container_in(self._home.folder(self._latest().name)).model)
         name = endpoint_name or self._job_name()
         return deploy(self._home, run, name, serializer, deserializer, wait, policy)

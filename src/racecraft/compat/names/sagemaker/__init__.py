@@ -6,12 +6,14 @@ Both versions of the SDK's names are understood. What is not here trains no agen
 from racecraft.compat.names.sagemaker import analytics, estimator, exceptions, inputs, predictor, rl, session
 from racecraft.compat.names.sagemaker import serializers as serializers
 from racecraft.compat.names.sagemaker.analytics import HyperparameterTuningJobAnalytics, TrainingJobAnalytics
+from racecraft.sagemaker.model import Model
 from racecraft.sagemaker.session import Session, TrainingInput, get_execution_role
 
 s3_input = TrainingInput
 
 __all__ = [
     "HyperparameterTuningJobAnalytics",
+    "Model",
     "Session",
     "TrainingJobAnalytics",
     "analytics",

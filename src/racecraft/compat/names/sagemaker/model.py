@@ -1,0 +1,5 @@
+"""`sagemaker.model`."""
+
+from racecraft.sagemaker.model import Model
+
+__all__ = ["Model"]
