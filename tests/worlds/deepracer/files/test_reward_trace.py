@@ -56,3 +56,11 @@ def test_a_reward_that_fails_has_told_what_it_reached(trace):
         trace.call({})
     assert sys.gettrace() is before
     assert trace.terms == {}
+
+
+def test_a_number_that_no_float_holds_is_left_out(tmp_path):
+    text = "def reward_function(params):\n    huge = 10**400\n    pay = 2\n    return pay\n"
+    (tmp_path / "reward_function.py").write_text(text)
+    trace = RewardTrace(load_reward_function(tmp_path / "reward_function.py"))
+    assert trace.call({}) == 2.0
+    assert trace.terms == {Term(3, "pay"): 2.0}

@@ -1,10 +1,17 @@
 """All faults of a racer's folder at once, each with what to do about it."""
 
 import json
+import sys
 
 import pytest
 
-from racecraft.contract.errors import HyperparameterError, MetadataError, SeveralFaultsError, UserInputError
+from racecraft.contract.errors import (
+    HyperparameterError,
+    MetadataError,
+    RewardError,
+    SeveralFaultsError,
+    UserInputError,
+)
 from racecraft.worlds.deepracer.files.hyperparameters import read_hyperparameters
 from racecraft.worlds.deepracer.files.model_metadata import MAX_ACTIONS, read_model_metadata
 from racecraft.worlds.deepracer.training.checking import check_folder
@@ -62,6 +69,17 @@ def test_a_sound_folder_trains_nothing_and_leaves_nothing(tmp_path):
     assert checked.plan.track.name == "reinvent_base"
     assert checked.rewards["on the way"] == 2.0
     assert [path.name for path in tmp_path.iterdir()] == ["reward_function.py"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reward functions are limited by Linux's kernel")
+def test_a_reward_is_checked_with_the_rights_that_its_training_gives_it(tmp_path):
+    folder, secret = tmp_path / "car", tmp_path / "secret"
+    folder.mkdir()
+    secret.write_text("3")
+    lay(folder, reward_function=f"def reward_function(params):\n    return float(open({str(secret)!r}).read())\n")
+    with pytest.raises(RewardError, match=r"reward_function\.py:2: .*secret"):
+        check_folder(folder)
+    assert check_folder(folder, trust_reward=True).rewards["on the way"] == 3.0
 
 
 def test_one_fault_keeps_its_own_class(tmp_path):

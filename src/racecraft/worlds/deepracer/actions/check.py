@@ -7,7 +7,7 @@ from pathlib import Path
 
 from racecraft.actions.action import action
 from racecraft.contract.progress import Progress, quiet
-from racecraft.settings.request import Request, argument
+from racecraft.settings.request import Request, argument, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,6 +15,11 @@ class CheckRequest(Request):
     """Which folder is read."""
 
     folder: Path = argument("reward_function.py, hyperparameters.json, model_metadata.json; any may be absent.")
+    trust_reward: bool = option(
+        False,
+        "Give the reward function all your rights: files, network, programs. Without it, it can compute, "
+        "print and read files beside it.",
+    )
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ def check(request: CheckRequest, progress: Progress = quiet) -> Checked:
     """
     from racecraft.worlds.deepracer.training.checking import check_folder
 
-    checked = check_folder(request.folder)
+    checked = check_folder(request.folder, request.trust_reward)
     plan = checked.plan
     return Checked(
         request.folder, plan.track.name, plan.settings.race.car, plan.algorithm.name, plan.notes, checked.rewards

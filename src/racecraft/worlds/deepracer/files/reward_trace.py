@@ -108,4 +108,13 @@ class _Lines:
 
 
 def _numbers(names: Mapping[str, Any]) -> dict[str, float]:
-    return {name: float(value) for name, value in names.items() if isinstance(value, Real)}
+    found = {name: _number(value) for name, value in names.items() if isinstance(value, Real)}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _number(value: Real) -> float | None:
+    """Return a number as a float; None where it is too large for one, or a class of the racer's own fails."""
+    try:
+        return float(value)
+    except Exception:
+        return None
