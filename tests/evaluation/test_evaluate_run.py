@@ -63,6 +63,7 @@ def test_episodes_that_count_are_summed_by_hand(played):
     assert told == {
         "episodes": 3, "mean_return": pytest.approx(3.0), "std_return": pytest.approx((14 / 3) ** 0.5),
         "mean_steps": pytest.approx(30.0), "cut": 2,
+        "total_return": 9.0, "max_return": 6.0, "min_return": 1.0,
     }  # fmt: skip
 
 

@@ -92,10 +92,13 @@ def judge_episodes(
     each = -(-episodes // (world.spec.num_worlds * world.spec.num_agents))
     ticks = (each + spare) * most_steps if most_steps else MOST_TICKS
     told = play_episodes(policy, world, episodes_each=each, seed=seed, spare=spare, max_ticks=ticks)[:episodes]
-    summary = summarise(told)
+    summary, returns = summarise(told), [one.reward for one in told]
     return {
         "episodes": summary.episodes,
         "mean_return": summary.mean_reward,
+        "total_return": sum(returns),
+        "max_return": max(returns, default=0.0),
+        "min_return": min(returns, default=0.0),
         "std_return": summary.std_reward,
         "mean_steps": summary.mean_steps,
         "cut": sum(one.status == CUT for one in told),

@@ -16,7 +16,8 @@ def show_episodes(facts: Figures) -> None:
             low, high = (round(100 * score[f"won_share_{end}"]) for end in ("low", "high"))
             print(f"  {score['won']:3} of {score['games']} against {name} (95 %: {low} to {high} %)")
         return
-    spread = f"mean return {facts['mean_return']:.2f}, spread {facts['std_return']:.2f}"
+    ends = ", ".join(f"{name} {facts[f'{name}_return']:.2f}" for name in ("max", "min", "total"))
+    spread = f"mean return {facts['mean_return']:.2f}, spread {facts['std_return']:.2f}, {ends}"
     cut = f", {facts['cut']} of them cut" if facts["cut"] else ""
     print(f"{place}: {spread} over {facts['episodes']} greedy episodes of {facts['mean_steps']:.0f} steps{cut}")
 
