@@ -13,6 +13,8 @@ import gymnasium
 
 from racecraft.compat.episode_listener import Tally, Watched
 from racecraft.compat.old_gym import FromOldGym
+from racecraft.compat.own_trainables import registered as registered_trainable
+from racecraft.compat.own_trainables import train_own
 from racecraft.compat.rllib_callbacks import Callbacks, callbacks_of
 from racecraft.compat.rllib_config import Translated, policy_settings, translated
 from racecraft.compat.rllib_results import RllibLines
@@ -51,13 +53,15 @@ def register_env(name: str, creator: Callable[[Any], Any]) -> None:
     _creators[name] = creator
 
 
-def train_experiment(experiment: Mapping[str, Any]) -> Trained:
+def train_experiment(experiment: Mapping[str, Any]) -> Trained | dict[str, Any]:
     """Train; inside a job the run folder stands in its model, and a job that was interrupted goes on there.
 
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
     """
     refuse_to_train()
+    if (own := registered_trainable(experiment.get("run"))) is not None:
+        return train_own(own, experiment)
     told = translated(experiment)
     calls, uncalled = callbacks_of(told.callbacks, experiment.get("config", {}))
     for sentence in (*told.said, *uncalled):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from racecraft.compat.names.ray.tune import registry
+from racecraft.compat.own_trainables import Trainable, is_own, report, train_own
 from racecraft.compat.rllib_training import train_experiment
 from racecraft.compat.rllib_words import EXPERIMENT_WORDS
 from racecraft.contract.arguments import require_arguments
@@ -55,8 +56,10 @@ def run(
     stop: Mapping[str, Any] | None = None,
     config: Mapping[str, Any] | None = None,
     **recorded: Any,
-) -> Trained:
+) -> Trained | dict[str, Any]:
     """Train one experiment; return our own account of it, for there are no trials to analyse.
+
+    What the script's own algorithm learned has the figures of its last iteration.
 
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
@@ -64,6 +67,8 @@ def run(
     _say_unfollowed("tune.run", recorded, (*RUNNING_ARGUMENTS, *EXPERIMENT_WORDS))
     words = {word: value for word, value in recorded.items() if word in EXPERIMENT_WORDS}
     kind = run_or_experiment
+    if is_own(kind):
+        return train_own(kind, {"stop": stop, "config": config, **words})
     algorithm = kind.__name__.removesuffix("Trainer") if isinstance(kind, type) else kind
     return train_experiment({**words, "run": algorithm, "stop": stop or {}, "config": config or {}})
 
@@ -89,6 +94,8 @@ def _say_unfollowed(function: str, given: Mapping[str, Any], known: tuple[str, .
             print(f"- {function}: {word} is not followed here; `racecraft tune` searches and prunes")
 
 
-register_env = registry.register_env
+register_env, register_trainable = registry.register_env, registry.register_trainable
 
-__all__ = ["function", "register_env", "registry", "run", "run_experiments"]
+__all__ = [
+    "Trainable", "function", "register_env", "register_trainable", "registry", "report", "run", "run_experiments",
+]  # fmt: skip
