@@ -48,7 +48,7 @@ class RaceForm:
     def panels(self, fields: Fields, wrong: Mapping[str, str]) -> list[dict[str, Any]]:
         """Return the fields by panel, the first one without a title."""
         first = [row for name in FIRST for row in self._rows if row.name == name]
-        found = [{"title": "", "fields": first}]
+        found: list[dict[str, Any]] = [{"title": "", "fields": first}]
         for row in self._rows:
             if row.name in FIRST:
                 continue

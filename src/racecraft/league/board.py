@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from racecraft.league.heats import bracket, standing_of
 from racecraft.league.race import BRACKET, LAPS, SOLO, Entry, Race, Result
@@ -131,7 +132,7 @@ def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str
     order = sorted(field, key=lambda one: (-reached[one] if race.format == BRACKET else 0, -wins[one], seconds[one]))
     rows = []
     for place, number in enumerate(order, start=1):
-        entry, (result, index) = entries[number], last.get(number, (None, 0))
+        entry, (latest_result, index) = entries[number], last.get(number, (None, 0))
         rows.append(
             BoardRow(
                 place=place if number in last else None,
@@ -142,13 +143,13 @@ def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str
                 gap=float(wins[order[0]] - wins[number]),
                 interval=float(wins[order[max(0, place - 2)]] - wins[number]),
                 submissions=sum(one.racer == entry.racer for one in entries.values()),
-                **_figures(result, index),
+                **_figures(latest_result, index),
             )
         )
     return rows
 
 
-def _figures(result: Result | None, index: int) -> dict[str, object]:
+def _figures(result: Result | None, index: int) -> dict[str, Any]:
     outcomes = [] if result is None else [drive.outcomes[index] for drive in result.drives]
     return {
         "best_lap_seconds": None if result is None else best_lap_of(result, index),

@@ -13,6 +13,7 @@ import traceback
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import msgspec
 
@@ -84,7 +85,7 @@ class DriveProcess:
         with contextlib.suppress(DriveError):  # which the drive will meet again
             self._ask({"warm_up": self._kind}, WARM_SECONDS)
 
-    def _ask(self, told: dict[str, object], seconds: float) -> tuple[dict[str, object], bytes]:
+    def _ask(self, told: dict[str, Any], seconds: float) -> tuple[dict[str, Any], bytes]:
         try:
             head, body = self._process.ask(to_head(told), b"", seconds)
         except EndedError as error:
@@ -113,7 +114,7 @@ def main() -> None:
         os._exit(1)
 
 
-def _answer(told: dict[str, object]) -> tuple[bytes, bytes]:
+def _answer(told: dict[str, Any]) -> tuple[bytes, bytes]:
     if "warm_up" in told:
         league_world(str(told["warm_up"])).warm_up()
         return b"", b""

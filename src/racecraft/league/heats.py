@@ -69,7 +69,7 @@ def bracket(field: Sequence[int], results: Mapping[str, Result]) -> list[list[tu
         return []
     size = 2 ** max(0, math.ceil(math.log2(len(field))))
     slots = [field[seed] if seed < len(field) else None for seed in _seeding(size)]
-    rounds = []
+    rounds: list[list[tuple[int, ...]]] = []
     while True:
         pairs = [
             tuple(one for one in pair if one is not None) for pair in zip(slots[::2], slots[1::2], strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from racecraft.league.board import Board, board_of
@@ -58,19 +59,18 @@ def standings(league: League, season: Season, now: float) -> Standings:
     for racer in racers:
         places = tuple(one.get(racer) for one in placed)
         points = tuple(_points(season, board, place) for board, place in zip(boards, places, strict=True))
-        counted = sorted(points, reverse=True)[: season.counted]
-        found.append((sum(counted), places.count(1), places, points, racer))
-    found.sort(key=lambda row: (-row[0], -row[1], sorted(place or 10**6 for place in row[2]), row[4]))
-    rows: list[SeasonRow] = []
-    for total, wins, places, points, racer in found:
-        before = rows[-1] if rows else None
-        is_equal = before is not None and (before.points, before.wins) == (total, wins)
-        is_equal = is_equal and sorted(place or 10**6 for place in before.places) == sorted(p or 10**6 for p in places)
-        place = before.place if is_equal and before is not None else len(rows) + 1
-        gap = found[0][0] - total
-        rows.append(
-            SeasonRow(place=place, racer=racer, points=total, wins=wins, places=places, race_points=points, gap=gap)
+        total = sum(sorted(points, reverse=True)[: season.counted])
+        rank = (-total, -places.count(1), tuple(sorted(place or math.inf for place in places)))
+        found.append((rank, racer, total, places, points))
+    found.sort()
+    ranks = [rank for rank, *_ in found]
+    rows = [
+        SeasonRow(
+            place=1 + ranks.index(rank), racer=racer, points=total, wins=places.count(1), places=places,
+            race_points=points, gap=found[0][2] - total,
         )
+        for rank, racer, total, places, points in found
+    ]  # fmt: skip
     is_over = bool(races) and all(
         not race.is_open(now) and not board.waiting for race, board in zip(races, boards, strict=True)
     )

@@ -79,7 +79,9 @@ class CarRules:
         for name in values:
             if name not in known:
                 raise SettingError("there is no rule {name!r}. {hint}", name=name, hint=nearest(name, known))
-        plain = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+        plain: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+        }
         return cls(**plain)
 
     def as_dictionary(self) -> dict[str, Any]:
