@@ -8,6 +8,7 @@ from __future__ import annotations
 import secrets
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import sqlalchemy as sql
 
@@ -88,7 +89,7 @@ class Sessions:
             counted = sql.select(sql.func.count(SESSIONS.c.session.distinct())).where(where)
             return int(connection.execute(counted).scalar() or 0)
 
-    def _renewed(self, found: sql.Row, now: float) -> str:  # type: ignore[type-arg]
+    def _renewed(self, found: Any, now: float) -> str:
         """Replace a token; of several requests that find it old one does, and the others go on with the old one."""
         token = secrets.token_urlsafe(32)
         old = (SESSIONS.c.token == found.token) & (SESSIONS.c.issued == found.issued)

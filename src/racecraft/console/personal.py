@@ -60,7 +60,9 @@ class PersonalConsoles:
         person: Person | None = scope.get("racecraft.person")
         if person is None:
             raise WebError(401, NOT_SIGNED_IN, "sign in first.")
-        pages = self._pages.get(person.owned) or await run_in_threadpool(self._of, person)
+        pages = self._pages.get(person.owned)
+        if pages is None:
+            pages = await run_in_threadpool(self._of, person)
         route, matched = _match(pages.routes, scope)
         try:  # a WebSocket acts
             require(person, verb_of(str(getattr(route, "path", "")), scope.get("method", "WEBSOCKET")))

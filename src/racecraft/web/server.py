@@ -127,7 +127,7 @@ class _Server(uvicorn.Server):
                 log_config=None, log_level="critical", access_log=False, proxy_headers=False, server_header=False,
                 timeout_keep_alive=IDLE_SECONDS,
                 timeout_graceful_shutdown=SECONDS_TO_END,
-                ssl_certfile=tls and tls.certificate, ssl_keyfile=tls and tls.key,
+                ssl_certfile=tls.certificate if tls else None, ssl_keyfile=tls.key if tls else None,
             ), tls)
         )  # fmt: skip
         state = getattr(application, "state", None)  # a `JsonApi` has none, and no streams

@@ -109,10 +109,10 @@ def _address(request: Request) -> str:
 
 
 def _sign_in_page(request: Request, wrong: str, name: str, then: str, status: int = 200) -> Response:
-    data = {"title": "Sign in", "wrong": wrong, "name": name, "then": then}
+    data: dict[str, Any] = {"title": "Sign in", "wrong": wrong, "name": name, "then": then}
     return page_answer(request, f"{TEMPLATES}/sign_in.html", status=status, **data)
 
 
 def _invitation_page(request: Request, person: Person | None, wrong: str, status: int = 200) -> Response:
-    data = {"title": "Choose a password", "person": person, "wrong": wrong, "path": request.url.path}
+    data: dict[str, Any] = {"title": "Choose a password", "person": person, "wrong": wrong, "path": request.url.path}
     return page_answer(request, f"{TEMPLATES}/invitation.html", status=status, **data)
