@@ -82,7 +82,11 @@ def tracks(folder: Path) -> dict[str, Any]:
     for name, words in TRAINED.items():
         run = train(folder / f"on-{name.replace(' ', '-')}", MATRIX_ITERATIONS.get(name, 30), 1, *words)
         found = racecraft_json("evaluate", str(run), "--tracks", ",".join(JUDGED), "--laps", str(STARTS), "--json")
-        rows.append({"trained": name, "judged": found})
+        judged = {one["track"]: one for one in found["tracks"]}
+        rows.append({
+            "trained": name, "on": words[1].split(","), "full_laps": [judged[one]["full_laps"] for one in JUDGED],
+            "progress": [round(judged[one]["mean_progress_percent"], 1) for one in JUDGED],
+        })  # fmt: skip
     return {"columns": JUDGED, "starts": STARTS, "rows": rows}
 
 

@@ -10,16 +10,79 @@ def drive(*moves, **road):
     return {"drive": {"grid": ROAD | road, "moves": list(moves)}}
 
 
+AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
+"""The one that goes straight first has 12.0, the others come back to the middle."""
+
 RIGHT = {
     "grid/early-drive": drive(1, 0, 1, 0),
     "grid/best-drive": drive(1, 1, 1, 1, 1, 1),
     "grid/last-values": {"last": "2", "before": "3.8"},
     "grid/three-drives": {"last": "1.75", "start": "2,8525"},
     "grid/turn-an-arrow": {"grid": ROAD | {"changed": [[1, 3, 2.1]]}},
+    "reward/goal-fails": {"columns": "20", "reason": "never_paid"},
+    "reward/first-reward": {"drives": "27"},
+    "explore/better-epsilon": {"better": "none", "reason": "never_tries"},
+    "explore/schedule": {"first": "1", "last": "0"},
+    "discount/the-turn": {"gamma": "0.58"},
+    "discount/end-of-lap": {"weight": "0.05"},
+    "gradient/drive-four": {"left": "-1.37", "straight": "2.73", "right": "-1.37"},
+    "gradient/mean-and-policy": {"mean": "1.033", "pi": "0.52"},
+    "gradient/points-away": {"batch": AWAY},
+    "gradient/drives-needed": {"drives": "18"},
+    "gradient/own-weights": {"code": "def weights(r):\n    m = sum(r) / len(r)\n    return [one - m for one in r]"},
 }
 CASES = {
+    "reward/goal-fails": {
+        "run": {"columns": "20"},
+        "prize": {"columns": "20", "reason": "prize"},
+        "more_drives": {"columns": "20", "reason": "more_drives"},
+    },
+    "reward/first-reward": {
+        "columns_not_moves": {"drives": "33.4"},
+        "too_few": {"drives": "4"},
+        "too_many": {"drives": "300"},
+    },
+    "explore/better-epsilon": {
+        "run": {"better": "none"},
+        "bad_driving": {"better": "none", "reason": "bad_driving"},
+        "luck": {"better": "some", "reason": "luck"},
+    },
+    "explore/schedule": {
+        "still_exploring": {"first": "1", "last": "0.5"},
+        "never_explored": {"first": "0", "last": "0"},
+    },
+    "discount/the-turn": {"still_left": {"gamma": "0.3"}, "already_right": {"gamma": "0.9"}},
+    "discount/end-of-lap": {
+        "seconds_not_steps": {"weight": "0.82"},
+        "too_small": {"weight": "0"},
+        "too_large": {"weight": "0.5"},
+    },
+    "gradient/drive-four": {
+        "sign": {"left": "1.3667", "straight": "2.7333", "right": "1.3667"},
+        "only_own": {"left": "0", "straight": "4.1", "right": "0"},
+        "no_total": {"left": "-0.333", "straight": "0.667", "right": "-0.333"},
+        "other": {"left": "1", "straight": "1", "right": "1"},
+    },
+    "gradient/mean-and-policy": {
+        "sum_not_mean": {"mean": "4.133", "pi": "0.5205"},
+        "mean_wrong": {"mean": "0", "pi": "0.5205"},
+        "added_to_pi": {"mean": "1.0333", "pi": "0.85"},
+        "pi_wrong": {"mean": "1.0333", "pi": "0.1"},
+    },
+    "gradient/points-away": {
+        "points_right": {"batch": [[1, 0, 1, 0], [0, 0], [2, 2], [1, 1, 0, 0]]},
+        "no_good_straight": {"batch": [[1, 0, 0], [0, 2, 1, 1, 1, 1], [0, 0], [2, 0, 1, 1, 1, 1]]},
+    },
+    "gradient/drives-needed": {"too_few": {"drives": "4"}, "more_than_needed": {"drives": "50"}},
+    "gradient/own-weights": {
+        "no_list": {"code": "def weights(returns):\n    return 3"},
+        "unchanged": {"code": "def weights(returns):\n    return returns"},
+        "sum_not_zero": {"code": "def weights(returns):\n    return [one - 1 for one in returns]"},
+        "other_scale": {"code": "def weights(r):\n    m = sum(r) / len(r)\n    return [2 * (one - m) for one in r]"},
+    },
     "grid/early-drive": {
         "not_ended": drive(1),
+        "begins_aside": drive(0, 2, 0, 0),
         "too_much": drive(1, 1, 0, 0),
         "too_little": drive(0, 0),
         "other_grid": drive(1, 0, 1, 0, changed=[[2, 1, 3.0]]),
@@ -59,4 +122,15 @@ def random_take(exercise, name, rng):
             [rng.randrange(1, 4), rng.randrange(6), round(rng.uniform(-4, 4), 1)] for _ in range(rng.randint(0, 3))
         ]
         return road
+    if name == "batch":
+        return [ended_drive(rng) for _ in range(4)]
     return {"grid": road, "moves": [rng.randrange(3) for _ in range(6)]}
+
+
+def ended_drive(rng):
+    """Return moves of a random car until it ends."""
+    moves, row = [], 2
+    while row in (1, 2, 3) and len(moves) < 6:
+        moves.append(rng.randrange(3))
+        row += moves[-1] - 1
+    return moves

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 import racecraft.lessons
+from racecraft.lessons.models import fork
 from racecraft.lessons.models import grid as g
+from racecraft.lessons.models import policy_gradient as pg
 from racecraft.lessons.models.chance import Chance
 
 MODULES = Path(racecraft.lessons.__file__).parent / "modules"
@@ -97,3 +99,45 @@ def test_the_browser_computes_the_grid_as_python_does():
         assert same(ours, theirs), case
     cases[0]["gamma"] = 0.95 - cases[0]["gamma"]
     assert not same(in_python(cases[0]), in_node(GRID_SCRIPT, [dict(cases[0], gamma=0.5)])[0]), "the test can fail"
+
+
+STEP_SCRIPT = """
+import * as g from "MODULES/gradient.js";
+import { worth } from "MODULES/fork.js";
+import { readFileSync } from "node:fs";
+console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(one => {
+  const slope = g.gradient(one.theta, one.batch, one.baseline), after = g.climbed(one.theta, slope, one.step);
+  return { slope, pi: g.probabilities(after), entropy: g.entropy(g.probabilities(after)),
+    worth: worth(one.gamma, one.steps, one.prize) };
+})));
+"""
+
+
+def step_cases(count):
+    rng = random.Random(8)
+    for _ in range(count):
+        yield {
+            "theta": [rng.uniform(-3, 3) for _ in range(3)], "step": rng.uniform(0.1, 5),
+            "baseline": rng.random() < 0.5,
+            "batch": [[rng.randrange(3), rng.uniform(-5, 12)] for _ in range(rng.randint(1, 9))],
+            "gamma": rng.random(), "steps": rng.randint(1, 20), "prize": rng.uniform(0, 2),
+        }  # fmt: skip
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_computes_a_step_as_python_does():
+    cases = list(step_cases(1000))
+    for case, theirs in zip(cases, in_node(STEP_SCRIPT, cases), strict=True):
+        slope = pg.gradient(case["theta"], case["batch"], case["baseline"])
+        pi = pg.probabilities(pg.climbed(case["theta"], slope, case["step"]))
+        worth = fork.worth(case["gamma"], case["steps"], case["prize"])
+        assert same({"slope": slope, "pi": pi, "entropy": pg.entropy(pi), "worth": worth}, theirs)
+
+
+def test_a_step_by_hand_has_the_numbers_of_the_sheet():
+    batch = [(1, 2.2), (0, 0.1), (2, 0.1), (1, 4.1)]
+    for baseline, slope, after in ((False, 1.0333, 0.5205), (True, 0.7625, 0.4697)):
+        found = pg.gradient((0, 0, 0), batch, baseline)
+        assert found[1] == pytest.approx(slope, abs=1e-4)
+        assert pg.probabilities(pg.climbed((0, 0, 0), found, 0.5))[1] == pytest.approx(after, abs=1e-4)
+    assert fork.turn() == pytest.approx(0.579, abs=5e-4)

@@ -6,8 +6,12 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 from racecraft.lessons.checking import Check
-from racecraft.lessons.exercises import grid_world
+from racecraft.lessons.exercises import gradient, grid_world, rewards
 
 TEXTS = files("racecraft.lessons") / "texts"
-CHECKS: Mapping[str, Check] = {**grid_world.CHECKS}
-MODULES: Mapping[str, str] = {"grid": "racecraft.lessons/rc_grid.js"}
+CHECKS: Mapping[str, Check] = {**grid_world.CHECKS, **rewards.CHECKS, **gradient.CHECKS}
+MODULES: Mapping[str, str] = {
+    "grid": "racecraft.lessons/rc_grid.js",
+    "fork": "racecraft.lessons/rc_fork.js",
+    "gradient": "racecraft.lessons/rc_gradient.js",
+}

@@ -20,7 +20,7 @@ GAMMA, ALPHA = 0.9, 0.5
 
 
 def total_is(answer: Answer) -> Verdict:
-    """An episode that ended, with exactly the total that is asked for."""
+    """An episode that ended, began straight on, and has exactly the total that is asked for."""
     grid, driven = drive_of(answer, "drive")
     asked = float(answer.arguments["total"])
     if grid != make_grid():
@@ -29,6 +29,8 @@ def total_is(answer: Answer) -> Verdict:
         return tried("not_ended", total=driven.total)
     if abs(driven.total - asked) > CLOSE:
         return tried("too_much" if driven.total > asked else "too_little", total=driven.total)
+    if driven.moves[0] != 1:
+        return tried("begins_aside", total=driven.total)
     return passed(total=driven.total, moves=len(driven.moves))
 
 

@@ -232,13 +232,15 @@ def learn(grid: Grid, learning: Learning, chance: Chance, q: Q | None = None) ->
 
 def learn_drive(grid: Grid, q: Q, alpha: float, gamma: float, epsilon: float, chance: Chance) -> Drive:
     """Drive one episode and learn from each of its moves."""
-    square, moves = grid.start, []
-    while not grid.ends(square) and len(moves) < MOST_MOVES:
+    square, squares, moves, rewards, ended = grid.start, [grid.start], [], [], ""
+    while not ended and len(moves) < MOST_MOVES:
         move = choose(q[square[0]][square[1]], epsilon, chance)
-        update(q, grid, square, move, alpha, gamma)
-        moves.append(move)
+        rewards.append(update(q, grid, square, move, alpha, gamma))
         square = grid.after(square, move)
-    return drive(grid, moves)
+        moves.append(move)
+        squares.append(square)
+        ended = grid.ends(square)
+    return Drive(tuple(squares), tuple(moves), tuple(rewards), ended)
 
 
 def greedy_drive(grid: Grid, q: Q, chance: Chance) -> Drive:
