@@ -57,6 +57,8 @@ class EvaluationResult:
     """Everything else, as plain values for evaluations/N.json."""
     selection: tuple[float, ...] = ()
     """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
+    luck: float = 0.0
+    """Share of that first number by which evaluations of one policy differ by chance."""
     steps: int = 0
     """Steps of agents that were taken for it; 0 where it looked at the training's own."""
     write_files: Callable[[RunFolder, int], None] = field(default=lambda run, iteration: None, compare=False)
@@ -68,6 +70,20 @@ class EvaluationResult:
     def selection_metric(self) -> tuple[float, ...]:
         """What checkpoints are compared by."""
         return self.selection or (self.score,)
+
+    def takes_the_place_of(self, best: EvaluationResult) -> bool:
+        """Tell whether this result is the best now; of results that are equal, but for luck, the newer is.
+
+        The best of many evaluations was lucky; the newest policy has learned longest.
+
+        >>> slower = EvaluationResult(100.0, True, selection=(-6400.0,), luck=0.03)
+        >>> slower.takes_the_place_of(EvaluationResult(100.0, True, selection=(-6300.0,)))
+        True
+        >>> slower.takes_the_place_of(EvaluationResult(100.0, True, selection=(-6200.0,)))
+        False
+        """
+        own, other = self.selection_metric, best.selection_metric
+        return own >= other or (self.luck > 0.0 and own[0] >= other[0] - self.luck * abs(other[0]))
 
 
 @dataclass(frozen=True)

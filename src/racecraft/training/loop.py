@@ -379,7 +379,7 @@ class TrainingLoop:
         result = self._evaluator.evaluate()
         self._last = result
         self._note_first_goal(result.goal_reached)
-        is_best = self._best is None or result.selection_metric >= self._best.selection_metric
+        is_best = self._best is None or result.takes_the_place_of(self._best)
         if is_best:
             self._best = result
         return result, is_best
