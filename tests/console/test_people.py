@@ -23,6 +23,8 @@ from racecraft.console.workspace import Workspace
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.job import new_job
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.league.race import Entry, Race
+from racecraft.league.store import League
 from racecraft.web.access import opened
 from racecraft.web.server import ServerThread
 
@@ -83,6 +85,11 @@ class Club:
         spec = JobSpec(command=("train", "."), name="secret-car-1", run="runs/1", folder=str(self.model.path))
         store = JobPaths(self.home.path, self.home.store_url, bob.owned).store()
         store.add(new_job(spec, time.time()))
+        self.league = League.open_or_create(self.root / "league")
+        self.league.add_race(Race(id="", title="Cup", kind="deepracer", tracks=("Oval_track",), rules={}))
+        self.league.add_entry(
+            "cup", lambda folder: Entry(number=0, racer="Bob", model="m", entered=1.0, person=bob.owned)
+        )
         self.application = make_console(self.root, self.home, opened(TOKEN))
         self.server = ServerThread(self.application, "console")
         self.port = self.server.start("127.0.0.1", 0)
@@ -107,7 +114,8 @@ class Club:
             if path.is_file() and not path.name.startswith("console.sqlite")
         }
         job = self.home.store().find("secret-car-1")
-        return files, job.state, [(one.name, one.role, one.has_password) for one in self.accounts.people()]
+        people = [(one.name, one.role, one.has_password) for one in self.accounts.people()]
+        return files, job.state, people, self.league.entries("cup"), self.league.races()
 
     def close(self):
         self.server.close()
@@ -169,6 +177,10 @@ def tricks(club, ada):
         "a workspace as a model": f"/models/{quote(f'../../Bob-{bob.id}/models/secret-car')}",
         "an imported model": "/import/secret-car",
         "the people": "/people.json",
+        "a drive outside the race": "/races/cup/drives/..%2f..%2f..%2fsecret",
+        "the entry's files": "/races/cup/entries/00001/entry.json",
+        "a race outside the league": "/races/..%2f..%2fpeople",
+        "the league's secret": "/races/cup/drives/..%2f..%2fsecret/0",
         "two slashes": "//people",
         "a path in capitals": "/PEOPLE",
     }.items():
@@ -183,6 +195,11 @@ def tricks(club, ada):
         ("export", f"{car}/export", {"to": "onnx"}),
         ("evaluate", f"{car}/evaluations", {}),
         ("resume", f"{car}/resume", {"minutes": "1"}),
+        ("withdraw his car", "/races/cup/withdraw", {"entry": "1"}),
+        ("enter his car", "/races/cup/enter", {"model": "secret-car", "racer": "Bob"}),
+        ("close a race", "/races/cup/act", {"act": "close"}),
+        ("judge a race again", "/races/cup/act", {"act": "reset"}),
+        ("make a race", "/races/new", {"kind": "deepracer", "title": "Mine"}),
         ("become owner", f"/people/{club.people['Ada'].id}/role", {"role": "owner"}),
         ("remove Bob", f"/people/{bob.id}/remove", {"name": "Bob"}),
         ("reset Bob's password", f"/people/{bob.id}/reset", {}),
@@ -236,7 +253,7 @@ def test_no_trick_reads_writes_or_stops_what_is_not_the_tricksters(club):
         ada.ask("/account")
     assert reached == []
     assert club.state_of_bob() == before
-    assert count >= 45
+    assert count >= 54
     assert ada.ask("/account")[0] == 200
 
 
@@ -328,6 +345,19 @@ def test_the_machine_itself_needs_no_sign_in(tmp_path, monkeypatch):
     assert browser.ask("/people", Host="evil.example")[0] == 403
     assert json.loads(browser.ask("/people.json")[2])["people"][0]["name"] == "Ada"
     server.close()
+
+
+def test_a_racer_withdraws_their_own_car_and_an_organisers_acts_are_logged(club):
+    club.league.add_entry("cup", lambda folder: club.league.entries("cup")[1])
+    bob, eve = club.browser("Bob"), club.browser("Eve")
+    assert bob.ask("/races/cup/withdraw", {"entry": "2"})[0] == 303
+    assert list(club.league.entries("cup")) == [1]
+    assert eve.ask("/races/cup/act", {"act": "close"})[0] == 303
+    assert eve.ask("/races/cup/withdraw", {"entry": "1"})[0] == 303
+    told = [(act.name, act.what, act.subject) for act in club.accounts.acts(2)]
+    assert told == [("Eve", "withdraw entry", "cup"), ("Eve", "close race", "cup")]
+    for path in ("/races/cup", "/races", "/racers/Bob"):
+        assert str(club.root) not in club.browser("Sue").ask(path)[2]
 
 
 def test_a_shared_model_is_copied_whole_and_only_while_it_is_shared(club):

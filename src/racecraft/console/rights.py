@@ -71,6 +71,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/races/{id}/board.csv": Verb.WATCH,
     "/races/{id}/drives/{heat}": Verb.WATCH,
     "/races/{id}/enter": Verb.ENTER,
+    "/races/{id}/withdraw": Verb.ENTER,
     "/seasons/{id}": Verb.WATCH,
     "/settings": MODELS,
     "/shared": MODELS,

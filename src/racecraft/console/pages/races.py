@@ -54,6 +54,7 @@ def routes(console: Console) -> list[BaseRoute]:
         *page_routes(console, "/races/{id}/enter", enter_page),
         act_route(console, "/races/{id}/enter", enter),
         act_route(console, "/races/{id}/act", act_on_race),
+        act_route(console, "/races/{id}/withdraw", withdraw),
         *page_routes(console, "/races/{id}/drives/{heat}", drive_page),
         *page_routes(console, "/seasons/{id}", season_page),
     ]
@@ -114,7 +115,12 @@ def race_page(console: Console, request: Request) -> Page:
         "season": _season_title(league, race),
         "picture": race.tracks[0],
         "path": f"/races/{race.id}",
-        "command": f"racecraft league board {race.id} --league {league.path}",
+        "own_entries": [
+            {"number": entry.number, "model": entry.model, "entered": entry.entered}
+            for entry in entries.values()
+            if entry.person == person.owned
+        ],
+        "command": f"racecraft league board {race.id} --league {_shown_folder(request, league.path)}",
     }
     return Page("race.html", race.title, data, here="/races")
 
@@ -136,6 +142,7 @@ def make(console: Console, request: Request, fields: Fields) -> Page | str:
         race = form.make(values, console.league)
     except UserInputError as error:
         return _form_page(form, fields, {}, str(error))
+    _log(console, request, "make race", race)
     return f"/races/{race.id}"
 
 
@@ -169,7 +176,7 @@ def enter(console: Console, request: Request, fields: Fields) -> Page | str:
 
 
 def act_on_race(console: Console, request: Request, fields: Fields) -> str:
-    """Judge, close, open or reset a race."""
+    """Judge, close, open or reset a race; the log keeps who did."""
     league = _league(console)
     race, act = _race(league, request.path_params["id"]), one(fields, "act")
     if act == "judge":
@@ -177,8 +184,24 @@ def act_on_race(console: Console, request: Request, fields: Fields) -> str:
     elif act in ("close", "open", "reset"):
         action: Any = {"close": close_race, "open": open_race, "reset": reset_race}[act]
         action(race.id, league=league.path)
-    elif act == "withdraw":
-        league.withdraw(race.id, int(one(fields, "entry", "0")))
+    else:
+        raise WebError(400, "no_such_act", "expected judge, close, open or reset.")
+    _log(console, request, f"{act} race", race)
+    return f"/races/{race.id}"
+
+
+def withdraw(console: Console, request: Request, fields: Fields) -> str:
+    """Take an entry back: one's own, or as an organiser another person's."""
+    league, person = _league(console), person_of(request)
+    race, number = _race(league, request.path_params["id"]), one(fields, "entry")
+    entry = league.entries(race.id).get(int(number)) if number.isascii() and number.isdigit() else None
+    if entry is None:
+        raise WebError(404, "no_such_entry", "this race has no such entry; load the page again.")
+    if not may(person, Verb.ENTER, entry.person):
+        raise WebError(403, "not_allowed", "this entry is another person's; only they and organisers withdraw it.")
+    league.withdraw(race.id, entry.number)
+    if entry.person != person.owned:
+        _log(console, request, "withdraw entry", race, entry=entry.number, racer=entry.racer)
     return f"/races/{race.id}"
 
 
@@ -205,7 +228,7 @@ def drive_page(console: Console, request: Request) -> Page:
     about = {
         "race": asdict(race), "racer": racer, "heat": result.heat, "outcome": asdict(outcome),
         "track_number": number, "path": f"/races/{race.id}/drives/{quote(result.heat)}", "back": f"/races/{race.id}",
-        "folder": str(own[1]),
+        "folder": _shown_folder(request, own[1]),
     }  # fmt: skip
     return Page(template, f"{racer} in {race.title}", {**about, **data}, here="/races")
 
@@ -279,6 +302,16 @@ def _board(league: League, id: str) -> tuple[Race, Board]:
 
 def _folder(league: League, race: Race, heat: str, track: int) -> Path:
     return league.folder(race.id) / "drives" / f"{heat}-{track}"
+
+
+def _shown_folder(request: Request, folder: Path) -> str:
+    """Return a folder for a command; only who sees the machine is told where it lies."""
+    return str(folder) if may(person_of(request), Verb.RUN_MACHINE) else folder.name
+
+
+def _log(console: Console, request: Request, what: str, race: Race, **detail: Any) -> None:
+    if console.accounts is not None:
+        console.accounts.log(person_of(request), what, race.id, **detail)
 
 
 def _organises(request: Request) -> bool:
