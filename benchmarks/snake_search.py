@@ -149,7 +149,7 @@ def tree(boards: list[Board], settings: GameSettings, walks: int) -> dict[str, f
     for board in boards:
         grown = Tree(board, settings, "s0")
         began = time.process_time()
-        grown.walk(walks)
+        grown.simulate(walks)
         seconds += time.process_time() - began
         plies += grown.turns_walked()
     return {"tree_positions_a_second": plies / seconds, "tree_walks_a_second": walks * len(boards) / seconds}
