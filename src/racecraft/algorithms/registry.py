@@ -63,6 +63,8 @@ class Algorithm:
     """Name of its settings' class: the group's name and "Config"; "" where there are none."""
     title: str
     """One sentence for people."""
+    label: str = ""
+    """How lists call it; "": its name in capitals."""
     acts: tuple[str, ...] = EVERYTHING
     """Kinds of actions that it can learn."""
     replay: bool = False
@@ -77,7 +79,7 @@ class Algorithm:
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     whole_episodes: bool = False
-    """Whether it learns from whole episodes only (its learner eats EPISODES)."""
+    """Whether it learns from whole episodes only (its learner's `experience` is EPISODES)."""
     stays: str = ""
     """Why its actors cannot be in other processes than its learner, a clause that its name begins; "": they can. They
     are given the group "network" of its weights."""
@@ -146,6 +148,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "ApexConfig",
             "Ape-X: DQN with many actors that explore unlike each other and a learner beside them; not bit by bit the "
             "same twice.",
+            label="Ape-X",
             acts=(CHOICES,),
             critic=False,
             replay=True,
@@ -185,6 +188,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "AlphaZeroConfig",
             "Learning by search: the policy follows a search that asks it, the critic who won; for snakes, best begun "
             "from a run of ppo.",
+            label="AlphaZero",
             acts=(CHOICES,),
             searches=True,
             stays="asks the search that the world of its own process brings along",
@@ -200,6 +204,24 @@ ALGORITHMS: dict[str, Algorithm] = {
     )
 }
 """The built-in algorithms by name."""
+
+
+def choices(*acts: str, searches: bool = False) -> list[tuple[str, str]]:
+    """Return (name, label) of the built-in algorithms that collect what they learn from, for a list in a form.
+
+    Args:
+        acts: Kinds of actions of which it learns at least one; none: any.
+        searches: Whether the world brings the search that some learn from.
+
+    >>> choices(NUMBERS)
+    [('ppo', 'PPO'), ('sac', 'SAC'), ('reinforce', 'REINFORCE')]
+    """
+    return [
+        (one.name, one.label or one.name.upper())
+        for one in ALGORITHMS.values()
+        if (searches if one.searches else not one.stays) and (not acts or set(acts) & set(one.acts))
+    ]
+
 
 _registered: dict[str, Algorithm] = {}
 

@@ -15,7 +15,7 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.cluster.messages import RolloutResult, Task, WorkerInit, bytes_of
 from racecraft.cluster.shares import Share
 from racecraft.cluster.transport import Ticket
-from racecraft.cluster.worker_pool import ThreadPool, starts_of
+from racecraft.cluster.worker_pool import WorkerPool, starts_of
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 from racecraft.formats.episodes import columns_of_all
 from racecraft.rollout.collector import WorkerLayoutError
@@ -88,7 +88,7 @@ class ClusterCollector:
 
     def __init__(
         self,
-        crew: ThreadPool,
+        crew: WorkerPool,
         spec: WorldSpec,
         learner: Learner,
         horizon: int,

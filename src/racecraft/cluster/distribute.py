@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.registry import ALGORITHMS
 from racecraft.cluster.cluster_options import ClusterOptions, read_cluster
 from racecraft.cluster.collector import ClusterCollector, Updates
 from racecraft.cluster.messages import WorkerConfig
 from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
 from racecraft.cluster.transport import Transport
-from racecraft.cluster.worker_pool import COME_SECONDS, ThreadPool
+from racecraft.cluster.worker_pool import COME_SECONDS, WorkerPool
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import WorldSpec
 from racecraft.training.remote_collection import TickCallback
@@ -26,7 +27,7 @@ from racecraft.training.trainer import Distribute, Experiment
 class ClusterGatherer:
     """Carries a learner through the worlds of a crew."""
 
-    crew: ThreadPool
+    crew: WorkerPool
     spec: WorldSpec
     experiment: Experiment
     updates: Updates = field(default_factory=Updates)
@@ -112,13 +113,13 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_second
     return spread
 
 
-def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: MessageCallback) -> ThreadPool:
+def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: MessageCallback) -> WorkerPool:
     """Return workers in their places, not yet started."""
     shares = shares_of(parts_of(planned), transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
     orders = [WorkerConfig(kind, plan_of_share(planned, share), share) for share in shares]
-    return ThreadPool(transport, orders, say, come_seconds)
+    return WorkerPool(transport, orders, say, come_seconds)
 
 
 def _require_spreadable(experiment: Experiment) -> None:
@@ -131,13 +132,14 @@ def _require_spreadable(experiment: Experiment) -> None:
         raise SettingError("--cluster: {stays} Leave --cluster out.", stays=experiment.stays)
     if experiment.algorithm.stays:
         raise SettingError(
-            "--cluster: {name} {stays}. Use ppo, reinforce, dqn, apex or sac, or leave --cluster out.",
+            "--cluster: {name} {stays}. Use one of {others}, or leave --cluster out.",
             name=experiment.algorithm.name,
+            others=", ".join(name for name, one in ALGORITHMS.items() if not one.stays),
             stays=experiment.algorithm.stays,
         )
 
 
-def _tell(crew: ThreadPool, asked: ClusterOptions, say: MessageCallback) -> None:
+def _tell(crew: WorkerPool, asked: ClusterOptions, say: MessageCallback) -> None:
     hosts = {opened.host for opened in crew.opened}
     machines = "this machine" if asked.address is None else f"{len(hosts)} machine{'s' * (len(hosts) > 1)}"
     say(f"- cluster {asked}: {len(crew.opened)} workers on {machines}, the learner here")

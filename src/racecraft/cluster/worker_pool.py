@@ -1,4 +1,4 @@
-"""Workers of a cluster; a lost one is replaced and its task repeated. Begin with `ThreadPool.gather`.
+"""Workers of a cluster; a lost one is replaced and its task repeated. Begin with `WorkerPool.gather`.
 
 A worker's every answer says where it stands, so whoever takes its place goes on from there, with the same weights and
 the same chance, and gives the very answer that was lost: a training loses no update by it, and its curve is the same.
@@ -33,7 +33,7 @@ LOST_IN_A_ROW = 5
 MessageCallback = Callable[[str], None]
 
 
-class ThreadPool:
+class WorkerPool:
     """Workers, each in its place.
 
     Args:

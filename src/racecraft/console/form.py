@@ -112,12 +112,12 @@ def read_fields(steps: Sequence[Step], typed: Mapping[str, Any]) -> tuple[dict[s
     return values, wrong
 
 
-def common_fields(algorithms: Sequence[str], minutes: float = 5.0) -> tuple[Field, ...]:
-    """Return the fields of a training in any world: algorithm, time, seed."""
+def common_fields(algorithms: Sequence[tuple[str, str]], minutes: float = 5.0) -> tuple[Field, ...]:
+    """Return the fields of a training in any world: algorithm (name and label, the default first), time, seed."""
     return (
         Field(
-            name="algorithm", label="Algorithm", default=algorithms[0], kind="choice",
-            choices=tuple((one, one.upper()) for one in algorithms), names=(("--algorithm", algorithms[0]),),
+            name="algorithm", label="Algorithm", default=algorithms[0][0], kind="choice", choices=tuple(algorithms),
+            names=(("--algorithm", algorithms[0][0]),),
         ),
         Field(
             name="minutes", label="End after", default=minutes, low=0.1, high=1440.0, unit="min",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from racecraft.algorithms.registry import CHOICES, choices
 from racecraft.console.form import Field, Step, common_fields, common_words
 from racecraft.console.parts import WorldParts
 
@@ -32,7 +33,13 @@ class SnakeParts(WorldParts):
                 choices=tuple((one, one) for one in RULESETS), names=(("--ruleset", "standard"),),
             ),
         )  # fmt: skip
-        return [Step(key="training", title="Training", fields=(*fields, *common_fields(("ppo", "alphazero"), 10.0)))]
+        return [
+            Step(
+                key="training",
+                title="Training",
+                fields=(*fields, *common_fields(choices(CHOICES, searches=True), 10.0)),
+            )
+        ]
 
     def words(self, values: Mapping[str, Any]) -> list[str]:
         """Return `snakes train` and its options."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from racecraft.algorithms.registry import choices
 from racecraft.console.form import Field, Step, common_fields, common_words
 from racecraft.console.parts import WorldParts
 from racecraft.contract.errors import SettingError
@@ -23,9 +24,7 @@ class GymnasiumParts(WorldParts):
             name="score", label="End at a mean score of", default="", kind="line",
             sentence="Empty: only the time ends it.", names=(("--stop", "score=475"),),
         )  # fmt: skip
-        return [
-            Step(key="training", title="Training", fields=(environment, score, *common_fields(("ppo", "sac", "dqn"))))
-        ]
+        return [Step(key="training", title="Training", fields=(environment, score, *common_fields(choices())))]
 
     def words(self, values: Mapping[str, Any]) -> list[str]:
         """Return `gym train` and its options.

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from racecraft.algorithms.registry import choices
 from racecraft.console.form import Field, Step
 from racecraft.worlds.deepracer.driving.known_laps import best_known_lap
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
@@ -112,7 +113,7 @@ def _algorithm() -> Step:
         fields=(
             Field(
                 name="algorithm", label="Algorithm", default="ppo", kind="choice", matters=True,
-                choices=(("ppo", "PPO"), ("sac", "SAC"), ("dqn", "DQN"), ("apex", "Ape-X"), ("reinforce", "REINFORCE")),
+                choices=tuple(choices()),
                 sentence="PPO learns steadily; SAC needs fewer steps and more time for each.",
                 names=(("--algorithm", "ppo"), ("JSON", "training_algorithm")),
             ),
