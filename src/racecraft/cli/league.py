@@ -142,8 +142,23 @@ def _show_board(shown: ShownBoard) -> None:
         ))  # fmt: skip
     titles = ("place", "racer", "model", score, gap, "best lap", "resets", "entries", "note")
     table(titles, rows, left=("racer", "model", "note"), whole=("racer",))
+    if shown.history:
+        print("AWS's races here, in another simulator: a neighbourhood, no result.")
+        table(
+            ("launched", "race", "timed by", "racers", "winner, s", "the leader here, s", "rank"),
+            [
+                (one["date"], one["race"], f"{one['timing']}, {one['laps']} laps", str(one["racers"]),
+                 _seconds(one["winner_seconds"]), _seconds(one["own_seconds"]), str(one["own_rank"] or "–"))
+                for one in shown.history
+            ],
+            left=("launched", "race", "timed by"),
+        )  # fmt: skip
     if found.waiting:
         print(f"{found.waiting} wait to be judged: racecraft league judge {word(race.id)}")
+
+
+def _seconds(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3f}"
 
 
 def _show_reset(done: ResetRace) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import find_kind
-from racecraft.league.race import Outcome
+from racecraft.league.race import Outcome, Race
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +69,18 @@ class LeagueWorld(Protocol):
 
         Raises:
             UserInputError: Its files are missing or damaged.
+        """
+
+    def history(self, race: Race, laps: Sequence[float | None], archive: Path) -> list[dict[str, Any]]:
+        """Return older boards on a race's track, and where these laps would stand: one row each, fit for JSON.
+
+        Args:
+            race: The race.
+            laps: Of its leader, s; None: not completed.
+            archive: The user's copy of the older boards.
+
+        Raises:
+            UserInputError: The archive cannot be read.
         """
 
     def canonical_track(self, name: str) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.actions.action import action
 from racecraft.actions.league.options import LeagueOptions, RaceNamed
 from racecraft.contract.progress import Progress, quiet
 from racecraft.league.race import Race
+from racecraft.settings.request import option
 
 if TYPE_CHECKING:
     from racecraft.league.board import Board
@@ -84,7 +86,9 @@ def show_race(request: RaceNamed, progress: Progress = quiet) -> ShownRace:
 
 @dataclass(frozen=True, kw_only=True)
 class BoardRequest(RaceNamed):
-    """Whose board."""
+    """Whose board, and what stands beside it."""
+
+    aws: Path | None = option(None, "Your copy of AWS's leaderboards: its races on the same track stand beside.")
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,8 @@ class ShownBoard:
     """A race's board."""
 
     board: Board
+    history: tuple[dict[str, Any], ...] = ()
+    """AWS's races on the same track, and where the leader's laps would stand."""
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return race, waiting entries and rows."""
@@ -99,7 +105,7 @@ class ShownBoard:
         return {
             "race": board.race.id, "title": board.race.title, "tracks": list(board.race.tracks),
             "ranking": board.race.ranking, "format": board.race.format, "waiting": board.waiting,
-            "rows": [asdict(row) for row in board.rows],
+            "rows": [asdict(row) for row in board.rows], "history": list(self.history),
         }  # fmt: skip
 
 
@@ -107,10 +113,19 @@ class ShownBoard:
 def show_board(request: BoardRequest, progress: Progress = quiet) -> ShownBoard:
     """Show who is where in a race, by how much, and which laps were driven.
 
-    Example: racecraft league board club-evening
+    Examples:
+
+        racecraft league board club-evening
+
+        racecraft league board club-evening --aws deepracer-race-data
     """
     from racecraft.league.board import board_of
+    from racecraft.league.world_part import league_world
 
     league = request.open()
     race = league.race(request.race)
-    return ShownBoard(board_of(race, league.entries(race.id), league.results(race.id)))
+    found = board_of(race, league.entries(race.id), league.results(race.id))
+    if request.aws is None:
+        return ShownBoard(found)
+    laps = found.rows[0].laps if found.rows else ()
+    return ShownBoard(found, tuple(league_world(race.kind).history(race, laps, request.aws)))

@@ -116,8 +116,26 @@ def test_a_drive_is_found_under_the_leaderboards_name_and_read_as_a_log(run, lea
     ticks = rc.logs.read(drive).ticks.collect()
     assert set(ticks["phase"]) == {"leaderboard"}
     assert ticks.height == round(result.drives[0].outcomes[0].total_seconds * 15)
-    monkeypatch.setenv("RACECRAFT_RUNS", str(drive.parent))
+    monkeypatch.setenv("RACECRAFT_LEAGUE", str(league))
+    monkeypatch.chdir(league)
     assert [one.path for one in local_streams.streams(local_streams.LEADERBOARDS)] == [drive]
+
+
+ARCHIVE = """\
+Arn,Name,LaunchTime,TrackArn,MinimumLaps,RaceType,TimingMethod
+a,One,1569888000000,x::track/Oval_track,1,TIME_TRIAL,BEST_LAP_TIME
+b,Two,1669888000000,x::track/reinvent_base,1,TIME_TRIAL,BEST_LAP_TIME
+"""
+
+
+def test_aws_races_on_the_track_stand_beside_the_board_without_names(league, tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "leaderboards.csv").write_text(ARCHIVE)
+    (tmp_path / "a/FINAL.csv").write_text("Alias,Rank,RankingScore\nMia,1,7000\nJun,2,9000\n")
+    race = rc.create_race("Club", league=league, **SHORT).race
+    (row,) = league_world("deepracer").history(race, [8.0, None], tmp_path)
+    assert (row["race"], row["winner_seconds"], row["own_seconds"], row["own_rank"]) == ("One", 7.0, 8.0, 2)
+    assert "Mia" not in str(row)
 
 
 def test_an_archive_of_aws_and_one_of_a_run_enter_as_a_run_does(run, league, tmp_path, here):

@@ -120,7 +120,7 @@ def drive_cars(
 
 def _alone(car: TrainedCar, track: Track, rules: CarRules, seed: int, actor: Recorder | Player) -> CarDrive:
     trial_rules = rules.trial_rules()
-    car = _in_race(car, rules)
+    car = in_race(car, rules)
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=trial_rules.laps_in_one)
     record = judge_race(actor, world, trial_rules, seed)
     last = None if rules.race_seconds is None else round(rules.race_seconds * TICKS_PER_SECOND)
@@ -141,7 +141,7 @@ def _alone(car: TrainedCar, track: Track, rules: CarRules, seed: int, actor: Rec
     return CarDrive(car, outcome, record.ticks, actor.actions, record, world.track)
 
 
-def _in_race(car: TrainedCar, rules: CarRules) -> TrainedCar:
+def in_race(car: TrainedCar, rules: CarRules) -> TrainedCar:
     """Return a car in the race's settings; what it was trained in does not matter."""
     groups = dict.fromkeys(race_groups(rules.type), rules.objects())
     settings = Settings(

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from racecraft.league.race import Race
 from racecraft.league.world_part import Driven, DriveOrder
 
 
@@ -39,6 +40,12 @@ class CarLeague:
         from racecraft.worlds.deepracer.league.shown import shown_drive
 
         return shown_drive(folder, track)
+
+    def history(self, race: Race, laps: Sequence[float | None], archive: Path) -> list[dict[str, Any]]:
+        """Return AWS's races on the track, oldest first: rank and times, no names."""
+        from racecraft.worlds.deepracer.league.history import history
+
+        return history(race, laps, archive)
 
     def canonical_track(self, name: str) -> str:
         """Return a track's own name, however it was spelt."""

@@ -31,6 +31,9 @@ SIMULATIONS, LEADERBOARDS = "/aws/robomaker/SimulationJobs", "/aws/deepracer/lea
 PHASES = {SIMULATIONS: ("training", "evaluation"), LEADERBOARDS: ("leaderboard",)}
 ROOT = "RACECRAFT_RUNS"
 """Environment variable that names the folder of runs; without it `runs` in the working folder."""
+LEAGUE, DRIVES = "RACECRAFT_LEAGUE", "drives"
+"""Environment variable that names the league's folder, without it `league` in the working folder; and what a race calls
+the folder of its drives."""
 DATES = ("%d %B %Y", "%d %b %Y", "%B %d %Y", "%b %d %Y", "%Y/%m/%d", "%d %B %Y %H:%M", "%d %b %Y %H:%M")
 LETTERS = "0123456789abcdfghjklmnpqrstvwxyz"
 
@@ -64,15 +67,22 @@ def streams(log_group: str = SIMULATIONS) -> list[Stream]:
             nearest(log_group, tuple(PHASES)),
         )
     root = Path(os.environ.get(ROOT, "runs"))
-    if not root.is_dir():
+    judged = _judged_drives() if log_group == LEADERBOARDS else []
+    if not root.is_dir() and not judged:
         raise LogError(
             str(root),
             "no folder",
             Message("the folder of runs; {root} names another", root=ROOT),
             "Train something first.",
         )
-    found = [stream for phase in PHASES[log_group] for run in sorted(root.iterdir()) for stream in _of(run, phase)]
+    runs = [*(sorted(root.iterdir()) if root.is_dir() else ()), *judged]
+    found = [stream for phase in PHASES[log_group] for run in runs for stream in _of(run, phase)]
     return sorted(found, key=lambda stream: (stream.last_ms, stream.simulation))
+
+
+def _judged_drives() -> list[Path]:
+    """Return the folders of every drive that the league beside the runs has judged."""
+    return sorted(Path(os.environ.get(LEAGUE, "league")).glob(f"races/*/{DRIVES}/*-*"))
 
 
 def get_log_events(
@@ -187,8 +197,12 @@ def _ticks(run: Path, phase: str) -> pl.DataFrame:
 
 
 def simulation_id(run: Path, phase: str) -> str:
-    """Return the id of a simulation: `sim-` and twelve letters and figures, from the run's name and the phase."""
-    number = int.from_bytes(hashlib.sha256(f"{run.name}/{phase}".encode()).digest()[:8], "big")
+    """Return the id of a simulation: `sim-` and twelve letters and figures, from the run's name and the phase.
+
+    Drives of a league are numbered in each race, so the race's name counts as well.
+    """
+    name = f"{run.parents[1].name}/{run.name}" if run.parent.name == DRIVES else run.name
+    number = int.from_bytes(hashlib.sha256(f"{name}/{phase}".encode()).digest()[:8], "big")
     return "sim-" + "".join(LETTERS[(number >> (5 * k)) & 31] for k in range(12))
 
 
