@@ -19,13 +19,16 @@ PILOT = """() => {
     if (!drive.shown) return;
     if (!drive.running) return key("ArrowUp", !drive.down.has("ArrowUp"));
     key("ArrowUp", false);
-    const [x, y, yaw] = drive.shown, far = ([u, v]) => Math.hypot(u - x, v - y);
-    let at = centre.reduce((best, point, k) => far(point) < far(centre[best]) ? k : best, 0), ahead = 0.9;
+    const [x0, y0, yaw0, speed, wheel] = drive.to, turn = 3.8 * wheel * speed * 0.2;  // where it is in 0.2 s
+    const yaw = yaw0 + turn, x = x0 + 0.2 * speed * Math.cos(yaw0 + turn / 2);
+    const y = y0 + 0.2 * speed * Math.sin(yaw0 + turn / 2);
+    const far = ([u, v]) => Math.hypot(u - x, v - y);
+    let at = centre.reduce((best, point, k) => far(point) < far(centre[best]) ? k : best, 0), ahead = 1.0;
     while (ahead > 0) { const next = (at + 1) % centre.length;
       ahead -= Math.hypot(centre[next][0] - centre[at][0], centre[next][1] - centre[at][1]); at = next; }
-    let off = Math.atan2(centre[at][1] - y, centre[at][0] - x) - yaw;
-    off = Math.atan2(Math.sin(off), Math.cos(off)) - 0.35 * drive.shown[4];
-    key("ArrowLeft", off > 0.07); key("ArrowRight", off < -0.07);
+    const off = Math.atan2(centre[at][1] - y, centre[at][0] - x) - yaw;
+    const want = 2 * Math.atan2(Math.sin(off), Math.cos(off));
+    key("ArrowLeft", want > 0.12 && drive.steer < want); key("ArrowRight", want < -0.12 && drive.steer > want);
   }, 16);
 }"""
 
