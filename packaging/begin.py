@@ -157,6 +157,17 @@ def main(words: list[str], parts: Path = PARTS) -> int:
     page = f"http://127.0.0.1:{server.server_address[1]}/"
     print(f"racecraft starts; {page} shows how far it is. Close this window to end it.", flush=True)
     open_browser(page, words)
+    try:
+        return start(place, progress, page, retries="--no-retry" not in words)
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def start(place: Place, progress: Progress, page: str, retries: bool) -> int:
+    """Prepare and open the console; where a step fails, try again when the page asks for it."""
     while True:
         try:
             prepare(place, progress)
@@ -164,13 +175,11 @@ def main(words: list[str], parts: Path = PARTS) -> int:
         except (StepError, OSError) as error:
             progress.message = str(error)
             print(error, flush=True)
-            if "--no-retry" in words:
+            if not retries:
                 return 1
             progress.retry.wait()
             progress.retry.clear()
             progress.message = ""
-        except KeyboardInterrupt:
-            return 0
 
 
 def prepare(place: Place, progress: Progress) -> None:
@@ -252,12 +261,13 @@ def run(place: Place, progress: Progress, words: list[str], hear: Callable[[str]
         )  # fmt: skip
     except OSError as error:
         raise StepError(f"{words[0]} cannot be started ({error.strerror}). Unpack the download again.") from error
-    assert child.stdout is not None
-    for line in child.stdout:
-        if text := line.rstrip():
-            progress.log.append(text)
-            hear(text)
-    if child.wait() != 0:
+    with child:
+        assert child.stdout is not None
+        for line in child.stdout:
+            if text := line.rstrip():
+                progress.log.append(text)
+                hear(text)
+    if child.returncode != 0:
         last = " ".join(progress.log[-3:])[-300:]
         raise StepError(f"{Path(words[0]).name} ended with code {child.returncode}: {last}")
 
@@ -280,13 +290,15 @@ def open_console(place: Place, progress: Progress, page: str) -> int:
         assert console.stdout is not None
         line = console.stdout.readline()
         if not line.startswith("{"):
+            console.stdout.close()
             raise StepError(f"The console ended with code {console.wait()} before it answered.")
         progress.address = json.loads(line)["address"]
     note = place.parts / "running.json"
     note.write_text(json.dumps({"address": progress.address}) + "\n", encoding="utf-8")
     print(f"The console is at {progress.address}", flush=True)
     try:
-        return console.wait()
+        with console:
+            return console.wait()
     except KeyboardInterrupt:
         console.terminate()
         return console.wait()

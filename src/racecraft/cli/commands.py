@@ -14,6 +14,7 @@ GENERAL = (
     Command("algorithms", "racecraft.cli.algorithms:algorithms", TRAIN),
     Command("settings", "racecraft.cli.settings:settings", TRAIN),
     Command("console", "racecraft.cli.console:console", TRAIN),
+    Command("workspace", "racecraft.cli.workspace:app", EXCHANGE),
     Command("lessons", "racecraft.cli.lessons:lessons", UNDERSTAND),
     Command("watch", "racecraft.cli.runs.watch:watch", JUDGE),
     Command("checkpoints", "racecraft.cli.runs.checkpoints:checkpoints", JUDGE),

@@ -104,7 +104,7 @@ def make_console(
     made = make_application(
         [*sign_in.routes(accounts, sessions), Mount("", consoles)],
         signed_in(access, sessions, sign_in.OPEN_PATHS),
-        most_body={"/import": MOST_UPLOAD_BYTES},
+        most_body={"/import": MOST_UPLOAD_BYTES, "/settings/restore": MOST_UPLOAD_BYTES},
     )
     made.router.lifespan_context = lambda app: _running(consoles, accounts)
     made.state.console = consoles.owner

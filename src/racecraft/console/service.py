@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import hmac
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import psutil
 import sqlalchemy as sql
 from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import FormData, UploadFile
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
@@ -155,11 +157,32 @@ async def form_fields(request: Request) -> dict[str, list[str]]:
     Raises:
         WebError: The form lacks its page's token, so that it came from elsewhere.
     """
-    found: dict[str, list[str]] = {}
     async with request.form(max_files=0) as form:
-        for name, value in form.multi_items():
-            if isinstance(value, str):
-                found.setdefault(name, []).append(value)
+        return _checked(request, form)
+
+
+@contextlib.asynccontextmanager
+async def form_with_file(request: Request, name: str) -> AsyncIterator[tuple[dict[str, list[str]], UploadFile | None]]:
+    """Yield the text values of a form that one of our pages sent, and its file; None: it has none.
+
+    Args:
+        request: What is answered.
+        name: The file's field.
+
+    Raises:
+        WebError: As from `form_fields`.
+    """
+    async with request.form(max_files=1) as form:
+        fields, file = _checked(request, form), form.get(name)
+        yield fields, file if isinstance(file, UploadFile) and file.filename else None
+
+
+def _checked(request: Request, form: FormData) -> dict[str, list[str]]:
+    """Return the text values of a form whose token is right."""
+    found: dict[str, list[str]] = {}
+    for name, value in form.multi_items():
+        if isinstance(value, str):
+            found.setdefault(name, []).append(value)
     shown_token = found.pop("form_token", [""])[0]
     if not hmac.compare_digest(shown_token.encode(), str(request.scope.get("racecraft.form_token", "?")).encode()):
         raise WebError(

@@ -16,7 +16,7 @@ from racecraft.console.commands import CommandError, run_command
 from racecraft.console.pages.model import address
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, form_fields, page_routes, shown
+from racecraft.console.service import Console, Page, form_with_file, page_routes, shown
 from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
@@ -29,10 +29,8 @@ def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of imports."""
 
     async def take(request: Request) -> Response:
-        await form_fields(request)
-        async with request.form() as form:
-            archive = form.get("archive")
-            if not isinstance(archive, UploadFile) or not archive.filename:
+        async with form_with_file(request, "archive") as (_, archive):
+            if archive is None:
                 raise SettingError("Import: found no file; expected an archive, such as model.tar.gz.")
             answer = await run_in_threadpool(take_in, console, archive)
         if isinstance(answer, str):

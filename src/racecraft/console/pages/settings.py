@@ -1,20 +1,66 @@
-"""Where everything lies, how much room it takes, and what is kept in the bin."""
+"""Where everything lies, how much room it takes, what is kept in the bin; the workspace as one file."""
 
 from __future__ import annotations
 
+import os
 import shutil
+import tempfile
+import time
+from pathlib import Path
 
+from starlette.background import BackgroundTask
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
 from starlette.requests import Request
-from starlette.routing import BaseRoute
+from starlette.responses import FileResponse, RedirectResponse, Response
+from starlette.routing import BaseRoute, Route
 
 from racecraft.accounts.rights import Verb, may
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, page_routes, person_of
+from racecraft.console.service import Console, Page, form_with_file, page_routes, person_of
+from racecraft.console.workspace_file import restore_workspace, save_workspace
+from racecraft.contract.errors import SettingError
+
+STARTER_VARIABLE = "RACECRAFT_STARTER"
+"""Names the page of the start by a double-click, which tells of newer versions (packaging/begin.py)."""
 
 
 def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of the settings."""
-    return [*page_routes(console, "/settings", settings_page)]
+
+    async def restore(request: Request) -> Response:
+        async with form_with_file(request, "workspace") as (_, file):
+            if file is None:
+                raise SettingError("Workspace: found no file; expected one that was saved here, such as workspace.zip.")
+            names = await run_in_threadpool(bring_back, console, file)
+        return RedirectResponse("/models" if names else "/settings", 303)
+
+    def save(request: Request) -> Response:
+        folder = Path(tempfile.mkdtemp(prefix="racecraft-"))
+        saved = save_workspace(console.workspace, folder / "workspace.zip")
+        name = f"racecraft-workspace-{time.strftime('%Y-%m-%d')}.zip"
+        return FileResponse(saved.file, filename=name, background=BackgroundTask(shutil.rmtree, folder, True))
+
+    return [
+        *page_routes(console, "/settings", settings_page),
+        Route("/settings/workspace.zip", save),
+        Route("/settings/restore", restore, methods=["POST"]),
+    ]
+
+
+def bring_back(console: Console, file: UploadFile) -> list[str]:
+    """Add the models of a saved workspace; return their names.
+
+    Raises:
+        ArchiveError: The file is no saved workspace.
+    """
+    with tempfile.TemporaryDirectory(prefix="restore-", dir=console.workspace.path) as folder:
+        target = Path(folder) / "workspace.zip"
+        with open(target, "wb") as out:
+            shutil.copyfileobj(file.file, out)
+        restored = restore_workspace(target, console.workspace)
+    console.watcher.look()
+    return restored.models
 
 
 def settings_page(console: Console, request: Request) -> Page:
@@ -34,7 +80,12 @@ def settings_page(console: Console, request: Request) -> Page:
 
 
 def _places(console: Console) -> dict[str, str]:
-    return {"folder": str(console.workspace.path), "index": console.index.url, "jobs": str(console.home.path)}
+    return {
+        "folder": str(console.workspace.path),
+        "index": console.index.url,
+        "jobs": str(console.home.path),
+        "starter": os.environ.get(STARTER_VARIABLE, ""),
+    }
 
 
 SECTION = Section(routes=routes, label="Settings", href="/settings", icon="gear", order=90)

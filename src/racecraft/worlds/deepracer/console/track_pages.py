@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sql
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.console.index_tables import MODELS
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Fields, Page, act_route, form_fields, one, page_routes
+from racecraft.console.service import Console, Fields, Page, act_route, form_fields, form_with_file, one, page_routes
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.web.answers import json_answer, picture_answer
@@ -50,13 +49,11 @@ def routes(console: Console) -> list[BaseRoute]:
         return json_answer(await run_in_threadpool(check_drawing, fields))
 
     async def read(request: Request) -> Response:
-        fields = await form_fields(request)
-        async with request.form() as form:
-            file = form.get("file")
-            if not isinstance(file, UploadFile) or not file.filename:
+        async with form_with_file(request, "file") as (fields, file):
+            if file is None:
                 return json_answer({"wrong": "found no file; expected a drawing."})
             data = await file.read(MAX_DRAWING_BYTES)
-            return json_answer(await run_in_threadpool(read_upload, Path(file.filename).name, data, fields))
+            return json_answer(await run_in_threadpool(read_upload, str(file.filename), data, fields))
 
     def floor(request: Request) -> Response:
         return picture_answer(*printed(request))

@@ -1,0 +1,44 @@
+"""The workspace as one file, through the page of the settings."""
+
+import contextlib
+import io
+import re
+import urllib.request
+import zipfile
+
+from tests.console.conftest import write_run
+
+from racecraft.console.application import make_console
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.web.server import ServerThread
+
+
+def sent(address, token, data):
+    """Return the page that answers the form with a file."""
+    line = b"--seam\r\nContent-Disposition: form-data; name="
+    body = line + b'"form_token"\r\n\r\n' + token.encode() + b"\r\n"
+    body += line + b'"workspace"; filename="w.zip"\r\n\r\n' + data + b"\r\n--seam--\r\n"
+    kind = {"Content-Type": "multipart/form-data; boundary=seam"}
+    with contextlib.suppress(urllib.error.HTTPError):
+        return urllib.request.urlopen(urllib.request.Request(f"{address}/settings/restore", body, kind)).geturl()
+    return "refused"
+
+
+def test_a_workspace_is_saved_and_brought_back_through_the_page(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.console.application.keep_warm", lambda home: contextlib.nullcontext())
+    home = JobPaths(tmp_path / "jobs", f"sqlite:///{tmp_path}/jobs.sqlite")
+    server = ServerThread(make_console(tmp_path / "workspace", home), "console")
+    address = f"http://127.0.0.1:{server.start('127.0.0.1', 0)}"
+    try:
+        write_run(tmp_path / "workspace/runs/oval-1")
+        saved = urllib.request.urlopen(f"{address}/settings/workspace.zip").read()
+        assert "runs/oval-1/job.json" in zipfile.ZipFile(io.BytesIO(saved)).namelist()
+        page = urllib.request.urlopen(f"{address}/settings").read().decode()
+        token = re.search(r'name="form_token" value="([^"]*)"', page)[1]
+        assert sent(address, token, saved) == f"{address}/models"
+        assert (tmp_path / "workspace/runs/oval-2/job.json").is_file()
+        assert sent(address, token, b"no zip") == "refused"
+        assert sent(address, "forged", saved) == "refused"
+        assert {path.name for path in (tmp_path / "workspace/runs").iterdir()} == {"oval-1", "oval-2"}
+    finally:
+        server.close()
