@@ -62,10 +62,11 @@ class ServerThread:
     Args:
         application: From `make_application`, or a `JsonApi`; its routes run in the thread and its workers alone.
         name: Of the thread.
+        tls: As `serve` takes it.
     """
 
-    def __init__(self, application: ASGIApp, name: str) -> None:
-        self._server = _Server(application)
+    def __init__(self, application: ASGIApp, name: str, tls: Tls | None = None) -> None:
+        self._server = _Server(application, tls)
         self._name = name
         self._thread: threading.Thread | None = None
 
