@@ -16,13 +16,17 @@ from racecraft.accounts.people import LOCAL_OWNER, Role
 from racecraft.accounts.rights import Verb, may
 from racecraft.accounts.store import Accounts
 from racecraft.console.application import make_console
+from racecraft.console.commands import run_command
 from racecraft.console.pages import create, garage
 from racecraft.console.personal import PersonalConsoles
 from racecraft.console.rights import RIGHTS, verb_of
 from racecraft.console.workspace import Workspace
+from racecraft.contract.errors import SettingError
+from racecraft.contract.loading import load_class, refuses_own_code
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.job import new_job
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.submit import environment_here
 from racecraft.league.race import Entry, Race
 from racecraft.league.store import League
 from racecraft.web.access import opened
@@ -255,6 +259,18 @@ def test_no_trick_reads_writes_or_stops_what_is_not_the_tricksters(club):
     assert club.state_of_bob() == before
     assert count >= 54
     assert ada.ask("/account")[0] == 200
+
+
+def test_nothing_in_a_racers_folder_is_taken_for_a_module(tmp_path):
+    (tmp_path / "racecraft.py").write_text('raise SystemExit(print(\'{"error": "taken"}\'))')
+    token = refuses_own_code.set(True)
+    try:
+        assert "error" not in run_command(["algorithms"], tmp_path)
+        assert environment_here()["PYTHONSAFEPATH"] == "1"
+        with pytest.raises(SettingError, match="code of its own"):
+            load_class("tests.console.test_people:Browser", "network")
+    finally:
+        refuses_own_code.reset(token)
 
 
 def test_a_sign_in_takes_a_new_token_and_a_planted_one_stays_a_strangers(club):

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
-from racecraft.contract.loading import OWN_CODE, REFUSED, refuses_own_code
+from racecraft.contract.loading import CONFINED, refuses_own_code
 
 PATIENCE_SECONDS = 600.0
 
@@ -53,4 +53,4 @@ def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
 
 
 def _environment() -> dict[str, str]:
-    return {**os.environ, OWN_CODE: REFUSED} if refuses_own_code.get() else dict(os.environ)
+    return {**os.environ, **CONFINED} if refuses_own_code.get() else dict(os.environ)

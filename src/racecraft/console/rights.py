@@ -74,6 +74,8 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/races/{id}/withdraw": Verb.ENTER,
     "/seasons/{id}": Verb.WATCH,
     "/settings": MODELS,
+    "/settings/restore": Verb.RUN_MACHINE,
+    "/settings/workspace.zip": Verb.RUN_MACHINE,
     "/shared": MODELS,
     "/shared/copy": MODELS,
     "/tracks": MODELS,

@@ -34,6 +34,8 @@ _lock = threading.RLock()
 
 OWN_CODE, REFUSED = "RACECRAFT_OWN_CODE", "refuse"
 """An environment variable and its value where people who are not trusted give the files: no module of theirs runs."""
+CONFINED = {OWN_CODE: REFUSED, "PYTHONSAFEPATH": "1"}
+"""Variables of a command that runs in a folder of theirs: nothing there is taken for a module of Python's or ours."""
 refuses_own_code: ContextVar[bool] = ContextVar("refuses_own_code", default=False)
 """The same for one request of a server, whose process serves its owner, too."""
 

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from racecraft.contract.loading import OWN_CODE, REFUSED, refuses_own_code
+from racecraft.contract.loading import CONFINED, refuses_own_code
 from racecraft.formats.atomic import make_folder
 from racecraft.formats.job_spec import JobSpec, require_legal_name, write_job_spec
 from racecraft.jobs.capacity import Capacity
@@ -87,7 +87,7 @@ def environment_here() -> dict[str, str]:
         for name, value in os.environ.items()
         if name in TOLD_FROM_HERE or name.startswith(("RACECRAFT_", "DR_"))
     }
-    return {**here, OWN_CODE: REFUSED} if refuses_own_code.get() else here
+    return {**here, **CONFINED} if refuses_own_code.get() else here
 
 
 def request_stop(home: JobPaths, store: JobStore, name: str) -> Job:
