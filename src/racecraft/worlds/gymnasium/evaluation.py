@@ -23,28 +23,43 @@ from racecraft.formats.run_folder import CODE, RunFolder
 from racecraft.players.custom_code_loader import own_code_of
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld, fits, has_vector_version
+from racecraft.worlds.gymnasium.env.recipe import Recipe
 from racecraft.worlds.gymnasium.env.user_env import made, telling
 
 OF_SCRIPTS = ("from_script/", "racecraft.compat.script_worlds:")
 """How environments of launcher scripts are called (`compat/rllib_training.py`, `compat/script_worlds.py`)."""
 REMADE_BY = "script_environment"
 """The module in a run's `code/` that makes such an environment known elsewhere."""
+AS_REGISTERED = Recipe()
 WORLD_PARTS = ("spec", "reset", "step", "save_state", "load_state", "close")
 """What a `World` has."""
 
 
-def open_world(environment: str, num_worlds: int) -> World:
+def open_world(environment: str, num_worlds: int, recipe: Recipe = AS_REGISTERED) -> World:
     """Return so many copies of an environment side by side.
+
+    Args:
+        environment: A registered id, "module:ID" or "module:Class".
+        num_worlds: Copies.
+        recipe: How each is made.
 
     Raises:
         UserInputError: No such environment, a space that cannot be shown, or a class of another shape.
     """
     _require_its_script(environment)
     own = own_class(environment)
+    is_world = own is not None and not issubclass(own, gymnasium.Env)
+    if recipe and not is_world:
+        return GymnasiumWorld(lambda: recipe.make(environment, own), num_worlds)
     if own is None:
         return GymnasiumWorld(environment, num_worlds)
-    if issubclass(own, gymnasium.Env):
+    if not is_world:
         return GymnasiumWorld(own, num_worlds)
+    if recipe:
+        raise SettingError(
+            "{environment} is a World, which is made with num_worlds alone; expected no --env-args and no --wrapper.",
+            environment=environment,
+        )
     _require_num_worlds(own, environment)
     world: World = made(telling(own), num_worlds=num_worlds)
     missing = [part for part in WORLD_PARTS if not hasattr(world, part)]
@@ -58,28 +73,28 @@ def open_world(environment: str, num_worlds: int) -> World:
     return world
 
 
-def open_judging_world(environment: str, num_worlds: int) -> World:
+def open_judging_world(environment: str, num_worlds: int, recipe: Recipe = AS_REGISTERED) -> World:
     """Return so many copies to judge in: rows of the environment's own vector version where it registers one.
 
     Raises:
         UserInputError: As `open_world`.
     """
     _require_its_script(environment)
-    if is_judged_as_rows(environment):
+    if is_judged_as_rows(environment, recipe):
         envs = made(gymnasium.make_vec, environment, num_worlds, vectorization_mode="vector_entry_point")
         if fits(envs):
             return VectorEnvWorld(environment, envs)
         envs.close()
-    return open_world(environment, num_worlds)
+    return open_world(environment, num_worlds, recipe)
 
 
-def is_judged_as_rows(environment: str) -> bool:
+def is_judged_as_rows(environment: str, recipe: Recipe = AS_REGISTERED) -> bool:
     """Tell whether an environment registers a vector version, in which it is judged.
 
     Raises:
         UserInputError: There is no such environment.
     """
-    return own_class(environment) is None and has_vector_version(_spec_of(environment))
+    return not recipe and own_class(environment) is None and has_vector_version(_spec_of(environment))
 
 
 def _require_num_worlds(own: type, environment: str) -> None:
@@ -107,11 +122,12 @@ def opened_judging_world(run: RunFolder, num_worlds: int) -> Iterator[World]:
     Raises:
         UserInputError: There is no such environment here, or its script fails.
     """
-    environment = run.read_job()["asked"]["environment"]
+    asked = run.read_job()["asked"]
+    environment = asked["environment"]
     with own_code_of(run):
         if not _is_known(environment) and (run.path / CODE / f"{REMADE_BY}.py").is_file():
             importlib.import_module(REMADE_BY)
-        world = open_judging_world(environment, num_worlds)
+        world = open_judging_world(environment, num_worlds, Recipe.of_data(asked))
         try:
             yield world
         finally:

@@ -21,6 +21,13 @@ class GymTraining(TrainingOptions):
 
     stop: tuple[str, ...] = option((), "score=475, minutes=10, iterations=50, steps=200000; may be repeated.")
     run: Path | None = option(None, "Run folder to make; by default runs/ID-N.")
+    env_args: tuple[str, ...] = option(
+        (), "NAME=VALUE, an argument with which the environment is made; a value is JSON or text; may be repeated."
+    )
+    wrapper: tuple[str, ...] = option(
+        (),
+        "Wrapper around the environment, of gymnasium.wrappers or MODULE:CLASS; may be repeated, the innermost first.",
+    )
 
 
 def gym_request(environment: str | None, options: GymTraining, progress: Callable[[str], None]) -> GymRequest:
@@ -29,8 +36,10 @@ def gym_request(environment: str | None, options: GymTraining, progress: Callabl
     Raises:
         SettingError: No environment is named.
     """
+    from racecraft.worlds.gymnasium.env.recipe import Recipe
     from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
     if environment is None:
         raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
-    return GymRequest(environment, **options.for_request(options.source(progress)))
+    recipe = Recipe.of_options(options.env_args, options.wrapper)
+    return GymRequest(environment, recipe=recipe, **options.for_request(options.source(progress)))

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from racecraft.analysis.account import typed
+from racecraft.worlds.gymnasium.env.recipe import Recipe
 
 
 def as_typed(command: str, job: Mapping[str, Any]) -> str:
     """Return a command of advice as it is typed for a run of this kind."""
-    environment = job.get("asked", {}).get("environment")
-    return typed(command, "racecraft gym train", job, [environment] if environment else [])
+    asked = job.get("asked", {})
+    environment = [asked["environment"], *Recipe.of_data(asked).as_words()] if asked.get("environment") else []
+    return typed(command, "racecraft gym train", job, environment)

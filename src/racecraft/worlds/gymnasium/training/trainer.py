@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -36,6 +36,7 @@ from racecraft.training.settings import EvaluationConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld
+from racecraft.worlds.gymnasium.env.recipe import Recipe
 from racecraft.worlds.gymnasium.evaluation import (
     is_judged_as_rows,
     open_judging_world,
@@ -100,6 +101,8 @@ class GymRequest(TrainRequest):
     kind: ClassVar[str] = KIND
     environment: str
     """A registered id, such as "CartPole-v1", or "module:Class"."""
+    recipe: Recipe = field(default_factory=Recipe)
+    """How it is made beside its name."""
     environment_code: OwnCode | None = None
     """What it is remade from elsewhere; None: the files of its own class, where it has one."""
 
@@ -128,7 +131,8 @@ def plan(request: GymRequest) -> GymPlan:
         UserInputError: No such environment, a setting or a stop that is not legal.
     """
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
-    defaults = with_judging_share(default_settings(algorithm), request.environment)
+    request.recipe.load_wrappers()
+    defaults = with_judging_share(default_settings(algorithm), request.environment, request.recipe)
     settings = fit_worlds_to_episodes(overridden(defaults, request.overrides))
     threshold = reward_threshold(request.environment)
     default_stops = ((f"score={threshold:g}",) if threshold is not None else ()) + ("minutes=30",)
@@ -148,7 +152,9 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> GymPlan:
     _, job, notes = open_to_resume(path, KIND)
     asked = job["asked"]
     algorithm = find_algorithm(job.get("algorithm", DEFAULT_ALGORITHM))
-    request = GymRequest(asked["environment"], run=path, seed=job["seed"], algorithm=algorithm.name)
+    request = GymRequest(
+        asked["environment"], run=path, seed=job["seed"], algorithm=algorithm.name, recipe=Recipe.of_data(asked)
+    )
     settings = from_dictionary(default_settings(algorithm), job["settings"])
     conditions = parse_stops(stops or asked["stops"], SCORE)
     threshold = reward_threshold(request.environment)
@@ -158,15 +164,15 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> GymPlan:
 @contextlib.contextmanager
 def build_experiment(planned: GymPlan, say: MessageCallback) -> Iterator[Experiment]:
     """Open the copies that are learned and judged in."""
-    environment, settings = planned.request.environment, planned.settings
-    code = planned.request.environment_code or own_code_of_names([environment])
+    environment, recipe, settings = planned.request.environment, planned.request.recipe, planned.settings
+    code = planned.request.environment_code or own_code_of_names([environment, *recipe.wrappers])
     with contextlib.ExitStack() as worlds:
-        world = open_world(environment, settings.rollout.num_worlds)
+        world = open_world(environment, settings.rollout.num_worlds, recipe)
         worlds.callback(world.close)
-        judged = open_judging_world(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
+        judged = open_judging_world(environment, min(settings.evaluation.episodes, JUDGING_WORLDS), recipe)
         worlds.callback(judged.close)
         has_rows = isinstance(judged, VectorEnvWorld)
-        confirming = open_judging_world(environment, CONFIRMING_EPISODES) if has_rows else judged
+        confirming = open_judging_world(environment, CONFIRMING_EPISODES, recipe) if has_rows else judged
         worlds.callback(confirming.close)
         yield Experiment(
             kind=KIND,
@@ -178,7 +184,7 @@ def build_experiment(planned: GymPlan, say: MessageCallback) -> Iterator[Experim
             evaluator=lambda learner, _: ReturnEvaluator(
                 judged, confirming, GreedyPolicy(learner), settings.evaluation.episodes, planned.threshold
             ),
-            asked={"environment": environment},
+            asked={"environment": environment, **recipe.as_data()},
             metadata={"environment": environment},
             title=environment,
             folder_name=environment.replace("/", "-").replace(":", "-"),
@@ -217,9 +223,9 @@ def default_settings(algorithm: Algorithm) -> Settings:
     return composed(settings, algorithm, TUNED.get(algorithm.name))
 
 
-def with_judging_share(settings: Settings, environment: str) -> Settings:
+def with_judging_share(settings: Settings, environment: str, recipe: Recipe) -> Settings:
     """Return settings whose evaluations take a fifth of the steps at most; vector versions judge quickly, and more."""
-    if is_judged_as_rows(environment):
+    if is_judged_as_rows(environment, recipe):
         return settings
     return settings.with_group("evaluation", replace(settings.evaluation, share=JUDGING_SHARE))
 
