@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 import typer
-from typer.testing import CliRunner
 
 from racecraft.actions.action import action
 from racecraft.cli.entry import print_errors
-from racecraft.cli.from_request import command, takes_requests
+from racecraft.cli.from_request import command
 from racecraft.contract.errors import SettingError
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, group, option
@@ -97,19 +96,3 @@ def test_help_ends_before_the_sections_for_programmers(typed):
     assert "Raises" not in out
     assert "--pictures" in out
     assert "--no-pictures" in out
-
-
-def test_a_command_of_its_own_takes_requests_whole_and_keeps_its_context():
-    called = []
-    app = typer.Typer(rich_markup_mode=None)
-
-    @app.command()
-    @takes_requests
-    def film(context: typer.Context, where: str = "here", *, film: Film, json: bool = False) -> None:
-        called.append((context.params["fps"], where, film, json))
-
-    assert CliRunner().invoke(app, ["--fps", "20", "--where", "there", "--json"]).exit_code == 0
-    assert called == [(20, "there", Film(fps=20), True)]
-    assert CliRunner().invoke(app, ["--fps", "3"]).exit_code == 2
-    with pytest.raises(TypeError, match="fpss"):
-        film("context", fpss=3)

@@ -50,7 +50,7 @@ PRESSED_IN_A_CALLBACK = """\
 import signal, sys, time, weakref
 from racecraft.cli import table
 from racecraft.cli.entry import main
-from racecraft.cli.signals import sigterm_interrupts
+from racecraft.training.signals import sigterm_interrupts
 
 class Dropped:
     pass

@@ -7,6 +7,7 @@ KIND = WorldKind(
     title="Corridor",
     training="fifth_world.training:TRAINING",
     train_command="racecraft corridor train",
+    train="fifth_world.actions:train",
     commands=(Command("corridor", "fifth_world.cli:app"),),
     make_world="fifth_world.world:Corridor",
     judging_world="fifth_world.training:TRAINING.judging_world",

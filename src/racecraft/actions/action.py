@@ -23,6 +23,19 @@ from racecraft.settings.request import make_request
 Result = TypeVar("Result")
 
 
+class Served:
+    """A result that lasts: a page, or an endpoint. Whoever called the action calls `serve`."""
+
+    def serve(self, ready: Callable[[], None], progress: Progress) -> None:
+        """Listen, call `ready` as soon as the result can be shown, serve until Ctrl-C or SIGTERM, and close.
+
+        Args:
+            ready: Shows the result.
+            progress: Receives messages.
+        """
+        raise NotImplementedError
+
+
 class Action(Generic[Result]):
     """A verb that takes its request whole, or by the names of its fields."""
 

@@ -12,6 +12,7 @@ from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
 
 if TYPE_CHECKING:
+    from racecraft.actions.training_options import TrainingOptions
     from racecraft.jobs.job import Job
 
 KEPT_ON_RESUME = ("--stop", "--cluster")
@@ -71,6 +72,33 @@ def run_job(request: RunJobRequest, progress: Progress = quiet) -> Submitted:
     else:
         job = _submit_words(request.words, request.name, limits)
     return Submitted(job)
+
+
+NOT_FOR_A_JOB = ("detach", "resume", "run")
+"""Options of a training that its job is not given, or otherwise."""
+
+
+def submit_options(options: TrainingOptions, progress: Progress) -> Submitted:
+    """Put a training, or a run that is resumed, into the queue.
+
+    Args:
+        options: What is trained: it is read and checked here, so that errors come now.
+        progress: Receives messages.
+
+    Raises:
+        UserInputError: Something given cannot be used.
+    """
+    from racecraft.actions.metrics import refuse_metrics
+    from racecraft.training import worlds
+
+    refuse_metrics(options)
+    if not options.resume:
+        worlds.plan(options.request(progress))
+    if options.cluster is not None:
+        from racecraft.cluster.ray_transport import imported_ray
+
+        imported_ray()
+    return Submitted(submit_training(options.verb, options.words(NOT_FOR_A_JOB), options.run, goes_on=options.resume))
 
 
 def submit_training(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from racecraft.actions.report import leave_report
+from racecraft.actions.train_run import TrainedRun
+from racecraft.actions.training_options import TrainingOptions
 from racecraft.cluster.distribute import distribute
-from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import find_kind
+from racecraft.contract.progress import Progress
 from racecraft.settings.describe import value_text
+from racecraft.settings.request import make_request
 from racecraft.training import worlds
 from racecraft.training.callbacks import NullCallback, TrainingCallback
 from racecraft.training.trainer import Trained
@@ -25,10 +27,9 @@ def train(
     stops: str | Iterable[str] = (),
     callback: TrainingCallback | None = None,
     quiet: bool = False,
-    cluster: str | int | None = None,
     pictures: bool = False,
-    **asked: Any,
-) -> Trained:
+    **options: Any,
+) -> TrainedRun:
     """Train in any kind of world until a stop condition holds.
 
     Args:
@@ -37,36 +38,23 @@ def train(
         stops: "minutes=5", or several; none: the world's own.
         callback: Watches; None: a line an iteration on standard error, or nothing where `quiet`.
         quiet: Say nothing.
-        cluster: Who carries the worlds, as after `--cluster`: 4 processes here, "auto" or "HOST:PORT" those of a Ray
-            cluster; None: this process.
         pictures: Leave the pictures and the report in the run folder that the command leaves.
-        asked: What the command of that kind is asked: `algorithm`, `run`, `seed`, `clone_from`, and the world's own
-            words (`folder`, `track`, `tracks`, `groups`, `hold_out`, `preset` …; `environment`; `game`; `build`,
-            `config` …).
+        options: The options and arguments of the command of that kind by their names: `run`, `seed`, `algorithm`,
+            `from_`, `resume`, `mirror` …; `folder`, `track`, `group` …; `environment`; `size`; `build`, `config` ….
 
     Returns:
-        Where the run lies and what it came to.
+        Where the run lies and what it came to; of `seeds` their runs, of `detach` the job, as the command's `--json`.
 
     Raises:
-        UserInputError: Something that was asked for cannot be used.
+        UserInputError: Something given cannot be used.
     """
-    request_class = worlds.training_in(kind).Request
-    known = {field.name for field in dataclasses.fields(request_class)}
-    for name in asked:
-        if name not in known:
-            raise SettingError(
-                "train({kind!r}) knows no '{name}'. {hint}", kind=kind, name=name, hint=nearest(name, sorted(known))
-            )
-    words = dict(asked)
-    for name in ("run", "folder", "config"):
-        if words.get(name) is not None and name in known:
-            words[name] = Path(words[name])
-    for name in ("tracks", "groups", "hold_out"):
-        if name in words:
-            words[name] = (words[name],) if isinstance(words[name], str | Mapping) else tuple(words[name])
-    request = request_class(stops=_texts(stops), overrides=_overrides(settings), **words)
-    trained = worlds.train(request, callback or _callback(quiet), _say(quiet), distribute(cluster))
-    leave_pictures(trained, pictures, _say(quiet))
+    action = find_kind(kind).piece("train")
+    if action is None:
+        raise SettingError("{kind} brings no action that trains; expected `train` in its WorldKind.", kind=kind)
+    asked: TrainingOptions = make_request(
+        action.request, stop=_texts(stops), set_=_overrides(settings), pictures=pictures, **options
+    )
+    trained: TrainedRun = action(asked, progress=_Lines(quiet, callback))
     return trained
 
 
@@ -90,22 +78,8 @@ def resume(
     Raises:
         RunFolderError: No run folder, or it is being trained.
     """
-    return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet), spread=distribute(cluster))
-
-
-def leave_pictures(trained: Trained, pictures: bool, progress: Callable[[str], None]) -> dict[str, Any]:
-    """Leave pictures and pages in the run folder of a training; return their paths, and figures of their own, by kind.
-
-    Args:
-        trained: The training.
-        pictures: Whether they are wanted; what a world judges after a training is judged anyway.
-        progress: Receives messages.
-    """
-    own = find_kind(trained.kind).piece("pictures")
-    if own is not None:
-        left: dict[str, Any] = own(trained, pictures, progress)
-        return left
-    return dict(leave_report(trained.run.path, progress)) if pictures else {}
+    progress = _Lines(quiet, callback)
+    return worlds.resume(run, _texts(stops), progress.training_callback(), progress, spread=distribute(cluster))
 
 
 def _texts(stops: str | Iterable[str]) -> tuple[str, ...]:
@@ -122,13 +96,22 @@ def _tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _callback(quiet: bool) -> TrainingCallback:
-    if quiet:
-        return NullCallback()
-    from racecraft.training.progress import LineWatcher
+class _Lines(Progress):
+    """Prints on standard error, or nothing where `quiet`."""
 
-    return LineWatcher(sys.stderr)
+    def __init__(self, quiet: bool, callback: TrainingCallback | None = None) -> None:
+        self._quiet, self._callback = quiet, callback
 
+    def __call__(self, message: str) -> None:
+        if not self._quiet:
+            print(message, file=sys.stderr)
 
-def _say(quiet: bool) -> Any:
-    return (lambda text: None) if quiet else (lambda text: print(text, file=sys.stderr))
+    @property
+    def child_output(self) -> int | None:
+        return super().child_output if self._quiet else sys.stderr.fileno()
+
+    def training_callback(self) -> TrainingCallback:
+        """Return the callback that was given, else a line an iteration on standard error."""
+        from racecraft.training.progress import LineWatcher
+
+        return self._callback or (NullCallback() if self._quiet else LineWatcher(sys.stderr))

@@ -52,9 +52,9 @@ def console(
         racecraft console --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.watch import open_page
     from racecraft.console.application import make_console
     from racecraft.web.access import access_for
+    from racecraft.web.browser import open_page
     from racecraft.web.ports import choose_port
     from racecraft.web.server import Tls, address_of, serve
 

@@ -12,8 +12,8 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 
-from racecraft.cli.signals import end_at_once_on_interrupt, forgotten_interrupts_return
 from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.training.signals import end_at_once_on_interrupt, forgotten_interrupts_return
 
 
 def main() -> None:

@@ -8,21 +8,24 @@ one JSON object.
 
 from __future__ import annotations
 
-import functools
 import inspect
 import re
+import sys
 import typing
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.actions.action import Action
+from racecraft.actions.action import Action, Served
 from racecraft.cli.options import Json
 from racecraft.cli.output import counting, print_json, say
 from racecraft.contract.progress import Count, Progress
-from racecraft.settings.request import Option, Request, make_request, options_of
+from racecraft.settings.request import Option, make_request, options_of
+
+if TYPE_CHECKING:
+    from racecraft.training.callbacks import TrainingCallback
 
 SECTIONS = re.compile(r"\n\s*\n\s*(Args|Returns|Raises):\n")
 """Where the help ends and the sections for programmers begin."""
@@ -37,6 +40,22 @@ class TerminalProgress(Progress):
     def __call__(self, message: str) -> None:
         """Print a line."""
         say(message, quiet_stdout=self.quiet_stdout)
+
+    @property
+    def is_before_person(self) -> bool:
+        """Whether a person at a terminal reads it."""
+        return not self.json and sys.stdout.isatty()
+
+    @property
+    def child_output(self) -> int | None:
+        """Standard error where standard output belongs to `--json`."""
+        return sys.stderr.fileno() if self.quiet_stdout else None
+
+    def training_callback(self) -> TrainingCallback:
+        """Return the display of a training: live on a terminal, else one line an iteration."""
+        from racecraft.training.progress import watcher
+
+        return watcher(sys.stderr if self.quiet_stdout else sys.stdout)
 
     @contextmanager
     def counting(self, unit: str) -> Iterator[Count]:
@@ -57,18 +76,31 @@ def command(
         help: Its help; empty: the action's docstring.
     """
 
-    def run(**typed: Any) -> None:
+    def run(context: typer.Context, **typed: Any) -> None:
         json = typed.pop("json")
-        request: Any = make_request(action.request, **typed)
-        result = action(request, progress=TerminalProgress(quiet_stdout=messages_aside, json=json))
-        print_json(result) if json else show(result)
+        named = {name: value for name, value in typed.items() if _is_given(context, name)}
+        request: Any = make_request(action.request, **named)
+        progress = TerminalProgress(quiet_stdout=messages_aside, json=json)
+        result = action(request, progress=progress)
+
+        def ready() -> None:
+            print_json(result) if json else show(result)
+
+        result.serve(ready, progress) if isinstance(result, Served) else ready()
         if code := getattr(result, "exit_code", 0):
             raise typer.Exit(code)
 
-    parameters = [parameter_of(row) for row in options_of(action.request)]
+    parameters = [inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)]
+    parameters += [parameter_of(row) for row in options_of(action.request)]
     parameters.append(inspect.Parameter("json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Json))
     run.action = action  # type: ignore[attr-defined]  # `racecraft schema` describes it
     return with_parameters(run, parameters, help or str(action.__doc__), action.__name__)
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Tell whether an option was typed or stands in the environment."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name in ("COMMANDLINE", "ENVIRONMENT")
 
 
 def with_parameters(
@@ -80,38 +112,6 @@ def with_parameters(
     run.__doc__ = SECTIONS.split(inspect.cleandoc(help))[0]
     run.__name__ = name
     return run
-
-
-def takes_requests(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that is typed option by option and takes its requests whole, for commands that train.
-
-    @app.command()
-    @takes_requests
-    def train(context: typer.Context, *, options: TrainingOptions) -> None: ...
-    """
-    signature = inspect.signature(command, eval_str=True)
-    requests = {one.name: one.annotation for one in signature.parameters.values() if _is_request(one.annotation)}
-
-    @functools.wraps(command)
-    def run(*arguments: Any, **typed: Any) -> None:
-        for name, request in requests.items():
-            values = {row.name: typed.pop(row.name) for row in options_of(request) if row.name in typed}
-            typed[name] = make_request(request, **values)
-        command(*arguments, **typed)
-
-    parameters: list[inspect.Parameter] = []
-    for one in signature.parameters.values():
-        if one.name in requests:
-            parameters += [parameter_of(row) for row in options_of(one.annotation)]
-        else:
-            parameters.append(one.replace(kind=inspect.Parameter.KEYWORD_ONLY))
-    run.__signature__ = inspect.Signature(parameters, return_annotation=None)  # type: ignore[attr-defined]
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
-    return run
-
-
-def _is_request(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, Request)
 
 
 def parameter_of(row: Option) -> inspect.Parameter:
@@ -138,11 +138,7 @@ def parameter_of(row: Option) -> inspect.Parameter:
 
 def _spellings(row: Option) -> tuple[str, ...]:
     """Return how an option is typed; a switch that is on where nothing is typed can be switched off."""
-    if row.spellings:
-        return row.spellings
-    flag = row.flag
-    is_switch = row.kind is bool or bool in typing.get_args(row.kind)
-    return (f"{flag}/--no-{flag[2:]}",) if is_switch and row.default is not False else (flag,)
+    return row.spellings or ((f"{row.flag}/{row.switch_off}",) if row.switch_off else (row.flag,))
 
 
 def _is_number(kind: Any) -> bool:

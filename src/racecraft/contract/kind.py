@@ -87,6 +87,8 @@ class WorldKind:
     opened, summary."""
     train_command: str = ""
     """What a person types to train: "racecraft snakes train"; messages name it. Default: they name no command."""
+    train: str = ""
+    """The action behind that command, of `rc.train`. Default: `rc.train` cannot train in it."""
     commands: tuple[Command, ...] = ()
     """Its part of the command line."""
     names: Mapping[str, str] = field(default_factory=dict)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from subprocess import DEVNULL
+from typing import Any
 
 Count = Callable[[int, int], None]
 """Called with how many are done and how many there are in all."""
@@ -14,6 +16,20 @@ class Progress:
 
     def __call__(self, message: str) -> None:
         """Receive a line for a person."""
+
+    @property
+    def is_before_person(self) -> bool:
+        """Whether a person at a terminal reads it."""
+        return False
+
+    @property
+    def child_output(self) -> int | None:
+        """Where a child process prints, as `subprocess` takes it."""
+        return DEVNULL
+
+    def training_callback(self) -> Any:
+        """Return a `TrainingCallback` that shows each iteration of a training; None: nothing shows it."""
+        return None
 
     @contextmanager
     def counting(self, unit: str) -> Iterator[Count]:

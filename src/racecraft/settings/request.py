@@ -16,13 +16,15 @@ is a group, made by `group`, and its options stand among the others:
 from __future__ import annotations
 
 import dataclasses
+import shlex
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.settings.describe import value_text
 from racecraft.settings.table import Setting, check_value
 
 T = TypeVar("T")
@@ -56,9 +58,31 @@ class Option(Setting):
         return (self.metavar or self.name.strip("_").upper()) if self.is_argument else self.flag.split("/")[0]
 
     @property
+    def switch_off(self) -> str:
+        """The spelling that switches it off, "--no-pictures"; empty where it is off unless it is typed."""
+        if self.spellings:
+            return self.spellings[0].partition("/")[2]
+        is_switch = self.kind is bool or bool in typing.get_args(self.kind)
+        return f"--no-{self.flag[2:]}" if is_switch and self.default is not False else ""
+
+    @property
     def is_required(self) -> bool:
         """Whether there is no default."""
         return self.default is MISSING
+
+    def words(self, value: Any) -> list[str]:
+        """Return how a value of it is typed.
+
+        >>> Option("", "top_speed", float, None, "", "", None, None, ()).words(3.0)
+        ['--top-speed=3.0']
+        """
+        if isinstance(value, bool):
+            return [self.full_name if value else self.switch_off]
+        values = [str(one) for one in (value if isinstance(value, tuple) else (value,))]
+        if self.is_argument:
+            return values
+        long = next((one for one in self.spellings if one.startswith("--")), self.flag)
+        return [f"{long}={one}" for one in values]
 
 
 def option(
@@ -113,6 +137,24 @@ class Request:
             for row in own_options(type(self))
             if getattr(self, row.name) != row.default
         }
+
+    def values(self) -> dict[str, Any]:
+        """Return the options by name, without those of groups."""
+        return {row.name: getattr(self, row.name) for row in own_options(type(self))}
+
+    def named(self) -> dict[Option, Any]:
+        """Return the options that were named when `make_request` made this, those of groups too, with their values.
+
+        Of a request made otherwise: those that differ from their defaults. An empty tuple names nothing.
+        """
+        names, found = getattr(self, "_names", None), {}
+        for row in own_options(type(self)):
+            value = getattr(self, row.name)
+            if value != () and (value != row.default if names is None else row.name in names):
+                found[row] = value
+        for name in groups_of(type(self)):
+            found |= getattr(self, name).named()
+        return found
 
 
 def own_options(request: type) -> tuple[Option, ...]:
@@ -180,7 +222,9 @@ def make_request(request: type[T], *arguments: Any, **values: Any) -> T:
 
 def _built(request: type[T], values: dict[str, Any]) -> T:
     own = {row.name: values[row.name] for row in own_options(request) if row.name in values}
-    return request(**own, **{name: _built(kind, values) for name, kind in groups_of(request).items()})
+    made = request(**own, **{name: _built(kind, values) for name, kind in groups_of(request).items()})
+    object.__setattr__(made, "_names", frozenset(own))
+    return made
 
 
 def _accepted(row: Option, value: Any) -> Any:
@@ -194,6 +238,15 @@ def _accepted(row: Option, value: Any) -> Any:
     return value
 
 
+def _texts(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    """Yield name and text of each value; those of a mapping inside go by both names, "boxes.number"."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _texts(value, f"{before}{name}.")
+        else:
+            yield f"{before}{name}", value_text(tuple(value) if isinstance(value, list) else value)
+
+
 def _converted(kind: Any, value: Any) -> Any:
     if typing.get_origin(kind) is tuple:
         parts = value if isinstance(value, list | tuple) else () if value is None else (value,)
@@ -203,4 +256,6 @@ def _converted(kind: Any, value: Any) -> Any:
         return Path(value)
     if str in kinds and isinstance(value, Path):
         return str(value)
+    if str in kinds and isinstance(value, Mapping):
+        return " ".join(f"{name}={shlex.quote(part)}" for name, part in _texts(value))
     return float(value) if kinds[0] is float and isinstance(value, int) and not isinstance(value, bool) else value

@@ -23,7 +23,7 @@ from racecraft.actions.jobs import (
 )
 from racecraft.actions.submit_job import run_job
 from racecraft.cli.from_request import command
-from racecraft.cli.jobs.detaching import show_submitted
+from racecraft.cli.jobs.submitted import show_submitted
 
 if TYPE_CHECKING:
     pass

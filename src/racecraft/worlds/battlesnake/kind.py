@@ -7,6 +7,7 @@ KIND = WorldKind(
     title="Battlesnake",
     training="racecraft.worlds.battlesnake.training.trainer",
     train_command="racecraft snakes train",
+    train="racecraft.worlds.battlesnake.actions.train:train",
     make_world="racecraft.worlds.battlesnake.env.making:make_world",
     gymnasium_envs={
         "racecraft/Battlesnake-v0": (

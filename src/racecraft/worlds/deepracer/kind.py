@@ -11,6 +11,7 @@ KIND = WorldKind(
     title="DeepRacer",
     training="racecraft.worlds.deepracer.training.trainer",
     train_command="racecraft train",
+    train="racecraft.worlds.deepracer.actions.train:train",
     names={
         "logs": "racecraft.worlds.deepracer.logs",
         "load_track": "racecraft.worlds.deepracer.tracks.catalogue:load_track",

@@ -7,6 +7,7 @@ KIND = WorldKind(
     title="Gymnasium",
     training="racecraft.worlds.gymnasium.training.trainer",
     train_command="racecraft gym train",
+    train="racecraft.worlds.gymnasium.actions.train:train",
     make_world="racecraft.worlds.gymnasium.env.from_gymnasium:make_world",
     judging_world="racecraft.worlds.gymnasium.evaluation:opened_judging_world",
     commands=(Command("gym", "racecraft.worlds.gymnasium.cli.gym:app"),),

@@ -7,6 +7,7 @@ KIND = WorldKind(
     title="Unity",
     training="racecraft.worlds.unity.training.trainer",
     train_command="racecraft unity train",
+    train="racecraft.worlds.unity.actions.train:train",
     make_world="racecraft.worlds.unity.env.world:UnityWorld",
     gymnasium_envs={"racecraft/Unity-v0": ("racecraft.worlds.unity.env.gymnasium_env:unity_env", None)},
     evaluate="racecraft.worlds.unity.evaluation:judge_unity",

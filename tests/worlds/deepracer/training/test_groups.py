@@ -256,7 +256,7 @@ def test_from_python_a_word_alone_is_a_list_of_one(tmp_path):
     trained = rc.train(
         "deepracer",
         tracks="Oval_track,Vegas_track",
-        groups={"cars": 2},
+        group={"cars": 2},
         hold_out="LGSWide",
         settings=FOUR_CARS,
         stops="iterations=1",

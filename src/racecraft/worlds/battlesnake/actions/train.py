@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
+from racecraft.actions.action import action
+from racecraft.actions.submit_job import Submitted
+from racecraft.actions.train_run import Planned, TrainedRun, train_run
+from racecraft.actions.train_seeds import TrainedSeeds
 from racecraft.actions.training_options import TrainingOptions
-from racecraft.settings.request import Request, option
+from racecraft.contract.progress import Progress, quiet
+from racecraft.settings.request import Request, group, option
 
 if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.env.settings import GameSettings
@@ -19,6 +24,7 @@ if TYPE_CHECKING:
 class GameOptions(Request):
     """Which game is learned, and against whom besides itself."""
 
+    PANEL: ClassVar[str] = "The game"
     size: int = option(11, "Side of the board, in squares.")
     width: int | None = option(None, "Squares from left to right, where it is not --size.", "--width", "-W")
     height: int | None = option(None, "Squares from bottom to top, where it is not --size.", "--height", "-H")
@@ -48,14 +54,42 @@ class GameOptions(Request):
 class SnakeTraining(TrainingOptions):
     """What a training of snakes is asked."""
 
+    kind: ClassVar[str] = "battlesnake"
+    example: ClassVar[str] = "runs/snakes-1"
+
     stop: tuple[str, ...] = option((), "rating=1900, minutes=10, iterations=50, steps=200000; may be repeated.")
     run: Path | None = option(None, "Run folder to make; by default runs/snakes-N.")
+    game: GameOptions = group(GameOptions)
+
+    @property
+    def model(self) -> str | None:
+        """Snakes have no name of their own."""
+        return "snakes"
+
+    def request(self, progress: Callable[[str], None]) -> SnakeRequest:
+        """Return the request of a new run."""
+        from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
+
+        return SnakeRequest(self.game.settings(), **self.for_request(self.source(progress)))
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """The settings, those that options of the game stand for among them."""
+        return (*super().overrides, *self.game.overrides())
 
 
-def snake_request(game: GameOptions, options: SnakeTraining, progress: Callable[[str], None]) -> SnakeRequest:
-    """Return the request of a new run."""
-    from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
+@action
+def train(request: SnakeTraining, progress: Progress = quiet) -> TrainedRun | TrainedSeeds | Submitted | Planned:
+    """Train a snake by self-play; its rating against the built-in players is shown as it learns.
 
-    played = game.settings()
-    options = replace(options, set_=(*options.set_, *game.overrides()))
-    return SnakeRequest(played, **options.for_request(options.source(progress)))
+    Examples:
+
+        racecraft snakes train --snakes 2 --stop minutes=10
+
+        racecraft snakes train --size 7 --ruleset wrapped --set selfplay.anchor_share=0.3
+
+        racecraft snakes train --snakes 2 --algorithm alphazero --from runs/snakes-1 --anchors http://localhost:8000
+
+        racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
+    """
+    return train_run(request, progress)

@@ -147,7 +147,7 @@ def _serve_board(
     told: Callable[[str], None] | None = None,
 ) -> Callable[[], None]:
     """Begin to serve the board and tell where; return what ends it."""
-    from racecraft.cli.runs.watch import open_page
+    from racecraft.web.browser import open_page
     from racecraft.web.ports import choose_port
     from racecraft.worlds.battlesnake.serving.arena_server import ArenaServer
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from racecraft.actions.action import action
+from racecraft.actions.submit_job import Submitted
+from racecraft.actions.train_run import Planned, TrainedRun, train_run
+from racecraft.actions.train_seeds import TrainedSeeds
 from racecraft.actions.training_options import TrainingOptions
 from racecraft.contract.errors import SettingError
-from racecraft.settings.request import Request, option
+from racecraft.contract.progress import Progress, quiet
+from racecraft.settings.request import Request, argument, group, option
 
 if TYPE_CHECKING:
+    from racecraft.serving.watch_process import WatchProcess
     from racecraft.training.trainer import Trained
     from racecraft.worlds.deepracer.training.groups import Group
     from racecraft.worlds.deepracer.training.plan import RaceRequest
@@ -85,6 +91,13 @@ class CarOptions(Request):
 class CarTraining(TrainingOptions):
     """What a training of cars is asked."""
 
+    kind: ClassVar[str] = "deepracer"
+    example: ClassVar[str] = "runs/reinvent_base-1"
+    free: ClassVar[tuple[str, ...]] = ("trust_reward", "watch")
+
+    folder: Path | None = argument(
+        "reward_function.py, hyperparameters.json, model_metadata.json; any may be absent.", None
+    )
     stop: tuple[str, ...] = option(
         (), "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
     )
@@ -96,32 +109,79 @@ class CarTraining(TrainingOptions):
         "print and read files beside it.",
     )
     watch: bool = option(False, "Open a page that shows it while it trains, as `racecraft watch` does.")
+    where: TrackOptions = group(TrackOptions)
+    who: CarOptions = group(CarOptions)
+
+    @property
+    def model(self) -> str | None:
+        """The folder's name."""
+        return None if self.folder is None else self.folder.name
+
+    @property
+    def installation(self) -> Path | None:
+        """The racer's folder."""
+        return self.folder
+
+    def kept_as(self) -> Mapping[str, tuple[str, Any]]:
+        """Groups are kept whole, wherever they stood."""
+        return dict.fromkeys(("group", "groups"), ("groups", list(self.where.shares)))
+
+    def given_anew(self) -> Mapping[str, Any]:
+        """Whether the reward function is trusted."""
+        return {"trust_reward": self.trust_reward}
+
+    def open_page(self, progress: Callable[[str], None]) -> WatchProcess | None:
+        """Return the page of `watch`."""
+        from racecraft.serving.watch_process import WatchProcess
+
+        return WatchProcess(progress) if self.watch else None
+
+    def request(self, progress: Callable[[str], None]) -> RaceRequest:
+        """Return the request of a new run."""
+        from racecraft.worlds.deepracer.training.plan import RaceRequest
+
+        one, several = self.where.one_or_several()
+        return RaceRequest(
+            self.folder,
+            one,
+            tracks=several,
+            groups=self.where.shares,
+            hold_out=self.where.hold_out,
+            **self.who.values(),
+            trust_reward=self.trust_reward,
+            **self.for_request(self.source(progress, self.folder)),
+        )
+
+
+@action
+def train(request: CarTraining, progress: Progress = quiet) -> TrainedRun | TrainedSeeds | Submitted | Planned:
+    """Train a car from its camera until it laps.
+
+    Examples:
+
+        racecraft train
+
+        racecraft train --watch
+
+        racecraft train my-car --track Oval_track --stop laps --stop minutes=5
+
+        racecraft train --tracks Oval_track,Vegas_track,reinvent_base --hold-out LGSWide
+
+        racecraft train my-car --group cars=16 --group 'race=OBJECT_AVOIDANCE boxes.number=3 cars=16'
+
+        racecraft train my-car --against self --against runs/reinvent_base-1 --stop minutes=10
+
+        racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
+
+        racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
+
+        racecraft train my-car --from s3://models/fast-car-1 --mirror s3://models/fast-car-2
+    """
+    return train_run(request, progress)
 
 
 RACES = "races"
 """What a car that races others is told by, beside pictures."""
-
-
-def car_request(
-    folder: Path | None, where: TrackOptions, who: CarOptions, options: CarTraining, progress: Callable[[str], None]
-) -> RaceRequest:
-    """Return the request of a new run."""
-    from racecraft.worlds.deepracer.training.plan import RaceRequest
-
-    one, several = where.one_or_several()
-    return RaceRequest(
-        folder,
-        one,
-        tracks=several,
-        groups=where.shares,
-        hold_out=where.hold_out,
-        car=who.car,
-        preset=who.preset,
-        fidelity=who.fidelity,
-        against=who.against,
-        trust_reward=options.trust_reward,
-        **options.for_request(options.source(progress, folder)),
-    )
 
 
 def leave_pictures(trained: Trained, pictures: bool, progress: Callable[[str], None]) -> dict[str, Any]:

@@ -1,93 +1,21 @@
-"""`racecraft train`: train a car."""
+"""`racecraft train`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-import typer
-
-from racecraft.cli.from_request import TerminalProgress, takes_requests
-from racecraft.cli.options import Cluster, Json
+from racecraft.actions.train_run import TrainedRun
 from racecraft.cli.output import print_next_steps, word
-from racecraft.cli.training import Left, Road
-from racecraft.settings.request import option_names
-from racecraft.worlds.deepracer.actions.train import RACES, CarOptions, CarTraining, TrackOptions, car_request
-
-if TYPE_CHECKING:
-    from racecraft.training.callbacks import TrainingCallback
-    from racecraft.training.trainer import Trained
-    from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racecraft.cli.train import train_command
+from racecraft.worlds.deepracer.actions.train import RACES
+from racecraft.worlds.deepracer.actions.train import train as action
 
 
-KEPT_BY_A_RUN = ("folder", *option_names(TrackOptions), *option_names(CarOptions))
-
-
-@takes_requests
-def train(
-    context: typer.Context,
-    folder: Annotated[
-        Path | None,
-        typer.Argument(help="reward_function.py, hyperparameters.json, model_metadata.json; any may be absent."),
-    ] = None,
-    *,
-    where: TrackOptions,
-    who: CarOptions,
-    options: CarTraining,
-    cluster: Cluster = None,
-    json: Json = False,
-) -> None:
-    """Train a car from its camera until it laps.
-
-    Examples:
-
-        racecraft train
-
-        racecraft train --watch
-
-        racecraft train my-car --track Oval_track --stop laps --stop minutes=5
-
-        racecraft train --tracks Oval_track,Vegas_track,reinvent_base --hold-out LGSWide
-
-        racecraft train my-car --group cars=16 --group 'race=OBJECT_AVOIDANCE boxes.number=3 cars=16'
-
-        racecraft train my-car --against self --against runs/reinvent_base-1 --stop minutes=10
-
-        racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
-
-        racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
-
-        racecraft train my-car --from s3://models/fast-car-1 --mirror s3://models/fast-car-2
-    """
-
-    def request() -> RaceRequest:
-        return car_request(folder, where, who, options, TerminalProgress(quiet_stdout=json))
-
-    def page(shown: TrainingCallback) -> AbstractContextManager[TrainingCallback]:
-        from racecraft.cli.runs.watch_process import watched
-
-        return watched(shown, options.watch, TerminalProgress(quiet_stdout=json), stays=not json)
-
-    road = Road(
-        "deepracer",
-        "runs/reinvent_base-1",
-        KEPT_BY_A_RUN,
-        kept_as=dict.fromkeys(("group", "groups"), ("groups", list(where.shares))),
-        folder=folder,
-        model=None if folder is None else folder.name,
-        cluster=cluster,
-        beside=page,
-        again={"trust_reward": options.trust_reward},
-    )
-    road.train(context, options, request, _tell_trained, json)
-
-
-def _tell_trained(trained: Trained, left: Left) -> None:
-    _say_what_came_of_it(trained, {kind: path for kind, path in left.items() if kind != RACES})
-    if RACES in left:
-        _say_who_is_better(left[RACES])
+def _show(trained: TrainedRun) -> None:
+    _say_what_came_of_it(trained, {kind: path for kind, path in trained.files.items() if kind != RACES})
+    if RACES in trained.files:
+        _say_who_is_better(trained.files[RACES])
 
 
 def _say_who_is_better(races: dict[str, Any]) -> None:
@@ -118,7 +46,7 @@ def what_came_of_it(stable_seconds: float | None, best_lap_seconds: float | None
     return f"It drives full laps, but it is not stable yet; {lap}." if lap else "It does not lap yet."
 
 
-def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
+def _say_what_came_of_it(trained: TrainedRun, files: dict[str, Any]) -> None:
     summary, path = trained.summary(), word(trained.run.path)
     stable = summary["seconds_to_stable_laps"]
     print(f"\n{what_came_of_it(stable, summary['best_lap_seconds'])}")
@@ -156,3 +84,6 @@ def next_trainings(asked: Mapping[str, Any]) -> list[tuple[str, str]]:
     if many := asked.get("tracks"):
         again = f"{train} --tracks {word(','.join(many))}"
     return [("change the reward and train it again", again), elsewhere]
+
+
+train = train_command(action, _show)

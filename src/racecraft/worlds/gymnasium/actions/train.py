@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
+from racecraft.actions.action import action
+from racecraft.actions.submit_job import Submitted
+from racecraft.actions.train_run import Planned, TrainedRun, train_run
+from racecraft.actions.train_seeds import TrainedSeeds
 from racecraft.actions.training_options import TrainingOptions
 from racecraft.contract.errors import SettingError
-from racecraft.settings.request import option
+from racecraft.contract.progress import Progress, quiet
+from racecraft.settings.request import argument, option
 
 if TYPE_CHECKING:
     from racecraft.worlds.gymnasium.training.trainer import GymRequest
@@ -19,6 +24,10 @@ if TYPE_CHECKING:
 class GymTraining(TrainingOptions):
     """What a training of an environment is asked."""
 
+    kind: ClassVar[str] = "gymnasium"
+    example: ClassVar[str] = "runs/CartPole-v1-1"
+
+    environment: str | None = argument("A registered id, such as CartPole-v1.", None, metavar="ID")
     stop: tuple[str, ...] = option((), "score=475, minutes=10, iterations=50, steps=200000; may be repeated.")
     run: Path | None = option(None, "Run folder to make; by default runs/ID-N.")
     env_args: tuple[str, ...] = option(
@@ -29,17 +38,36 @@ class GymTraining(TrainingOptions):
         "Wrapper around the environment, of gymnasium.wrappers or MODULE:CLASS; may be repeated, the innermost first.",
     )
 
+    @property
+    def model(self) -> str | None:
+        """The environment."""
+        return self.environment
 
-def gym_request(environment: str | None, options: GymTraining, progress: Callable[[str], None]) -> GymRequest:
-    """Return the request of a new run.
+    def request(self, progress: Callable[[str], None]) -> GymRequest:
+        """Return the request of a new run.
 
-    Raises:
-        SettingError: No environment is named.
+        Raises:
+            SettingError: No environment is named.
+        """
+        from racecraft.worlds.gymnasium.env.recipe import Recipe
+        from racecraft.worlds.gymnasium.training.trainer import GymRequest
+
+        if self.environment is None:
+            raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
+        recipe = Recipe.of_options(self.env_args, self.wrapper)
+        return GymRequest(self.environment, recipe=recipe, **self.for_request(self.source(progress)))
+
+
+@action
+def train(request: GymTraining, progress: Progress = quiet) -> TrainedRun | TrainedSeeds | Submitted | Planned:
+    """Train until the environment is solved.
+
+    Examples:
+
+        racecraft gym train CartPole-v1
+
+        racecraft gym train Pendulum-v1 --stop score=-200 --stop minutes=5
+
+        racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
     """
-    from racecraft.worlds.gymnasium.env.recipe import Recipe
-    from racecraft.worlds.gymnasium.training.trainer import GymRequest
-
-    if environment is None:
-        raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
-    recipe = Recipe.of_options(options.env_args, options.wrapper)
-    return GymRequest(environment, recipe=recipe, **options.for_request(options.source(progress)))
+    return train_run(request, progress)

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
-
 import typer
 from typer.core import TyperCommand
 
-from racecraft.cli.from_request import TerminalProgress, takes_requests
-from racecraft.cli.options import Json
-from racecraft.cli.output import print_json, word
-from racecraft.cli.training import Left, Road, verdict
-from racecraft.settings.request import option_names
-from racecraft.worlds.unity.actions.train import ENV_ARGS, SceneOptions, UnityTraining, play, unity_request
-
-if TYPE_CHECKING:
-    from racecraft.training.trainer import Trained
-    from racecraft.worlds.unity.training.plan import UnityRequest
+from racecraft.actions.figures import Figures
+from racecraft.actions.train_run import TrainedRun
+from racecraft.cli.output import word
+from racecraft.cli.train import train_command, verdict
+from racecraft.worlds.unity.actions.train import ENV_ARGS, train
 
 
 class TakesEnvArgs(TyperCommand):
@@ -38,59 +31,16 @@ def unity() -> None:
     """Train in Unity scenes built with ML-Agents."""
 
 
-@app.command(cls=TakesEnvArgs)
-@takes_requests
-def train(
-    context: typer.Context,
-    build: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="BUILD",
-            help="A build's file, folder or zip, registry:NAME, editor, or builtin:Basic; by default the "
-            "configuration's env_path.",
-        ),
-    ] = None,
-    *,
-    scene: SceneOptions,
-    options: UnityTraining,
-    inference: Annotated[
-        bool, typer.Option("--inference", help="Learn nothing; let what --from (or --run --resume) names play.")
-    ] = False,
-    json: Json = False,
-) -> None:
-    """Train the agents of a Unity scene.
-
-    Examples:
-
-        racecraft unity train builtin:Basic
-
-        racecraft unity train builds/Game.x86_64 --config Game.yaml --stop minutes=60
-
-        racecraft unity train builds/Game --num-envs 4 --base-port 5005 --env-args --level 2
-
-        racecraft unity train --run runs/Basic-1 --resume --stop minutes=10
-
-        racecraft unity train --from runs/Basic-1 --inference
-    """
-    tell = TerminalProgress(quiet_stdout=json)
-
-    def request() -> UnityRequest:
-        return unity_request(build, scene, options, options.source(tell))
-
-    if inference:
-        played = play(build, scene, options, tell)
-        print_json(played) if json else _tell_played(played)
-        return
-    road = Road("unity", "runs/Basic-1", ("build", *option_names(SceneOptions)), model=scene.behavior)
-    road.train(context, options, request, _tell_trained, json)
+def _show(done: TrainedRun | Figures) -> None:
+    _show_trained(done) if isinstance(done, TrainedRun) else _show_played(done)
 
 
-def _tell_played(played: dict[str, Any]) -> None:
+def _show_played(played: Figures) -> None:
     mean = "" if played["mean_return"] is None else f"mean return {played['mean_return']:.3f} over "
     print(f"{mean}{played['episodes']} episodes in {played['seconds']:.1f} s; stopped: {played['stopped_by']}")
 
 
-def _tell_trained(trained: Trained, left: Left) -> None:
+def _show_trained(trained: TrainedRun) -> None:
     from racecraft.worlds.unity.export.unity_run import can_export_to_unity
 
     summary = trained.summary()
@@ -104,3 +54,6 @@ def _tell_trained(trained: Trained, left: Left) -> None:
         print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
     if can_export_to_unity(trained.run.path):
         print(f"Back into Unity: racecraft export {word(trained.run.path)} --to unity")
+
+
+app.command("train", cls=TakesEnvArgs)(train_command(train, _show))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from racecraft.worlds.deepracer.actions.drfc.jobs import begin_job, latest_job, stop_job, trained_model
-from racecraft.worlds.deepracer.cli.dr.context import installation
+from racecraft.worlds.deepracer.cli.dr.context import SHOWN, installation
 from racecraft.worlds.deepracer.files.drfc_jobs import VIEWER
 
 if TYPE_CHECKING:
@@ -29,14 +29,16 @@ def start_viewer(context: typer.Context) -> None:
 
 def run_viewer(context: typer.Context) -> None:
     """Serve the page in this process; dr-start-viewer has it done in the background."""
-    from racecraft.cli.runs.watch import watch_run
+    from racecraft.actions.watch import serve_watched
+    from racecraft.cli.runs.watch import show
     from racecraft.formats.run_folder import JOB
 
     drfc = installation(context)
     until = time.monotonic() + BEGINS_SECONDS
     while not (drfc.model / JOB).is_file() and time.monotonic() < until:
         time.sleep(0.5)
-    watch_run(drfc.model, None, _port(drfc), open_it=False, json=False)
+    watched = serve_watched(drfc.model, _port(drfc), SHOWN)
+    watched.serve(lambda: show(watched), SHOWN)
 
 
 def stop_viewer(context: typer.Context) -> None:

@@ -1,4 +1,4 @@
-"""A page beside a training: `racecraft train --watch`. Begin with `watched`.
+"""A page beside a training: `racecraft train --watch`. Begin with `WatchProcess`.
 
 The page is served by a process of its own, which meets the training in the run folder only and takes its turn behind
 it. It ends with the training's process, whatever becomes of that.
@@ -10,58 +10,36 @@ import contextlib
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.cli.runs.watch import PORT, open_page, serve
+from racecraft.serving.served_run import PORT, serve_run
+from racecraft.web.browser import open_page
 
 if TYPE_CHECKING:
-    from racecraft.training.callbacks import TrainingCallback
+    from racecraft.contract.progress import Progress
 
 LOOK_S = 0.2
 
 
-@contextlib.contextmanager
-def watched(
-    callback: TrainingCallback, wanted: bool, tell: Callable[[str], None], stays: bool
-) -> Iterator[TrainingCallback]:
-    """Yield the callback of a training; where that is wanted, one that also opens a page.
+class WatchProcess:
+    """Starts a process that serves the page as soon as the run folder stands; it is a callback of the training.
 
     Args:
-        callback: Watches the training.
-        wanted: Whether there is to be a page.
-        tell: Says a line to a person.
-        stays: Whether, on a terminal, the page is kept behind the training's end until Ctrl-C.
+        progress: Receives the address.
 
     Raises:
-        PortError: None of the usual ports is free; nothing was trained yet.
+        PortError: None of the usual ports is free.
     """
-    if not wanted:
-        yield callback
-        return
-    from racecraft.training.callbacks import Callbacks
-    from racecraft.web.ports import choose_port
 
-    port, note = choose_port(None, PORT)
-    if note:
-        tell(note)
-    page = WatchProcess(port, tell)
-    try:
-        yield Callbacks(page, callback)
-        if stays and sys.stdout.isatty():
-            tell("\nThe page stays until Ctrl-C.")
-            with contextlib.suppress(KeyboardInterrupt):
-                page.wait()
-    finally:
-        page.close()
+    def __init__(self, progress: Callable[[str], None]) -> None:
+        from racecraft.web.ports import choose_port
 
-
-class WatchProcess:
-    """Starts a process that serves the page as soon as the run folder stands."""
-
-    def __init__(self, port: int, tell: Callable[[str], None]) -> None:
-        self._port, self._tell = port, tell
+        self._port, note = choose_port(None, PORT)
+        if note:
+            progress(note)
+        self._progress = progress
         self._process: subprocess.Popen[bytes] | None = None
 
     def run_made(self, path: Path) -> None:
@@ -74,7 +52,18 @@ class WatchProcess:
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
-        self._tell(f"watch: http://127.0.0.1:{self._port}/")
+        self._progress(f"watch: http://127.0.0.1:{self._port}/")
+
+    def serve(self, ready: Callable[[], None], progress: Progress) -> None:
+        """Call `ready`; before a person keep the page until Ctrl-C; close it."""
+        try:
+            ready()
+            if progress.is_before_person:
+                progress("\nThe page stays until Ctrl-C.")
+                with contextlib.suppress(KeyboardInterrupt):
+                    self.wait()
+        finally:
+            self.close()
 
     def wait(self) -> None:
         """Wait until the page is gone, in short waits: a Ctrl-C just before a wait without end would be lost."""
@@ -104,7 +93,7 @@ class WatchProcess:
 def main() -> None:
     """Serve the run and the port that the command line names until standard input ends."""
     run, port = sys.argv[1:]
-    close, address = serve(Path(run), int(port), lambda text: None)
+    close, address = serve_run(Path(run), int(port), lambda text: None)
     open_page(address)
     sys.stdin.buffer.read()
     close()
