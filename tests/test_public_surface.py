@@ -67,7 +67,7 @@ def test_each_kind_of_world_can_be_stepped_by_hand():
 
 
 def test_a_word_that_nobody_knows_is_refused_with_the_nearest():
-    with pytest.raises(SettingError, match="knows no 'enviroment'. Did you mean 'environment'"):
+    with pytest.raises(SettingError, match="there is no option 'enviroment'. Did you mean 'environment'"):
         rc.train("gymnasium", enviroment="CartPole-v1")
     with pytest.raises(SettingError, match="Did you mean 'gymnasium'"):
         rc.train("gymnasum", environment="CartPole-v1")

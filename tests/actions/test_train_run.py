@@ -16,7 +16,7 @@ from racecraft.cli.app import app
 from racecraft.contract.errors import SettingError
 from racecraft.settings.request import make_request, option
 from racecraft.training.signals import SIGTERM
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 
 SMALL = {"rollout.num_worlds": 2, "rollout.horizon": 8, "evaluation.episodes": 1}
 

@@ -18,7 +18,7 @@ from racecraft.contract.kinds import find_kind
 from racecraft.contract.progress import Progress, quiet
 from racecraft.training.callbacks import Callbacks, NullCallback, TrainingCallback
 from racecraft.training.signals import SIGTERM, TERMINATED, sigterm_interrupts
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 
 if TYPE_CHECKING:
     from racecraft.actions.submit_job import Submitted

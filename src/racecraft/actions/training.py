@@ -17,7 +17,7 @@ from racecraft.settings.describe import value_text
 from racecraft.settings.request import make_request
 from racecraft.training import worlds
 from racecraft.training.callbacks import NullCallback, TrainingCallback
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 
 
 def train(

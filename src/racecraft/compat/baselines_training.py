@@ -29,7 +29,7 @@ from racecraft.formats.run_folder import JOB
 from racecraft.players.trained import load_policy
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, NullCallback
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 from racecraft.worlds.gymnasium.evaluation import reward_threshold
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 

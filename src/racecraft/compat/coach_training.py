@@ -15,7 +15,7 @@ from racecraft.contract.loading import add_cwd_to_path
 from racecraft.formats.run_folder import JOB, STOP
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, NullCallback
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 LONGEST_EPISODE = 10_000

@@ -32,7 +32,7 @@ from racecraft.compat.stored_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.training import worlds
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 from racecraft.worlds.gymnasium.env.user_env import made
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 

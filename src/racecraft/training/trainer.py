@@ -136,22 +136,6 @@ Distribute = Callable[[str, Any, Experiment, Callable[[str], None]], contextlib.
 """Takes a kind of world, a plan and what was opened for it, and gives the same experiment with its worlds elsewhere."""
 
 
-@dataclass(frozen=True)
-class Trained:
-    """A training that ended, and where it lies."""
-
-    kind: str
-    run: RunFolder
-    outcome: Outcome
-    seed: int
-    figures: Mapping[str, Any]
-    """What `--json` prints of it."""
-
-    def summary(self) -> dict[str, Any]:
-        """Return the figures that `--json` prints."""
-        return dict(self.figures)
-
-
 def train(
     experiment: Experiment,
     place: Path | None,

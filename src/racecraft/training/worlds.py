@@ -20,7 +20,8 @@ from racecraft.training.callbacks import TrainingCallback
 from racecraft.training.loop import Outcome
 from racecraft.training.request import TrainRequest
 from racecraft.training.resume import MessageCallback
-from racecraft.training.trainer import Distribute, Experiment, Trained
+from racecraft.training.trained import Trained
+from racecraft.training.trainer import Distribute, Experiment
 
 
 class Plan(Protocol):

@@ -19,7 +19,7 @@ from racecraft.settings.request import Request, argument, group, option
 
 if TYPE_CHECKING:
     from racecraft.serving.watch_process import WatchProcess
-    from racecraft.training.trainer import Trained
+    from racecraft.training.trained import Trained
     from racecraft.worlds.deepracer.training.groups import Group
     from racecraft.worlds.deepracer.training.plan import RaceRequest
 

@@ -12,7 +12,7 @@ from racecraft.compat.rllib_training import train_experiment
 from racecraft.compat.rllib_words import EXPERIMENT_WORDS
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import SettingError
-from racecraft.training.trainer import Trained
+from racecraft.training.trained import Trained
 
 RUNNING_ARGUMENTS = (
     "search_alg", "scheduler", "server_port", "verbose", "progress_reporter", "resume", "queue_trials",
