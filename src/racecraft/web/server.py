@@ -50,10 +50,34 @@ def serve(application: ASGIApp, host: str, port: int, ready: Callable[[int], Non
         PortError: The address cannot be listened on.
         TlsError: Certificate or key cannot be read, or do not belong together.
     """
-    server = _Server(application, tls)
-    with contextlib.closing(listen_on(host, port)) as listening:
-        ready(int(listening.getsockname()[1]))
-        server.run(sockets=[listening])
+    server = ListeningServer(application, host, port, tls)
+    ready(server.port)
+    server.run()
+
+
+class ListeningServer:
+    """Listens from the moment it is made; `run` answers.
+
+    Args:
+        application: From `make_application`, or a `JsonApi`.
+        host: Address to listen on.
+        port: Port; 0: any free one.
+        tls: Certificate and key; None: plain HTTP.
+
+    Raises:
+        PortError: The address cannot be listened on.
+        TlsError: Certificate or key cannot be read, or do not belong together.
+    """
+
+    def __init__(self, application: ASGIApp, host: str, port: int, tls: Tls | None = None) -> None:
+        self._server = _Server(application, tls)
+        self._socket = listen_on(host, port)
+        self.port = int(self._socket.getsockname()[1])
+
+    def run(self) -> None:
+        """Serve until Ctrl-C or SIGTERM, end what is under way, and listen no more."""
+        with contextlib.closing(self._socket):
+            self._server.run(sockets=[self._socket])
 
 
 class ServerThread:

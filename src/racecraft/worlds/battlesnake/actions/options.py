@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.evaluation.seats import Seat
 
 
+FILE_MEMORY_HELP = "MB of memory a FILE.py may use; 0: no limit. (Linux)"
+
+
 @dataclass(frozen=True, kw_only=True)
 class BoardOptions(Request):
     """What is played, on which board."""

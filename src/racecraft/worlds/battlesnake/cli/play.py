@@ -12,7 +12,6 @@ from racecraft.settings.request import option
 from racecraft.worlds.battlesnake.actions.play import PlayedGame, PlayRequest, play_before
 from racecraft.worlds.battlesnake.actions.play import play as play_game
 from racecraft.worlds.battlesnake.actions.tournament import fate
-from racecraft.worlds.battlesnake.cli.options import aside, page_told
 
 if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.evaluation.live import StepObserver
@@ -40,16 +39,18 @@ def watched(request: WatchedPlayRequest, progress: Progress = quiet) -> PlayedGa
     """Play one game before those who watch."""
     json = isinstance(progress, TerminalProgress) and progress.json
     in_terminal = request.view and not json
-    observers = _observers(request, in_terminal, json)
+    observers = _observers(request, in_terminal, progress)
     return play_before(request, progress, observers, SHOWN_MS if in_terminal else 0)
 
 
-def _observers(request: WatchedPlayRequest, in_terminal: bool, json: bool) -> list[StepObserver]:
+def _observers(request: WatchedPlayRequest, in_terminal: bool, progress: Progress) -> list[StepObserver]:
     from racecraft.worlds.battlesnake.serving.game_audience import BoardPage, Browser, Terminal
 
     observers: list[StepObserver] = []
     if request.browser or request.board_url:
-        showing = BoardPage(request.board_url, announce=page_told(json), say=aside)
+        showing = BoardPage(
+            request.board_url, announce=lambda address: progress(f"Watch it at {address}"), say=progress
+        )
         observers.append(Browser(request.settings(), showing))
     if in_terminal:
         observers.append(Terminal(request.color))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from racecraft.cli.from_request import command
+from racecraft.worlds.battlesnake.actions.players import BuiltInPlayers, list_players
 from racecraft.worlds.battlesnake.actions.verify import Verified, verify
 from racecraft.worlds.battlesnake.cli import arena as snakes_arena
 from racecraft.worlds.battlesnake.cli import import_game as snakes_import
@@ -15,21 +16,12 @@ from racecraft.worlds.battlesnake.cli import tournament as snakes_tournament
 from racecraft.worlds.battlesnake.cli import train as snakes_train
 from racecraft.worlds.battlesnake.cli import tune as snakes_tune
 from racecraft.worlds.battlesnake.cli import watch as snakes_watch
-from racecraft.worlds.battlesnake.cli.options import JSON
 
 app = typer.Typer(help="Battlesnake: train a snake, play games, hold tournaments, watch, serve.", no_args_is_help=True)
 
 
-@app.command()
-def players(json: JSON = False) -> None:
-    """List the built-in players, weakest first."""
-    from racecraft.cli.output import print_json
-    from racecraft.worlds.battlesnake.players.find import PLAYERS
-
-    if json:
-        print_json({"players": PLAYERS})
-        return
-    for name, what in PLAYERS.items():
+def _show_players(found: BuiltInPlayers) -> None:
+    for name, what in found.players.items():
         print(f"{name:14} {what}")
     print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
     print("search+NAME    search on top of another player, a RUN or a FILE.py")
@@ -38,6 +30,7 @@ def players(json: JSON = False) -> None:
     print("FILE.py        your own: def move(data): …")
 
 
+app.command("players")(command(list_players, _show_players))
 app.command("play")(snakes_play.play)
 app.command()(snakes_tournament.tournament)
 app.add_typer(snakes_arena.app, name="arena")
