@@ -33,9 +33,9 @@ def lessons(
         racecraft lessons --host 0.0.0.0 --no-open
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.watch import open_page
     from racecraft.lessons.service import make_lessons
     from racecraft.web.access import access_for
+    from racecraft.web.browser import open_page
     from racecraft.web.ports import choose_port
     from racecraft.web.server import address_of, serve
 

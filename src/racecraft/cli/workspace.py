@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.console import FOLDER
 from racecraft.cli.options import Json
+from racecraft.console.serve import FOLDER
 
 app = typer.Typer(help="Save a workspace as one file; bring it back on another machine.", no_args_is_help=True)
 

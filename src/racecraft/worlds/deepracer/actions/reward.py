@@ -338,8 +338,8 @@ def explain_reward(request: ExplainRewardRequest, progress: Progress = quiet) ->
 
     payer = _payer(request.reward or request.run / REWARD_FUNCTION)
     ticks, track = _ticks((request.run,), request.track)
-    rows, is_paid = rows_of(ticks, track)
-    return ExplainedReward(track, lines_paid(payer, track, rows[is_paid][-MAX_TRACED:]))
+    rows, has_reward = rows_of(ticks, track)
+    return ExplainedReward(track, lines_paid(payer, track, rows[has_reward][-MAX_TRACED:]))
 
 
 @action

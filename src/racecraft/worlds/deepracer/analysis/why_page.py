@@ -17,7 +17,7 @@ from racecraft.analysis.page import figure_part, photograph
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import CYCLE, INK, RED
-from racecraft.pages.parts import Heading, card, details, grid, page, paragraph, table
+from racecraft.pages.parts import Heading, card, details, grid, heading, page, paragraph, table
 from racecraft.worlds.deepracer.analysis.failure_places import (
     Before,
     FailurePlace,
@@ -66,6 +66,7 @@ def write_why_page(
 
 
 def _parts(why: Why, learned: SegmentPassRates | None, starts: StartComparison | None) -> Iterator[Heading | Markup]:
+    yield heading("Where it fails")
     yield from failure_parts(why)
     if why.places:
         yield paragraph(

@@ -44,8 +44,8 @@ def drive(
         racecraft train my-drive --track reinvent_base --from my-drive/laps-reinvent_base.safetensors
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.watch import open_page
     from racecraft.web.access import access_for
+    from racecraft.web.browser import open_page
     from racecraft.web.ports import choose_port
     from racecraft.web.server import address_of, serve
     from racecraft.worlds.deepracer.serving.drive_server import make_drive_application
