@@ -10,6 +10,10 @@ from racecraft.league.heats import bracket, standing_of
 from racecraft.league.race import BRACKET, LAPS, SOLO, Entry, Race, Result
 from racecraft.league.scoring import Score, best_lap_of, score_of
 
+NO_FIGURES: Mapping[str, Any] = {
+    "best_lap_seconds": None, "laps": (), "resets": 0, "penalty_seconds": 0.0, "heat": "", "judged": None,
+}  # fmt: skip
+
 
 @dataclass(frozen=True, kw_only=True)
 class BoardRow:
@@ -81,9 +85,9 @@ def _solo_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str, R
     for racer, own in by_racer.items():
         judged = [(score_of(race, by_entry[one.number]), one) for one in own if one.number in by_entry]
         scored = [(score, one) for score, one in judged if score is not None]
-        score, entry = min(scored, key=lambda pair: (pair[0], pair[1].number)) if scored else (None, own[-1])
+        score, entry = min(scored, key=lambda pair: (pair[0].key, pair[1].number)) if scored else (None, own[-1])
         found.append((score, racer, entry, own, by_entry.get(entry.number)))
-    found.sort(key=lambda row: (row[0] is None, row[0] or Score((), 0.0), row[2].number))
+    found.sort(key=lambda row: (row[0] is None, row[0].key if row[0] else (), row[2].number))
     rows: list[BoardRow] = []
     first = found[0][0] if found else None
     for score, racer, entry, own, result in found:
@@ -150,15 +154,20 @@ def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str
 
 
 def _figures(result: Result | None, index: int) -> dict[str, Any]:
-    outcomes = [] if result is None else [drive.outcomes[index] for drive in result.drives]
-    return {
-        "best_lap_seconds": None if result is None else best_lap_of(result, index),
-        "laps": tuple(lap for outcome in outcomes for lap in outcome.laps),
-        "resets": sum(outcome.resets for outcome in outcomes),
-        "penalty_seconds": round(sum(outcome.penalty_seconds for outcome in outcomes), 3),
-        "heat": "" if result is None else result.heat,
-        "judged": None if result is None else result.judged,
-    }
+    """Return what a row says of a result."""
+    if result is None:
+        return dict(NO_FIGURES)
+    if index not in result.figures:
+        outcomes = [drive.outcomes[index] for drive in result.drives]
+        result.figures[index] = {
+            "best_lap_seconds": best_lap_of(result, index),
+            "laps": tuple(lap for outcome in outcomes for lap in outcome.laps),
+            "resets": sum(outcome.resets for outcome in outcomes),
+            "penalty_seconds": round(sum(outcome.penalty_seconds for outcome in outcomes), 3),
+            "heat": result.heat,
+            "judged": result.judged,
+        }
+    return result.figures[index]
 
 
 def _difference(score: Score | None, other: Score | None) -> float | None:

@@ -7,6 +7,7 @@ are plain values that only the world reads.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 SOLO, ROUND_ROBIN, BRACKET = FORMATS = ("solo", "round_robin", "bracket")
@@ -142,6 +143,16 @@ class Result:
     round: int = 0
     """Of a bracket, counted from 1."""
     version: int = 1
+
+    @cached_property
+    def scores(self) -> dict[tuple[str, int], Any]:
+        """What `scoring.score_of` has computed, by ranking and window: a result never changes."""
+        return {}
+
+    @cached_property
+    def figures(self) -> dict[int, dict[str, Any]]:
+        """What `board.board_of` has added up, by the index of the entry."""
+        return {}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from racecraft.league.race import AVERAGE, BEST, LAPS, TOTAL, Outcome, Race, Result
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True)
 class Score:
     """What a result is ranked by; the smaller one wins."""
 
@@ -20,6 +20,14 @@ class Score:
 
 def score_of(race: Race, result: Result) -> Score | None:
     """Return the score of a solo result; None where a track has too few full laps. A cup adds its tracks up."""
+    way = race.ranking, race.window
+    if way not in result.scores:
+        result.scores[way] = _computed(race, result)
+    found: Score | None = result.scores[way]
+    return found
+
+
+def _computed(race: Race, result: Result) -> Score | None:
     scores = [_track_score(race, drive.outcomes[0]) for drive in result.drives]
     found = [one for one in scores if one is not None]
     if not found or len(found) < len(scores):

@@ -24,6 +24,7 @@ import tempfile
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -44,6 +45,7 @@ VERSION = 1
 MAX_ENTRIES = 99_999
 
 Kept = TypeVar("Kept")
+Key = TypeVar("Key")
 
 
 class LeagueError(InputFileError):
@@ -66,6 +68,7 @@ class League:
             found = Message("holds no {mark}", mark=MARK) if self.path.is_dir() else "there is no such folder"
             raise LeagueError(self.path, found, "the folder of a league", "Make a race: racecraft league create TITLE")
         self._read: dict[Path, tuple[tuple[int, int], Any]] = {}
+        self._folders: dict[Path, dict[tuple[str, int], Any]] = {}
 
     @classmethod
     def open_or_create(cls, path: str | Path) -> League:
@@ -158,11 +161,10 @@ class League:
             ),
         )
 
-    def entries(self, race: str) -> dict[int, Entry]:
+    def entries(self, race: str) -> Mapping[int, Entry]:
         """Return the entries of a race by their numbers, in order."""
-        folders = _scanned(self.folder(race) / ENTRIES)
-        found = (self._kept(Path(folder.path) / ENTRY, Entry) for folder in folders)
-        return {entry.number: entry for entry in found}
+        folder = self.folder(race) / ENTRIES
+        return self._all_kept(folder, lambda name: folder / name / ENTRY, Entry, lambda entry: entry.number)
 
     def model(self, race: str, entry: int) -> Path:
         """Return the folder of an entry's model."""
@@ -211,11 +213,10 @@ class League:
         if (result := folder / RESULTS / f"{entry:05}.json").is_file():
             _move(result, target / "result.json")
 
-    def results(self, race: str) -> dict[str, Result]:
+    def results(self, race: str) -> Mapping[str, Result]:
         """Return the results of a race by their heats, in order."""
-        files = _scanned(self.folder(race) / RESULTS)
-        found = (self._kept(Path(file.path), Result, file.stat()) for file in files)
-        return {result.heat: result for result in found}
+        folder = self.folder(race) / RESULTS
+        return self._all_kept(folder, lambda name: folder / name, Result, lambda result: result.heat)
 
     def save_result(self, race: str, result: Result, files: Mapping[int, Mapping[str, bytes]]) -> None:
         """Keep a result, and before it the files of its drives by the number of the track.
@@ -281,10 +282,22 @@ class League:
         write_atomic(self.path / SEASONS / f"{id}.json", _as_json(season))
         return season
 
-    def _kept(self, file: Path, kind: type[Kept], stat: os.stat_result | None = None) -> Kept:
+    def _all_kept(
+        self, folder: Path, file_of: Callable[[str], Path], kind: type[Kept], key_of: Callable[[Kept], Key]
+    ) -> Mapping[Key, Kept]:
+        """Return what a folder holds by its key. A file is read once: it is replaced by a new one, never changed."""
+        before = self._folders.get(folder, {})
+        now = {
+            (entry.name, entry.inode()): before.get((entry.name, entry.inode())) or read_kept(file_of(entry.name), kind)
+            for entry in _scanned(folder)
+        }
+        self._folders[folder] = now
+        return {key_of(value): value for value in now.values()}
+
+    def _kept(self, file: Path, kind: type[Kept]) -> Kept:
         """Return what a file holds; it is read once."""
         try:
-            stat = stat or file.stat()
+            stat = file.stat()
         except OSError as error:
             raise LeagueError(file, Message("cannot be read ({error})", error=error.strerror), "a file") from error
         state = (stat.st_mtime_ns, stat.st_size)
@@ -293,6 +306,16 @@ class League:
             self._read[file] = before = (state, read_kept(file, kind))
         value: Kept = before[1]
         return value
+
+
+@cache
+def shared_league(path: Path) -> League:
+    """Return the league of a folder, the same to all who ask in this process: what one has read, none reads again.
+
+    Raises:
+        LeagueError: It is no league.
+    """
+    return League(path)
 
 
 def read_kept(file: Path, kind: type[Kept]) -> Kept:

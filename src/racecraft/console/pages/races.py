@@ -30,11 +30,13 @@ from racecraft.league.records import fastest_laps
 from racecraft.league.scoring import ranking_text
 from racecraft.league.seasons import standings
 from racecraft.league.site import board_csv
-from racecraft.league.store import MARK, League
+from racecraft.league.store import MARK, League, shared_league
 from racecraft.league.world_part import league_world
 from racecraft.web.errors import WebError
 
 RECORDS = 20
+ROWS = 200
+"""Of a board on its page, besides one's own; the CSV has all."""
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -97,7 +99,8 @@ def race_page(console: Console, request: Request) -> Page:
             **asdict(row), "score_text": score_text(race, row.score), "is_own": row.racer in own,
             "gap_text": "" if row.gap is None or row.place == 1 else f"+{score_text(race, row.gap)}",
         }
-        for row in board.rows
+        for index, row in enumerate(board.rows)
+        if index < ROWS or row.racer in own
     ]  # fmt: skip
     data = {
         "race": asdict(race),
@@ -278,7 +281,7 @@ def _entry_page(
 
 
 def _open(console: Console) -> League | None:
-    return League(console.league) if (console.league / MARK).is_file() else None
+    return shared_league(console.league) if (console.league / MARK).is_file() else None
 
 
 def _league(console: Console) -> League:
