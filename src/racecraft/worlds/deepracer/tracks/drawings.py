@@ -173,7 +173,8 @@ def _read_photo(path: Path, data: bytes) -> Drawing:
     if np.median(edge) < threshold:  # a dark floor: the shape is what is bright
         levels, threshold = 255.0 - levels, 255.0 - threshold
     padded = np.pad(levels, 1, constant_values=255.0)
-    lines = [line for line in contour_generator(z=padded).lines(threshold) if (line[0] == line[-1]).all()]
+    contours = [np.asarray(line, float) for line in contour_generator(z=padded).lines(threshold)]
+    lines = [line for line in contours if np.array_equal(line[0], line[-1])]
     if not lines:
         raise TrackError(path, "no closed outline", "a dark closed line or shape on a bright ground, or the reverse")
     outline = max(lines, key=lambda line: abs(_area(line)))

@@ -181,9 +181,10 @@ def _plan(track: Track, tiles: list[_Tile], size: tuple[float, float], paper: st
     from matplotlib.patches import Rectangle
 
     for tile in tiles:
-        place = on_paper([(tile.x, tile.y)])[0]
+        place = on_paper(np.array([[tile.x, tile.y]]))[0]
         axes.add_patch(Rectangle(place, wide * scale, high * scale, fill=False, edgecolor=QUIET, linewidth=0.4))
-        axes.text(*(place + 0.5 * scale * np.array([wide, high])), tile.name, ha="center", va="center",
+        middle = place + 0.5 * scale * np.array([wide, high])
+        axes.text(middle[0], middle[1], tile.name, ha="center", va="center",
                   fontsize=max(2.5, min(9.0, 0.9 * wide * scale)), color=QUIET)  # fmt: skip
     for line in _lines(track):
         axes.plot(*on_paper(line).T, color=INK, linewidth=0.8)

@@ -114,7 +114,9 @@ def _rounded(line: np.ndarray, closed: bool) -> np.ndarray:
     ends = (line[-2:-1], line[1:2]) if closed else (2 * line[:1] - line[1:2], 2 * line[-1:] - line[-2:-1])
     padded = np.concatenate([ends[0], line, ends[1]])
     share = np.linspace(0.0, 1.0, 24, endpoint=False)[:, None]
-    pieces = [_curve(*padded[row : row + 4], share) for row in range(len(line) - 1)]
+    pieces = [
+        _curve(padded[row], padded[row + 1], padded[row + 2], padded[row + 3], share) for row in range(len(line) - 1)
+    ]
     return np.concatenate([*pieces, line[-1:]])
 
 
