@@ -21,6 +21,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -140,6 +141,7 @@ class Place:
 
 def main(words: list[str], parts: Path = PARTS) -> int:
     """Show the page, make what is missing, open the console, and wait until it ends."""
+    end_with_the_window()
     place = Place(parts)
     if address := running(place):
         open_browser(address, words)
@@ -164,6 +166,14 @@ def main(words: list[str], parts: Path = PARTS) -> int:
     finally:
         server.shutdown()
         server.server_close()
+
+
+def end_with_the_window() -> None:
+    """Take the end of the window as Ctrl-C, so that the console ends as well; only a main thread can."""
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), signal.default_int_handler)
 
 
 def start(place: Place, progress: Progress, page: str, retries: bool) -> int:

@@ -102,6 +102,22 @@ def state(page):
     return json.loads(urllib.request.urlopen(f"{page}state").read())
 
 
+def test_the_console_ends_with_the_window(parts):
+    begin_py = parts / "begin.py"
+    begin_py.write_text((PACKAGING / "begin.py").read_text(encoding="utf-8"), encoding="utf-8")
+    fake = (parts / "fake").read_text().replace("sleep 0.3", f"trap 'touch {parts}/ended; exit' TERM; sleep 30 & wait")
+    (parts / "fake").write_text(fake)
+    with subprocess.Popen([sys.executable, begin_py, "--no-open"], stdout=subprocess.DEVNULL) as started:
+        for _ in range(200):
+            if (parts / "running.json").exists():
+                break
+            time.sleep(0.05)
+        started.terminate()
+        started.wait(10)
+    assert (parts / "ended").exists()
+    assert not (parts / "running.json").exists()
+
+
 def test_pages_of_other_sites_press_no_button(begin, parts):
     progress = begin.Progress([])
     server = begin.ThreadingHTTPServer(("127.0.0.1", 0), begin.handler(begin.Place(parts), progress))
