@@ -10,7 +10,12 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
     rc.record("runs/CartPole-v1-1", episodes=3)          demonstrations; rc.checkpoints, rc.report, rc.export_run,
                                                          rc.compare, rc.stop likewise: the options of the command
     rc.make_world("deepracer", track="Oval_track")       a world to step by hand
-    rc.enter_race("club-evening", "runs/oval-1")         races: rc.create_race, judge_race, show_board, audit_races …
+    rc.enter_race("club-evening", "runs/oval-1")         races: rc.create_race, rc.list_races, rc.show_race,
+                                                         rc.edit_race, rc.copy_race, rc.open_race, rc.judge_race,
+                                                         rc.close_race, rc.reset_race, rc.withdraw_entry,
+                                                         rc.show_board, rc.show_racer, rc.show_records,
+                                                         rc.show_standings, rc.create_season, rc.audit_races,
+                                                         rc.export_league
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
 
