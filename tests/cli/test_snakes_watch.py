@@ -118,7 +118,7 @@ def test_play_does_not_wait_for_ever_for_a_browser(racecraft, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda address: False)
     said = racecraft("snakes", "play", *GAME, "--browser", "--most-turns", 2)
     assert said.code == 0
-    assert "Watch it at http://127.0.0.1:" in said.out
+    assert "Watch it at http://127.0.0.1:" in said.err
     assert "No browser could be opened" in said.err
     assert "No browser came within 0.1 s" in said.err
 

@@ -307,7 +307,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         learner.__name__,
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
-        tuple(getattr(learner, "acts", EVERYTHING)),
+        acts=tuple(getattr(learner, "acts", EVERYTHING)),
         replay=getattr(learner, "experience", "") == "replay",
         whole_episodes=getattr(learner, "experience", "") == "episodes",
         reward_signals=getattr(learner, "experience", "") in ("rollout", "episodes"),

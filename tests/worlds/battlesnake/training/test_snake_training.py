@@ -312,7 +312,7 @@ def test_a_trained_snake_plays_from_files_alone(run):
             chances = player.chances(asked)
             assert chances.shape == (len(living), 4)
             assert np.allclose(chances.sum(axis=1), 1.0, atol=1e-5)
-            weighed = player.weigh(referee.board, settings)
+            weighed = player.move_priors(referee.board, settings)
             assert np.array_equal(weighed, chances) if len(living) <= DUEL.players else weighed is None
             referee.turn(dict(zip([snake.id for snake in living], one_by_one, strict=True)))
             if referee.over:

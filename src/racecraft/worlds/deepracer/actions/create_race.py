@@ -87,7 +87,7 @@ def create_race(request: CreateRaceRequest, progress: Progress = quiet) -> Chang
     values = {
         name: value
         for part in (request.driving, request.car)
-        for name, value in vars(part).items()
+        for name, value in part.values().items()
         if value not in (None, ())
     }
     if meets:

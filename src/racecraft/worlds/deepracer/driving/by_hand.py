@@ -10,7 +10,7 @@ import numpy as np
 from racecraft.algorithms.policy_spec import spec_of_policy
 from racecraft.contract.world import Array, allocate
 from racecraft.formats.demonstrations import Demonstrations
-from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace
+from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, OwnActions
 from racecraft.worlds.deepracer.env.race import LAP_COMPLETE, STATUSES
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -60,6 +60,7 @@ class HandDrive:
     """
 
     def __init__(self, world: RaceWorld) -> None:
+        assert not isinstance(world.actions, OwnActions), "one car has one action space"
         self._world, self._buffers = world, allocate(world.spec)
         self._commands = _Choices(world.actions)
         self._names = [name for name, part in world.spec.observations.items() if not part.privileged]

@@ -10,6 +10,7 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.driven_laps import DrivenLap
 from racecraft.worlds.deepracer.driving.planner import plan_best_lap
+from racecraft.worlds.deepracer.env.actions import OwnActions
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.env.world import RaceWorld
 
@@ -44,6 +45,7 @@ def planned_ghost(world: RaceWorld, car: str = "v6") -> Ghost | None:
         world: The person's.
         car: Its vehicle profile.
     """
+    assert not isinstance(world.actions, OwnActions), "one car has one action space"
     plan = plan_best_lap(world.track, PROFILES[car], world.actions, refinements=REFINEMENTS)
     if plan is None:
         return None
