@@ -221,7 +221,7 @@ def test_what_cannot_be_resumed_is_refused(tmp_path):
     with pytest.raises(SettingError, match="--seed cannot change"):
         racecraft("gym", "train", "--run", run, "--resume", "--seed", 4)
     with pytest.raises(SettingError, match="ID cannot change"):
-        racecraft("gym", "train", "CartPole-v1", "--run", run, "--resume")
+        racecraft("gym", "train", "Acrobot-v1", "--run", run, "--resume")
     with pytest.raises(SettingError, match="no environment is named"):
         racecraft("gym", "train")
 

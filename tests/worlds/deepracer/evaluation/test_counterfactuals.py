@@ -61,7 +61,7 @@ def test_longer_holds_are_tried_until_one_change_saves_four_of_five(monkeypatch,
         asked.append((remembers, {change.hold for change in changes}))
         return [change.row < saves and change.tick == 30 and change.action == LEFT for change in changes]
 
-    monkeypatch.setattr(counterfactuals, "rehearse", rehearsed)
+    monkeypatch.setattr(counterfactuals, "rerun_with_change", rehearsed)
     drives = SimpleNamespace(last=np.full(5, 40), actions=np.full((41, 5), STRAIGHT))
     trials = try_alternatives(None, None, drives, np.arange(5), TABLE)
     assert asked == [(False, {hold}) for hold in holds]
@@ -76,7 +76,7 @@ def test_only_rows_that_were_asked_for_are_tried_and_memory_is_told(monkeypatch)
     asked = []
     monkeypatch.setattr(
         counterfactuals,
-        "rehearse",
+        "rerun_with_change",
         lambda *told: asked.append((told[4], {c.row for c in told[3]})) or [True] * len(told[3]),
     )
     drives = SimpleNamespace(last=np.array([40, 3, 50]), actions=np.full((51, 3), STRAIGHT))

@@ -165,7 +165,7 @@ def test_nothing_is_tried_in_the_first_tick_which_holds_the_car(monkeypatch):
         tried.extend((change.tick, change.hold) for change in changes)
         return [False] * len(changes)
 
-    monkeypatch.setattr(counterfactuals, "rehearse", noted)
+    monkeypatch.setattr(counterfactuals, "rerun_with_change", noted)
     drives = SimpleNamespace(last=np.array([3]), actions=np.full((4, 1), LEFT))
     try_alternatives(Forks(15), world, drives, np.array([0]), ACTIONS)
     ticks = [3 - moment for moment in MOMENTS if moment < 3]
