@@ -150,7 +150,7 @@ def test_players_are_listed(racecraft):
         (("serve", "hungry", "--color", "redd"), "expected #rrggbb"),
         (("serve", "hungry", "--color", "#12345"), "expected #rrggbb"),
         (("play", "-u", "setup.py", "--file-memory", 3), "at least 64"),
-        (("serve", "hungry", "--port", 99999), "99999"),
+        (("serve", "hungry", "--port", 99999), "65535"),
         (("serve", "hungry", "--host", "256.0.0.1"), "256.0.0.1"),
     ],
 )

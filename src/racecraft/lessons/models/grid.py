@@ -256,7 +256,7 @@ def chance_to_reach(moves: int) -> float:
     """Return how likely a random car reaches the goal of a road of so many moves.
 
     >>> [round(100 * chance_to_reach(n), 2) for n in (6, 12, 24, 39)]
-    [13.59, 3.72, 0.27, 0.01]
+    [13.58, 3.69, 0.27, 0.01]
     """
     root = 2**0.5
     return 0.5 * (((1 + root) / 3) ** moves + ((1 - root) / 3) ** moves)

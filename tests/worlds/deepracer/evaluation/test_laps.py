@@ -82,7 +82,7 @@ def test_no_more_tries_are_made_than_laps_are_wanted(drive):
     assert drive.asked == [0]
 
 
-@pytest.mark.parametrize("is_paid", [True, False])
+@pytest.mark.parametrize("has_reward", [True, False])
 def test_a_lap_from_each_start_is_what_its_episode_came_to(drive, has_reward):
     def came(world, progress, seconds, status):
         return EpisodeRecord(world, 0, 99, 7.5, status, {"lap_seconds": seconds, "progress_percent": progress})
