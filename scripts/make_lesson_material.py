@@ -2,7 +2,7 @@
 
     curves.json     3 learning rates × 3 seeds: progress of each iteration (lesson 9)
     tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
-    learning.json   a car's drives while it learned: one drive an iteration, 15 poses a second (lesson 1)
+    learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
 
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
 is not trained again. About 25 minutes on two cores. Versions, machine and seeds are written into each file.
@@ -62,16 +62,19 @@ def curves(folder: Path) -> dict[str, Any]:
 
 
 def learning(run: Path) -> dict[str, Any]:
-    """Return one drive of each iteration: x and y in cm."""
+    """Return of each iteration the drive that ended in it and came furthest: x and y in cm."""
+    table = pl.concat([pl.read_parquet(path) for path in (run / "episodes").glob("*.parquet")]).sort(
+        "iteration", "tick"
+    )
+    ended = table.filter(pl.col("done")).group_by("iteration").agg(pl.all().sort_by("progress_share").last())
     drives = []
-    for path in sorted((run / "episodes").glob("*.parquet"), key=lambda one: int(one.stem)):
-        table = pl.read_parquet(path)
-        first = table.filter(pl.col("episode") == table["episode"][0])
-        xy = (100 * first.select("x_m", "y_m").to_numpy()).round().astype(int)
+    for last in ended.sort("iteration").iter_rows(named=True):
+        one = table.filter((pl.col("world") == last["world"]) & (pl.col("episode") == last["episode"])).sort("tick")
+        xy = (100 * one.select("x_m", "y_m").to_numpy()).round().astype(int)
         drives.append({
-            "iteration": int(path.stem), "reward": round(float(first["reward"].sum()), 1),
-            "progress": round(100 * float(first["progress_share"].max()), 1),
-            "x": xy[:, 0].tolist(), "y": xy[:, 1].tolist(), "status": first["status"][-1],
+            "iteration": last["iteration"], "reward": round(float(one["reward"].sum()), 1),
+            "progress": round(100 * float(last["progress_share"]), 1),
+            "x": xy[:, 0].tolist(), "y": xy[:, 1].tolist(), "status": last["status"],
         })  # fmt: skip
     return {"track": "reinvent_base", "tick_seconds": 1 / 15, "drives": drives}
 

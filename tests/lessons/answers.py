@@ -10,6 +10,8 @@ def drive(*moves, **road):
     return {"drive": {"grid": ROAD | road, "moves": list(moves)}}
 
 
+REWARD = "def reward_function(p):\n    return {}"
+CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
 AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
 """The one that goes straight first has 12.0, the others come back to the middle."""
 
@@ -30,8 +32,50 @@ RIGHT = {
     "gradient/points-away": {"batch": AWAY},
     "gradient/drives-needed": {"drives": "18"},
     "gradient/own-weights": {"code": "def weights(r):\n    m = sum(r) / len(r)\n    return [one - m for one in r]"},
+    "car/first-lap": {"iteration": "14"},
+    "car/left-the-road": {"count": "15"},
+    "reward-function/slow-lap": {"slow": "531", "fast": "66"},
+    "reward-function/second-reward": {"reward": "32"},
+    "reward-function/nearer-is-more": {"code": REWARD.format("1 - p['distance_from_center'] / p['track_width']")},
+    "hyperparameters/match": {"a": "3e-3", "b": "3e-5", "c": "3e-4"},
+    "hyperparameters/clipped": {"code": CLIP.format("min(r * a, h * a)")},
+    "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
 }
 CASES = {
+    "car/first-lap": {"before": {"iteration": "3"}, "behind": {"iteration": "19"}},
+    "car/left-the-road": {"laps": {"count": "5"}, "other": {"count": "30"}},
+    "reward-function/slow-lap": {
+        "exchanged": {"slow": "66", "fast": "531"},
+        "same": {"slow": "100", "fast": "100"},
+        "seconds": {"slow": "35.4", "fast": "4.4"},
+        "other": {"slow": "900", "fast": "1"},
+    },
+    "reward-function/second-reward": {
+        "kept_the_one": {"reward": "0.64"},
+        "one_factor": {"reward": "40"},
+        "no_factor": {"reward": "50"},
+        "other": {"reward": "7"},
+    },
+    "reward-function/nearer-is-more": {
+        "no_number": {"code": REWARD.format("None")},
+        "same": {"code": REWARD.format("1.0")},
+        "turned_round": {"code": REWARD.format("p['distance_from_center']")},
+    },
+    "hyperparameters/match": {
+        "flat": {"a": "3e-5", "b": "3e-4", "c": "3e-3"},
+        "exchanged": {"a": "3e-4", "b": "3e-5", "c": "3e-3"},
+        "twice": {"a": "3e-4", "b": "3e-5", "c": "3e-4"},
+    },
+    "hyperparameters/clipped": {
+        "never_clipped": {"code": CLIP.format("r * a")},
+        "always_clipped": {"code": CLIP.format("h * a")},
+        "other": {"code": CLIP.format("0")},
+    },
+    "tracks/worst-track": {
+        "run": {"worst": "oval"},
+        "harder": {"worst": "oval", "reason": "harder"},
+        "too_short": {"worst": "oval", "reason": "too_short"},
+    },
     "reward/goal-fails": {
         "run": {"columns": "20"},
         "prize": {"columns": "20", "reason": "prize"},

@@ -1,13 +1,14 @@
 """Every lesson that is installed, in the order of the paths. Begin with `course`.
 
 Lessons about one world stand in that world's package: `WorldKind.lessons` names a package with `TEXTS` (a folder of
-texts), `CHECKS` (functions by name), and perhaps `MODULES` (ES modules by kind of figure) and `ROUTES`.
+texts), `CHECKS` (functions by name), `MODULES` (ES modules by kind of figure) and perhaps `MATERIAL` (a folder of JSON files).
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources.abc import Traversable
 from typing import Any
@@ -17,7 +18,7 @@ from racecraft.contract.kinds import kinds
 from racecraft.contract.message import Message
 from racecraft.lessons import own
 from racecraft.lessons.checking import Check
-from racecraft.lessons.lesson import Exercise, Lesson
+from racecraft.lessons.lesson import Exercise, Figure, Lesson
 from racecraft.lessons.reading import read_lesson
 
 PATHS: Mapping[str, tuple[Message, Message]] = {
@@ -45,9 +46,6 @@ class Course:
     checks: Mapping[str, Check]
     modules: Mapping[str, str]
     """ES module by kind of figure."""
-    styles: tuple[str, ...] = ()
-    routes: tuple[Any, ...] = ()
-    """Routes that figures of worlds ask, below /lessons/."""
 
     def of_path(self, path: str) -> list[Lesson]:
         """Return a path's lessons, in order."""
@@ -89,16 +87,26 @@ class Course:
 def course() -> Course:
     """Return every lesson that is installed."""
     parts = [own, *(piece for kind in kinds() if (piece := kind.piece("lessons")) is not None)]
-    lessons = [read_lesson(file.read_text("utf-8"), file.name) for part in parts for file in texts(part.TEXTS)]
+    lessons = [_with_material(read_lesson(file.read_text("utf-8"), file.name), part)
+               for part in parts for file in texts(part.TEXTS)]  # fmt: skip
     order = {path: number for number, path in enumerate(PATHS)}
     lessons.sort(key=lambda one: (order[one.path], int(one.number.lstrip("SU"))))
     return Course(
         tuple(lessons),
         {name: check for part in parts for name, check in part.CHECKS.items()},
         {kind: module for part in parts for kind, module in part.MODULES.items()},
-        tuple(style for part in parts for style in getattr(part, "STYLES", ())),
-        tuple(route for part in parts for route in getattr(part, "ROUTES", ())),
     )
+
+
+def _with_material(lesson: Lesson, part: Any) -> Lesson:
+    """Return a lesson whose figures hold what was trained for them: their setting `material` names a JSON file."""
+    blocks = [
+        replace(block, settings={**block.settings, "data": json.loads((part.MATERIAL / name).read_text("utf-8"))})
+        if isinstance(block, Figure) and (name := block.settings.get("material"))
+        else block
+        for block in lesson.blocks
+    ]
+    return replace(lesson, blocks=tuple(blocks))
 
 
 def texts(folder: Traversable) -> Sequence[Traversable]:

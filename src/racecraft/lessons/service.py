@@ -101,7 +101,6 @@ def lesson_routes(lessons: Lessons) -> list[BaseRoute]:
         return lessons.frame(request, f"{TEMPLATES}/sheet.html", str(PATHS[path][0]), lessons=own, path=path)
 
     return [
-        *lessons.course().routes,
         Route("/lessons", overview),
         Route("/lessons/words", words),
         Route("/lessons/sheet/{path}", sheet),
@@ -162,7 +161,7 @@ def _lesson_page(lessons: Lessons, request: Request) -> Response:
         done=lessons.progress.of(lesson.id),
         words=words_of(lesson.words),
         modules=modules,
-        styles=[*STYLES, *found.styles],
+        styles=STYLES,
     )
 
 

@@ -110,7 +110,8 @@ class Drive:
 
 def drive(grid: Grid, moves: Sequence[int]) -> Drive:
     """Drive these moves, as far as the episode goes."""
-    square, squares, rewards, ended = grid.start, [grid.start], [], ""
+    square, squares, ended = grid.start, [grid.start], ""
+    rewards: list[float] = []
     for move in moves:
         square = grid.after(square, move)
         squares.append(square)
@@ -154,7 +155,8 @@ def action_values(grid: Grid, values: Values, square: Square, gamma: float) -> l
 
 def best_drive(grid: Grid, gamma: float) -> Drive:
     """Return the drive of the best policy; of equal moves straight, then left."""
-    values, square, moves = optimal_values(grid, gamma), grid.start, []
+    values, square = optimal_values(grid, gamma), grid.start
+    moves: list[int] = []
     while not grid.ends(square) and len(moves) < MOST_MOVES:
         worth = action_values(grid, values, square, gamma)
         best = max(worth)
@@ -232,7 +234,9 @@ def learn(grid: Grid, learning: Learning, chance: Chance, q: Q | None = None) ->
 
 def learn_drive(grid: Grid, q: Q, alpha: float, gamma: float, epsilon: float, chance: Chance) -> Drive:
     """Drive one episode and learn from each of its moves."""
-    square, squares, moves, rewards, ended = grid.start, [grid.start], [], [], ""
+    square, squares, ended = grid.start, [grid.start], ""
+    moves: list[int] = []
+    rewards: list[float] = []
     while not ended and len(moves) < MOST_MOVES:
         move = choose(q[square[0]][square[1]], epsilon, chance)
         rewards.append(update(q, grid, square, move, alpha, gamma))
@@ -245,7 +249,8 @@ def learn_drive(grid: Grid, q: Q, alpha: float, gamma: float, epsilon: float, ch
 
 def greedy_drive(grid: Grid, q: Q, chance: Chance) -> Drive:
     """Return the drive that always does what is known to be best; of equals one is drawn."""
-    square, moves = grid.start, []
+    square = grid.start
+    moves: list[int] = []
     while not grid.ends(square) and len(moves) < MOST_MOVES:
         moves.append(choose(q[square[0]][square[1]], 0.0, chance))
         square = grid.after(square, moves[-1])

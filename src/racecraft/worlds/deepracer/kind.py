@@ -84,6 +84,7 @@ KIND = WorldKind(
     watch="racecraft.worlds.deepracer.serving.watch:watch",
     league="racecraft.worlds.deepracer.league.races:CarLeague",
     console="racecraft.worlds.deepracer.console.parts:CarParts",
+    lessons="racecraft.worlds.deepracer.lessons",
     pictures=f"{ACTIONS}.train:leave_pictures",
     exporters={
         "car": f"{EXPORT}:export_car",

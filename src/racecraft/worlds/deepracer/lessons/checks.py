@@ -1,0 +1,169 @@
+"""Checks of the lessons about cars: they read recorded trainings, and run a pupil's code."""
+
+from __future__ import annotations
+
+import json
+import random
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from racecraft.lessons.checking import Answer, Verdict, passed, predicted, tried
+from racecraft.lessons.functions import call_function
+
+LAP_M, HERTZ = 17.71, 15
+"""Of re:Invent 2018, and decisions a second."""
+SLOW_MPS, FAST_MPS = 0.5, 4.0
+SECOND_SAMPLE = """
+def reward_function(params):
+    reward = 0.1
+    if params["distance_from_center"] <= 0.25 * params["track_width"]:
+        reward = 1.0
+    if params["is_offtrack"]:
+        reward = -1.0
+    else:
+        reward = params["progress"]
+    if abs(params["steering_angle"]) > 15:
+        reward *= 0.8
+    if params["speed"] < 2.5:
+        reward *= 0.8
+    return float(reward)
+"""
+MOMENT = {"distance_from_center": 0.0, "track_width": 0.76, "is_offtrack": False, "progress": 50.0,
+          "steering_angle": 20.0, "speed": 2.0}  # fmt: skip
+
+
+@cache
+def material(name: str) -> dict[str, Any]:
+    """Return what was trained for the lessons."""
+    found: dict[str, Any] = json.loads((files(__package__) / "material" / name).read_text("utf-8"))
+    return found
+
+
+def first_lap(answer: Answer) -> Verdict:
+    """The first iteration whose recorded drive is a whole lap."""
+    drives = material("learning.json")["drives"]
+    right = next(one["iteration"] for one in drives if one["progress"] >= 100)
+    given = round(answer.number("iteration"))
+    shown = next((one for one in drives if one["iteration"] == given), drives[-1])
+    if given != right:
+        return tried("before" if given < right else "behind", iteration=given, progress=shown["progress"])
+    return passed(iteration=right, count=len(drives))
+
+
+def drives_off(answer: Answer) -> Verdict:
+    """In how many of the recorded drives the car left the road."""
+    drives = material("learning.json")["drives"]
+    off = sum(one["status"] == "off_track" for one in drives)
+    laps = sum(one["progress"] >= 100 for one in drives)
+    given = round(answer.number("count"))
+    if given == off:
+        return passed(count=off, all=len(drives))
+    return tried("laps" if given == laps else "other", count=given, all=len(drives))
+
+
+def slow_lap(answer: Answer) -> Verdict:
+    """What a lap earns where every step pays 1.0, at two speeds."""
+    slow, fast = (HERTZ * LAP_M / speed for speed in (SLOW_MPS, FAST_MPS))
+    given = answer.number("slow"), answer.number("fast")
+    if abs(given[0] - slow) <= 3 and abs(given[1] - fast) <= 3:
+        return passed(slow=round(slow), fast=round(fast))
+    if abs(given[0] - fast) <= 3 and abs(given[1] - slow) <= 3:
+        return tried("exchanged")
+    if abs(given[0] - given[1]) <= 3:
+        return tried("same")
+    if abs(given[0] - LAP_M / SLOW_MPS) <= 1:
+        return tried("seconds")
+    return tried("other")
+
+
+def second_sample(answer: Answer) -> Verdict:
+    """What the second reward function pays at one moment; it is run."""
+    (right,) = call_function(SECOND_SAMPLE, "reward_function", [[MOMENT]])
+    given = answer.number("reward")
+    if abs(given - right) <= 0.5:
+        return passed(reward=right)
+    cases = {"kept_the_one": 0.64, "one_factor": 40.0, "no_factor": 50.0}
+    return tried(next((case for case, value in cases.items() if abs(given - value) <= 0.05), "other"), reward=given)
+
+
+def nearer_is_more(answer: Answer) -> Verdict:
+    """The pupil's reward function pays more nearer the centre: 250 pairs of poses, left and right, on many widths."""
+    rng, pairs = random.Random(), []
+    for _ in range(250):
+        width = rng.uniform(0.6, 1.2)
+        near, far = sorted(rng.uniform(0, 0.5 * width) for _ in range(2))
+        if far - near < 0.02 * width:
+            far = near + 0.1 * width
+        is_left = rng.random() < 0.5
+        pairs.append((pose(near, width, is_left), pose(far, width, not is_left)))
+    found = call_function(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
+    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in found):
+        return tried("no_number")
+    for (near, far), *paid in zip(pairs, found[::2], found[1::2], strict=True):
+        if paid[0] <= paid[1]:
+            case = "same" if paid[0] == paid[1] else "turned_round"
+            return tried(case, near=near["distance_from_center"], far=far["distance_from_center"], width=near["track_width"],
+                         first=float(paid[0]), second=float(paid[1]))  # fmt: skip
+    return passed(count=len(pairs))
+
+
+def pose(distance: float, width: float, is_left: bool) -> dict[str, Any]:
+    """Return what a reward function is told of a car on the road."""
+    return {
+        "all_wheels_on_track": True, "distance_from_center": round(distance, 4), "track_width": round(width, 4),
+        "is_left_of_center": is_left, "is_offtrack": False, "is_crashed": False, "is_reversed": False,
+        "progress": 30.0, "steps": 40.0, "speed": 2.0, "steering_angle": 0.0, "heading": 0.0, "x": 1.0, "y": 1.0,
+        "closest_waypoints": [0, 1], "waypoints": [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], "track_length": LAP_M,
+    }  # fmt: skip
+
+
+def match_curves(answer: Answer) -> Verdict:
+    """Which learning rate made which of three curves of a seed that the figure did not show."""
+    given = [answer.choice(curve) for curve in "abc"]
+    right = ["3e-3", "3e-5", "3e-4"]
+    if given == right:
+        return passed()
+    if given[1] != "3e-5":
+        return tried("flat")
+    return tried("exchanged" if set(given) == set(right) else "twice")
+
+
+def clipped(answer: Answer) -> Verdict:
+    """The pupil's `clipped(ratio, advantage, limit)` against PPO's objective on 1,000 random pairs."""
+    rng = random.Random()
+    calls = [[rng.uniform(0.2, 2.5), rng.uniform(-3, 3), 0.2] for _ in range(1000)]
+    found = call_function(answer.code("code"), "clipped", calls)
+    for (ratio, advantage, limit), given in zip(calls, found, strict=True):
+        held = min(max(ratio, 1 - limit), 1 + limit)
+        right = min(ratio * advantage, held * advantage)
+        if not isinstance(given, int | float) or abs(given - right) > 1e-9:
+            case = (
+                "never_clipped"
+                if given == ratio * advantage
+                else "always_clipped"
+                if given == held * advantage
+                else "other"
+            )
+            return tried(case, ratio=ratio, advantage=advantage, given=str(given)[:30], right=right)
+    return passed()
+
+
+def worst_track(answer: Answer) -> Verdict:
+    """A prediction: where the car trained on re:Invent 2018 alone gets least far."""
+    answer.choice("worst")
+    told = material("tracks.json")
+    table = (("trained on", *told["columns"]), [[row["trained"], *row["progress"]] for row in told["rows"]])
+    return predicted(answer, "reason", "road_alone", table)
+
+
+CHECKS = {
+    "first_lap": first_lap,
+    "drives_off": drives_off,
+    "slow_lap": slow_lap,
+    "second_sample": second_sample,
+    "nearer_is_more": nearer_is_more,
+    "match_curves": match_curves,
+    "clipped": clipped,
+    "worst_track": worst_track,
+}
