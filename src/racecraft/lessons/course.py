@@ -1,7 +1,8 @@
 """Every lesson that is installed, in the order of the paths. Begin with `course`.
 
 Lessons about one world stand in that world's package: `WorldKind.lessons` names a package with `TEXTS` (a folder of
-texts), `CHECKS` (functions by name), `MODULES` (ES modules by kind of figure) and perhaps `MATERIAL` (a folder of JSON files).
+texts), `CHECKS` (functions by name), `MODULES` (ES modules by kind of figure) and perhaps `MATERIAL` (a
+folder of JSON files).
 """
 
 from __future__ import annotations

@@ -103,8 +103,8 @@ def nearer_is_more(answer: Answer) -> Verdict:
     for (near, far), *paid in zip(pairs, found[::2], found[1::2], strict=True):
         if paid[0] <= paid[1]:
             case = "same" if paid[0] == paid[1] else "turned_round"
-            return tried(case, near=near["distance_from_center"], far=far["distance_from_center"], width=near["track_width"],
-                         first=float(paid[0]), second=float(paid[1]))  # fmt: skip
+            numbers = {"near": near["distance_from_center"], "far": far["distance_from_center"]}
+            return tried(case, **numbers, width=near["track_width"], first=float(paid[0]), second=float(paid[1]))
     return passed(count=len(pairs))
 
 
@@ -138,13 +138,7 @@ def clipped(answer: Answer) -> Verdict:
         held = min(max(ratio, 1 - limit), 1 + limit)
         right = min(ratio * advantage, held * advantage)
         if not isinstance(given, int | float) or abs(given - right) > 1e-9:
-            case = (
-                "never_clipped"
-                if given == ratio * advantage
-                else "always_clipped"
-                if given == held * advantage
-                else "other"
-            )
+            case = {ratio * advantage: "never_clipped", held * advantage: "always_clipped"}.get(given, "other")
             return tried(case, ratio=ratio, advantage=advantage, given=str(given)[:30], right=right)
     return passed()
 
