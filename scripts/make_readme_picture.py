@@ -2,7 +2,7 @@
 
 python scripts/make_readme_picture.py RUN [PNG]
 
-RUN is a run folder of `racecraft train`; the one shown was trained in examples/fast_car. Everything in the picture is
+RUN is a run folder; the one shown is of `racecraft train` without files. Everything in the picture is
 rendered by racecraft: the views from the poses of the lap, the map by `draw_track`.
 """
 
@@ -21,7 +21,6 @@ from racecraft.worlds.deepracer.env.scene import build_scene
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
 from racecraft.worlds.deepracer.evaluation.laps import judge_laps
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
-from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -38,7 +37,7 @@ def main(arguments: list[str]) -> int:
         print("usage: make_readme_picture.py RUN [PNG]", file=sys.stderr)
         return 2
     car = load_trained_car(arguments[0])
-    track = load_track(car.trained_on)
+    track = car.trained_on
     keeper = DriveKeeper()
     report = judge_laps(car.policy, car.world(track, num_cars=1, laps=2), 2, [keeper])
     best = report.best_lap_seconds
