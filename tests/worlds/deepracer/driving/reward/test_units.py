@@ -30,6 +30,7 @@ FITTING = [
     "fast = params['speed'] / 4.0 > 0.5",
     "h = math.radians(h)\n    d = math.atan2(dy, dx) - h",
     "x = params['speed'] ** 2 // 3",
+    "x = 1 / 0",
 ]
 
 

@@ -173,7 +173,7 @@ class _Reader:
         factors, angle = 1.0, None
         for part, power in _factors(node):
             unit, number = self._unit(part), _number(part)
-            if number is not None:
+            if number is not None and (number or power > 0):
                 factors *= number**power
             elif unit in (DEGREES, RADIANS) and angle is None and power == 1:
                 angle = unit
