@@ -101,12 +101,32 @@ def test_a_fault_is_shown_where_it_is_and_nothing_is_made(console, browser):
     assert page.input_value("#lr") == "much"
     page.fill("#lr", "0,002")
     page.click("button:has-text('Reward')")
-    page.fill("#reward", "def reward_function(params:\n")
+    page.click("rc-editor .editor")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("def reward_function(params:\n")
     page.click("#create")
     page.wait_for_selector(".notice.bad")
     assert "reward_function.py:1" in page.inner_text(".notice.bad")
     assert begun == []
     assert list(workspace.models()) == []
+
+
+def test_a_fault_of_the_reward_is_marked_in_its_line_while_one_types(console, browser):
+    address, _, _ = console
+    browser.open(f"{address}/drafts/new")
+    page = browser.page
+    page.click("button:has-text('Reward')")
+    page.wait_for_url("**/reward")
+    page.wait_for_selector("[data-remarks] .strip", timeout=30_000)
+    page.click("rc-editor .editor")
+    page.keyboard.press("Control+End")
+    page.keyboard.type("\n\n\ndef never():\nx = 1\n")
+    page.wait_for_selector("rc-editor .cm-lint-marker", timeout=30_000)
+    assert "never run" in page.inner_text("[data-remarks]")
+    assert page.input_value("#reward").endswith("def never():\n    x = 1\n    ")
+    page.select_option("[data-look] select[name=term]", "metres")
+    page.wait_for_selector("text=What it pays: metres", timeout=30_000)
+    assert browser.complaints == []
 
 
 def test_a_draft_is_kept_while_one_types(console, browser):
@@ -148,6 +168,7 @@ def test_no_page_shuts_anybody_out(console, dark):
     steps = [f"{draft}/{step}" for step in ("track", "race", "algorithm", "car", "reward")]
     pages = [
         "/models", "/models/a-1", "/models/a-1/checkpoints", "/models/a-1/evaluations", "/models/a-1/files",
+        "/models/a-1/reward", "/models/a-1/why",
         "/compare?m=a-1&m=b-1", "/import", "/jobs", "/settings",
     ]  # fmt: skip
     found = {}

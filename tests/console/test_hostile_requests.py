@@ -24,12 +24,15 @@ GETS = (
     "/models?q={}", "/models?sort={}", "/models?from={}", "/models?status={}&tag={}", "/models/{}", "/models/m0/{}",
     "/models/m0/laps?lap={}", "/compare?m={}&m={}", "/models/m0/files/{}", "/models/m0/checkpoints?by={}",
     "/models/m0/evaluations?told={}", "/drafts/{}/track", "/drafts/new?kind={}", "/drafts/new?from={}",
-    "/pictures/deepracer/{}.svg", "/pictures/{}/x.svg", "/import/{}", "/models/{}/watch/api/run", "/models/m0/watch/{}",
+    "/pictures/deepracer/{}.svg", "/pictures/{}/x.svg", "/models/m0/view/{}",
+    "/models/m0/reward/look?speed={}&term={}", "/drafts/{}/reward/look?heading={}",
+    "/import/{}", "/models/{}/watch/api/run", "/models/m0/watch/{}",
 )  # fmt: skip
 POSTS = {
     "/models/act": ("act", "m", "place", "tag"), "/models/first": ("kind",), "/models/m0/note": ("tags", "text"),
     "/models/m1/rename": ("name",), "/models/m0/resume": ("minutes",), "/models/m0/stop": ("x",),
     "/jobs/{}/stop": ("x",), "/models/{}/note": ("text",), "/import": ("archive",), "/models/m0/export": ("to",),
+    "/models/m0/why": ("x",),
     "/drafts/ID/track": ("edits", "writer", "name", "go", "track"), "/drafts/ID/algorithm": ("go", "lr", "num_epochs"),
     "/drafts/ID/car": ("actions", "camera", "go"), "/drafts/ID/reward": ("reward", "go", "minutes"),
 }  # fmt: skip

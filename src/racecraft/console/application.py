@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import AsyncIterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from starlette.routing import BaseRoute, Mount, Route
 from racecraft.accounts.people import Person
 from racecraft.accounts.sessions import Sessions
 from racecraft.accounts.store import Accounts
+from racecraft.console.helper import Helper
 from racecraft.console.index import Index
 from racecraft.console.pages import (
     compare,
@@ -38,6 +40,7 @@ from racecraft.console.personal import PersonalConsoles, workspace_of
 from racecraft.console.race_watch import LOOK_SECONDS, RaceWatch
 from racecraft.console.section import Section
 from racecraft.console.service import LEAGUE, Console
+from racecraft.console.tasks import Tasks
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
 from racecraft.contract.errors import RacecraftError
@@ -49,6 +52,8 @@ from racecraft.web.application import make_application
 from racecraft.web.push import Topic, events_answer
 
 MOST_UPLOAD_BYTES = 4 * 1024**3
+COMMANDS_AT_ONCE = 1
+"""That pages ask for and that take long; others wait, so that trainings are not slowed by many."""
 SECTIONS: tuple[Section, ...] = (
     garage.SECTION,
     compare.SECTION,
@@ -87,6 +92,7 @@ def make_console(
     accounts = Accounts(home.store_url)
     sections = [*(one for kind in kinds() for one in parts_of(kind.name).sections()), *SECTIONS]
     entries = tuple(sorted((one for one in sections if one.label), key=lambda one: one.order))
+    helper, workers = Helper(), ThreadPoolExecutor(COMMANDS_AT_ONCE, thread_name_prefix="racecraft-console-task")
 
     races = Topic("races", RaceWatch(root.path / LEAGUE).changed, LOOK_SECONDS)
 
@@ -95,7 +101,8 @@ def make_console(
         index = Index(workspace, None if person.owned else database or None)
         own_home = replace(home, person=person.owned)
         watcher = Watcher(index, own_home)
-        console = Console(workspace, index, watcher, own_home, entries, accounts, root.path, races)
+        console = Console(workspace, index, watcher, own_home, entries, accounts, root.path, races, helper=helper)
+        console.tasks = Tasks(lambda name: console.news.publish({"changed": [name], "version": index.version}), workers)
         watcher.told = lambda names: console.news.publish({"changed": names, "version": index.version})
         return console
 
@@ -122,9 +129,9 @@ async def _running(consoles: PersonalConsoles, accounts: Accounts) -> AsyncItera
         yield
     finally:
         stack.close()
-        console.watcher.close()
-        console.index.close()
         consoles.close()
+        console.close()
+        console.helper.close()
         accounts.close()
 
 

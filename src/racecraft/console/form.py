@@ -95,6 +95,9 @@ class Step:
     """The world's own template for this step; "": the fields one below the other."""
     data: Mapping[str, Any] | None = None
     """What that template shows beside the fields."""
+    modules: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+    """Modules and styles that the template needs."""
 
 
 def read_fields(steps: Sequence[Step], typed: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

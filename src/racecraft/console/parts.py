@@ -55,6 +55,18 @@ class Figure:
     label: str = ""
 
 
+@dataclass(frozen=True)
+class Look:
+    """A closer look at what stands on a page, made in the console's helper process; the page does not wait for it."""
+
+    template: str
+    """Draws what the function returned."""
+    function: str
+    """As "package.module:name", imported in the other process alone; it returns what the template shows. Where that
+    has `remarks`, each with line, bad and text, an editor of the page shows them."""
+    arguments: tuple[Any, ...]
+
+
 class WorldParts:
     """What a world adds to the console's pages.
 
@@ -114,6 +126,27 @@ class WorldParts:
             UserInputError: There is no such page, or the run cannot be read.
         """
         raise SettingError("{tab}: {title} has no such page.", tab=tab[:40], title=self.kind.title)
+
+    def tab_task(self, row: Mapping[str, Any], tab: str) -> tuple[str, list[str]] | None:
+        """Return what a page of `tabs` can ask for: in words ("Explaining"), and the words behind `racecraft`.
+
+        Its form is sent to the page's own address; what the command wrote, the page shows.
+        """
+        return None
+
+    def look(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> Look | None:
+        """Return the closer look that belongs to a page of `tabs`; arguments as of `tab_page`."""
+        return None
+
+    def look_ahead(self, step: str, values: Mapping[str, Any], asked: Mapping[str, str]) -> Look | None:
+        """Return the closer look at what was chosen in a step of the form.
+
+        Args:
+            step: Its key.
+            values: What was chosen until now.
+            asked: The words behind the look's address.
+        """
+        return None
 
     def sections(self) -> Sequence[Section]:
         """Return further pages of the console that belong to no model: tracks, driving by hand."""

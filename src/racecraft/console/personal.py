@@ -76,12 +76,11 @@ class PersonalConsoles:
         await route.handle(scope, receive, send)
 
     def close(self) -> None:
-        """End the watchers of all consoles but the owner's, and close their indexes."""
+        """Close all consoles but the owner's."""
         with self._lock:
             for owned, pages in self._pages.items():
                 if owned:
-                    pages.console.watcher.close()
-                    pages.console.index.close()
+                    pages.console.close()
 
     def _of(self, person: Person) -> _Pages:
         with self._lock:

@@ -20,11 +20,14 @@ from starlette.routing import Route
 
 from racecraft.accounts.people import LOCAL_OWNER, Person
 from racecraft.accounts.store import Accounts
+from racecraft.console.helper import Helper
 from racecraft.console.index import Index
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
+from racecraft.console.parts import Look
 from racecraft.console.rights import may_open
 from racecraft.console.section import Section
+from racecraft.console.tasks import Tasks
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import Workspace
 from racecraft.jobs.job_paths import JobPaths
@@ -68,6 +71,14 @@ class Console:
     """Ids of the races whose entries or results changed."""
     news: Topic = field(default_factory=lambda: Topic("models"))
     """Names of the models whose rows changed."""
+    tasks: Tasks = field(default_factory=Tasks)
+    helper: Helper = field(default_factory=Helper)
+
+    def close(self) -> None:
+        """End its watcher and what its pages asked for, and let go of its index."""
+        self.tasks.close()
+        self.watcher.close()
+        self.index.close()
 
     @property
     def league(self) -> Path:
@@ -149,6 +160,14 @@ def person_of(request: Request) -> Person:
     """Return who asks; on the machine itself its owner."""
     person: Person = request.scope["racecraft.person"]
     return person
+
+
+def looked(console: Console, request: Request, look: Look | None) -> Response:
+    """Return the piece of a page that a closer look comes to; an empty one where there is nothing to look at."""
+    if look is None:
+        return Response("", media_type="text/html")
+    told = console.helper.ask(look.function, *look.arguments)
+    return page_answer(request, look.template, **told)
 
 
 async def form_fields(request: Request) -> dict[str, list[str]]:

@@ -58,6 +58,35 @@ function refreshCharts(next) {
   }
 }
 
+/* A part with `data-look` is brought by that address; a choice made in it brings it anew with what is chosen. */
+const looking = new WeakMap();
+/** @param {HTMLElement} place */
+export async function look(place) {
+  const chosen = new URLSearchParams();
+  for (const one of place.querySelectorAll("select[name]")) chosen.set(one.name, one.value);
+  const number = (looking.get(place) || 0) + 1;
+  looking.set(place, number);
+  place.setAttribute("aria-busy", "true");
+  const answer = await fetch(`${place.dataset.look}?${chosen}`, { headers: { Accept: "text/html" } }).catch(() => null);
+  if (looking.get(place) !== number) return;
+  place.removeAttribute("aria-busy");
+  if (!answer) return;
+  const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+  const focus = document.activeElement?.getAttribute("name");
+  const kept = place.contains(document.activeElement) && focus;
+  place.replaceChildren(...(page.querySelector("main") || page.body).childNodes);
+  if (kept) place.querySelector(`[name="${CSS.escape(focus)}"]`)?.focus();
+  const remarks = place.querySelector("[data-remarks]");
+  if (!remarks) return;
+  const told = JSON.parse(remarks.dataset.remarks);
+  document.querySelector("rc-editor")?.remark?.(told);
+  for (const one of told) document.querySelector(`#source [data-line="${one.line}"]`)?.classList.add(one.bad ? "bad" : "warn");
+}
+for (const place of document.querySelectorAll("[data-look]")) {
+  place.addEventListener("change", () => look(place));
+  look(place);
+}
+
 function listen() {
   if (stream || !parts().length) return;
   stream = new EventSource("/events");
@@ -101,7 +130,8 @@ const KEYS = {
   z: () => document.getElementById("undo")?.click(),
 };
 document.addEventListener("keydown", event => {
-  if (event.ctrlKey || event.metaKey || event.altKey || (typing(event.target) && !(event.target.type === "checkbox"))) return;
+  const target = /** @type {HTMLInputElement} */ (event.composedPath()[0]);   // an editor's own, inside its shadow
+  if (event.ctrlKey || event.metaKey || event.altKey || (typing(target) && target.type !== "checkbox")) return;
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });

@@ -1,5 +1,7 @@
 /* The form of a new model: kept one second after each change, checked while one types, tracks found by name, actions
    drawn. */
+import { look } from "racecraft.console/console.js";
+
 const form = /** @type {HTMLFormElement} */ (document.getElementById("step"));
 const kept = document.getElementById("kept");
 let due = 0, sent = 0;
@@ -19,15 +21,12 @@ async function keep() {
     if (place) place.textContent = wrong;
   }
   const remarks = document.getElementById("remarks");
-  if (remarks) {
-    remarks.replaceChildren(...(told.remarks.length ? told.remarks : ["Checked: this reward function can be read."]).map(text => Object.assign(document.createElement("p"), { textContent: text })));
-    remarks.classList.toggle("bad", told.remarks.length > 0);
-    remarks.classList.toggle("good", !told.remarks.length);
-  }
+  remarks?.replaceChildren(...told.remarks.map(text => Object.assign(document.createElement("p"), { textContent: text })));
+  remarks?.classList.toggle("bad", told.remarks.length > 0);
+  for (const place of document.querySelectorAll("[data-look]")) look(place);
 }
 form.addEventListener("input", () => { clearTimeout(due); kept.textContent = "…"; due = setTimeout(keep, 700); });
 form.addEventListener("submit", () => clearTimeout(due));
-if (document.getElementById("remarks")) keep();
 
 const search = /** @type {HTMLInputElement} */ (document.getElementById("find-track"));
 search?.addEventListener("input", event => {
@@ -71,11 +70,4 @@ document.getElementById("make-actions")?.addEventListener("click", () => {
     lines.push(`${+(angles === 1 ? 0 : -angle + 2 * angle * k / (angles - 1)).toFixed(1)}, ${+(speed * s / speeds).toFixed(2)}`);
   actions.value = lines.join("\n");
   actions.dispatchEvent(new Event("input", { bubbles: true }));
-});
-
-const code = document.querySelector("#reward.code");
-code?.addEventListener("keydown", event => {   // Tab indents; Esc then Tab leaves
-  if (event.key === "Escape") { code.dataset.leave = "1"; return; }
-  if (event.key === "Tab" && !event.shiftKey && !code.dataset.leave) { event.preventDefault(); code.setRangeText("    ", code.selectionStart, code.selectionEnd, "end"); code.dispatchEvent(new Event("input", { bubbles: true })); }
-  else delete code.dataset.leave;
 });

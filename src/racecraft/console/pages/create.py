@@ -18,7 +18,7 @@ from racecraft.console.form import Field, Step, read_fields
 from racecraft.console.pages.model import address
 from racecraft.console.parts import WorldParts, parts_of
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Fields, Page, act_route, form_fields, one, page_routes
+from racecraft.console.service import Console, Fields, Page, act_route, form_fields, looked, one, page_routes
 from racecraft.console.training import begin_training
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.kinds import kinds
@@ -40,8 +40,12 @@ def routes(console: Console) -> list[BaseRoute]:
         fields = await form_fields(request)
         return await run_in_threadpool(keep_step, console, request, fields)
 
+    def look(request: Request) -> Response:
+        return look_at_step(console, request)
+
     return [
         Route("/drafts/new", begin),
+        Route("/drafts/{id}/{step}/look", look),
         *page_routes(console, "/drafts/{id}/{step}", step_page),
         act_route(console, "/drafts/{id}/{step}", send_step),
         Route("/drafts/{id}/{step}/keep", keep, methods=["POST"]),
@@ -118,6 +122,15 @@ def keep_step(console: Console, request: Request, fields: Fields) -> Response:
     return json_answer({"edits": draft.edits, "wrong": wrong, "remarks": parts.remarks(values)})
 
 
+def look_at_step(console: Console, request: Request) -> Response:
+    """Return a closer look at what was chosen in a step."""
+    draft, key = _draft(console, request), request.path_params["step"]
+    parts = parts_of(draft.kind)
+    values, _ = read_fields(parts.steps(draft.typed), draft.typed)
+    look = parts.look_ahead(key, {**parts.defaults(), **values}, dict(request.query_params))
+    return looked(console, request, look)
+
+
 class _WrongFieldsError(Exception):
     """Some fields cannot be used."""
 
@@ -171,6 +184,8 @@ def _page(draft: Draft, key: str, messages: list[str], status: int = 200) -> Pag
             "step": {"key": step.key, "title": step.title, "lead": step.lead, "data": step.data or {}},
             "fields": [_field(field, draft, wrong) for field in step.fields],
             "step_template": step.template,
+            "step_modules": list(step.modules),
+            "stage_styles": list(step.styles),
             "next": keys[at + 1] if at + 1 < len(keys) else "",
             "messages": messages,
             "summary": parts.summary({**parts.defaults(), **values}),

@@ -24,6 +24,11 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.web.errors import WebError
 
 MOST_FILES = 400
+ALONE = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; "
+    "img-src data: blob:; media-src data: blob:; font-src data:; frame-ancestors 'none'"
+)
+"""What a page that lies in a run may do: nothing but show itself, in an origin of its own."""
 EXPORTS = "export"
 """Folder of a run in which files for other programs lie."""
 
@@ -34,6 +39,9 @@ def routes(console: Console) -> list[BaseRoute]:
     def download(request: Request) -> Response:
         return file_answer(console, request)
 
+    def view(request: Request) -> Response:
+        return page_of_run(console, request)
+
     return [
         *page_routes(console, "/models/{name}/checkpoints", checkpoints_page),
         *page_routes(console, "/models/{name}/evaluations", evaluations_page),
@@ -41,6 +49,7 @@ def routes(console: Console) -> list[BaseRoute]:
         *page_routes(console, "/models/{name}/files", files_page),
         act_route(console, "/models/{name}/export", export),
         Route("/models/{name}/files/{path:path}", download),
+        Route("/models/{name}/view/{path:path}", view),
     ]
 
 
@@ -131,15 +140,34 @@ def export(console: Console, request: Request, fields: Fields) -> str:
 def file_answer(console: Console, request: Request) -> Response:
     """Return one of the model's files to be saved; nothing outside its folder, and no link, is reached."""
     model, _ = model_of(console, request)
-    root = model.path.resolve()
+    path = _inside(model.path, request.path_params["path"])
+    return FileResponse(path, filename=path.name, content_disposition_type="attachment")
+
+
+def page_of_run(console: Console, request: Request) -> Response:
+    """Return a page that a command wrote into the newest training; it can do nothing in the console's name."""
+    _, run = _run_of(console, request)
+    path = _inside(run.path, request.path_params["path"])
+    if path.suffix != ".html":
+        raise WebError(404, "no_page", f"{path.name[:80]}: is no page; expected one that ends in .html.")
+    return FileResponse(path, media_type="text/html", headers={"Content-Security-Policy": ALONE})
+
+
+def _inside(root: Path, name: str) -> Path:
+    """Return a file in a folder.
+
+    Raises:
+        WebError: There is none of that name, or it lies elsewhere.
+    """
+    root = root.resolve()
     try:
-        path = (root / request.path_params["path"]).resolve()
+        path = (root / name).resolve()
         is_there = path.is_relative_to(root) and path.is_file()
     except (OSError, ValueError):  # a name no file can have
         is_there = False
     if not is_there:
         raise WebError(404, "no_such_file", "There is no such file in this model.")
-    return FileResponse(path, filename=path.name, content_disposition_type="attachment")
+    return path
 
 
 def _told(text: str) -> list[tuple[str, str]]:

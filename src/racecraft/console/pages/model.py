@@ -12,12 +12,13 @@ from typing import Any
 from urllib.parse import quote
 
 from starlette.requests import Request
-from starlette.routing import BaseRoute, Mount
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Mount, Route
 
 from racecraft.console.model_row import ERROR, NEW, QUEUED, STOPPING, TRAINING
 from racecraft.console.parts import Figure, WorldParts, parts_of
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
+from racecraft.console.service import Console, Fields, Page, act_route, looked, one, page_routes
 from racecraft.console.training import stop_training
 from racecraft.console.watching import Watching
 from racecraft.console.workspace import Model, WorkspaceError
@@ -34,14 +35,20 @@ TABS = (("Checkpoints", "/checkpoints"), ("Evaluations", "/evaluations"), ("File
 
 def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of a model's own page."""
+
+    def look(request: Request) -> Response:
+        return look_at_tab(console, request)
+
     return [
         Mount("/models/{name}/watch", Watching(console)),
+        Route("/models/{name}/{tab}/look", look),
         *page_routes(console, "/models/{name}/{tab}", tab_page),
         *page_routes(console, "/models/{name}", overview),
         act_route(console, "/models/{name}/stop", stop),
         act_route(console, "/models/{name}/resume", resume),
         act_route(console, "/models/{name}/note", write_note),
         act_route(console, "/models/{name}/rename", rename),
+        act_route(console, "/models/{name}/{tab}", ask),
     ]
 
 
@@ -85,7 +92,28 @@ def tab_page(console: Console, request: Request) -> Page:
     if parts is None or label is None:
         raise WebError(404, "no_such_page", f"{model.name} has no page {tab[:40]!r}; begin at its overview.")
     template, data = parts.tab_page(row, tab, dict(request.query_params))
-    return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **data})
+    asked = parts.tab_task(row, tab)
+    told = {"task": console.tasks.of(model.name, asked[0]) if asked else None}
+    return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **told, **data})
+
+
+def ask(console: Console, request: Request, fields: Fields) -> str:
+    """Begin what a page of a model's world can ask for."""
+    model, row = model_of(console, request)
+    tab = request.path_params["tab"]
+    asked = parts_of(row["kind"]).tab_task(row, tab) if row["kind"] and row["run"] else None
+    if asked is None:
+        raise WebError(404, "no_such_page", f"{model.name} has nothing to ask for at {tab[:40]!r}.")
+    console.tasks.begin(model.name, *asked, console.workspace.path)
+    return address(model.name, f"/{tab}")
+
+
+def look_at_tab(console: Console, request: Request) -> Response:
+    """Return the closer look of a page that a model has from its world."""
+    _, row = model_of(console, request)
+    parts = parts_of(row["kind"]) if row["kind"] and row["run"] else None
+    asked = dict(request.query_params)
+    return looked(console, request, None if parts is None else parts.look(row, request.path_params["tab"], asked))
 
 
 def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]:

@@ -23,7 +23,7 @@ class WhyRequest(Request):
     starts: int = option(24, "Starts it drives from, evenly round the lap.", low=1, high=500)
     track: str | None = option(None, "Drive elsewhere: a name or a waypoint file.")
     checkpoints: int = option(8, "Compare so many of the run's checkpoints, place by place; 0: none.", low=0, high=100)
-    page: Path | None = option(None, "The page (.html); by default why.html in the run.")
+    page: Path | None = option(None, "The page (.html), facts beside it (.json); by default why.html in the run.")
 
 
 class Explanation(Figures):
@@ -51,7 +51,7 @@ def why(request: WhyRequest, progress: Progress = quiet) -> Explanation:
     from racecraft.worlds.deepracer.analysis.explaining import explain_failures
     from racecraft.worlds.deepracer.analysis.failure_places import facts, sentences
     from racecraft.worlds.deepracer.analysis.forgetting import passages_facts, passages_words, starts_words
-    from racecraft.worlds.deepracer.analysis.why_page import write_why_page
+    from racecraft.worlds.deepracer.analysis.why_page import write_why_facts, write_why_page
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -66,6 +66,7 @@ def why(request: WhyRequest, progress: Progress = quiet) -> Explanation:
         kept = compare_checkpoints(folder, folder, elsewhere, request.checkpoints, request.starts)
     title = f"{car.run.path.name}, checkpoint {car.checkpoint.iteration}"
     written = write_why_page(request.page or car.run.path / PAGE, found, title, kept, begun)
+    write_why_facts(written.with_suffix(".json"), found)
     more = {"learned": passages_facts(kept) if kept else None, "start_places": asdict(begun) if begun else None}
     told = sentences(found) + (passages_words(kept) if kept else []) + ([starts_words(begun)] if begun else [])
     return Explanation({**facts(found), **more}, written, told)

@@ -5,6 +5,8 @@ Begin with `write_why_page`; `failure_parts` are the same cards for the report o
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,11 +20,13 @@ from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import CYCLE, INK, RED
 from racecraft.pages.parts import Heading, card, details, grid, heading, page, paragraph, table
+from racecraft.pages.plain_json import plain_json
 from racecraft.worlds.deepracer.analysis.failure_places import (
     Before,
     FailurePlace,
     RewardLine,
     Why,
+    facts,
     place_words,
     sentences,
 )
@@ -32,12 +36,39 @@ from racecraft.worlds.deepracer.analysis.logs.plot import QUIET, map_sheet
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+FACTS_FORMAT = "racecraft why"
 PICTURES = 5
 """Frames that are shown of the last second."""
 COLUMNS = 6
 """Ticks of the last second in the table of the reward."""
 MOST_LINES = 14
 """Lines of the reward function in that table: those that change most."""
+
+
+def write_why_facts(path: Path, why: Why) -> None:
+    """Write what the page says as JSON: the facts, where each failure lies (m), and pictures of the last second.
+
+    Raises:
+        OutputFileError: The place cannot be written.
+    """
+    told = facts(why)
+    for place, known in zip(why.places, told["places"], strict=True):
+        known["words"] = place_words(place, why.failures)
+        known["xy"] = np.round(place.xy, 3).tolist()
+        known["picture_jpeg"] = base64.b64encode(_frame_strip(place.before)).decode()
+    paths = [np.round(path[::3], 2).tolist() for path in why.paths]
+    text = plain_json({"format": FACTS_FORMAT, "version": 1, **told, "paths": paths})
+    write_atomic(path, text + "\n")
+
+
+def _frame_strip(before: Before) -> bytes:
+    """Return pictures of the last second side by side, as JPEG."""
+    from PIL import Image
+
+    shown = [before.frames[k] for k in _spread(len(before.seconds), PICTURES)]
+    out = io.BytesIO()
+    Image.fromarray(np.concatenate(shown, axis=1)).save(out, "JPEG", quality=85)
+    return out.getvalue()
 
 
 def write_why_page(

@@ -189,6 +189,8 @@ def _reward(is_clone: bool) -> Step:
         lead="What the car is paid for, 15 times a second.",
         template=f"{TEMPLATES}/reward.html",
         data={},
+        modules=("chart.js", "editor.js"),
+        styles=("racecraft.worlds.deepracer.pages/reward.css",),
         fields=(
             Field(
                 name="reward", label="Reward function", default=racing_reward_source(), kind="code", matters=True,

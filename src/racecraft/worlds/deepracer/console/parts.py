@@ -9,7 +9,7 @@ from typing import Any
 
 from racecraft.actions.action import Action
 from racecraft.console.form import Step
-from racecraft.console.parts import Card, Figure, Rows, WorldParts
+from racecraft.console.parts import Card, Figure, Look, Rows, WorldParts
 from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
@@ -83,16 +83,37 @@ class CarParts(WorldParts):
         return f"{TEMPLATES}/race_drive.html", drive_page(race.rules, track, drives, asked)
 
     def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
-        """Return the pages of laps."""
-        return [("Laps", "/laps")]
+        """Return the pages of laps, of failures and of the reward function."""
+        return [("Laps", "/laps"), ("Why it fails", "/why"), ("Reward", "/reward")]
 
     def tab_page(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
-        """Return the page of laps."""
+        """Return one of those pages."""
+        run = RunFolder(Path(row["run"]))
+        if tab == "reward":
+            return f"{TEMPLATES}/reward_tab.html", {"source": _source(run)}
+        if tab == "why":
+            from racecraft.worlds.deepracer.console.why_tab import why_data
+
+            return f"{TEMPLATES}/why.html", why_data(run)
         if tab == "laps":
             from racecraft.worlds.deepracer.console.laps import laps_page
 
             return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), asked)
         return super().tab_page(row, tab, asked)
+
+    def tab_task(self, row: Mapping[str, Any], tab: str) -> tuple[str, list[str]] | None:
+        """Return `racecraft why` for the page of failures."""
+        return ("Finding out why it fails", ["why", row["run"]]) if tab == "why" else None
+
+    def look(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> Look | None:
+        """Return what the reward function of a run pays for."""
+        if tab != "reward" or not RunFolder(Path(row["run"])).reward_function.is_file():
+            return None
+        return _reward_look("", row["run"], row["picture"], asked)
+
+    def look_ahead(self, step: str, values: Mapping[str, Any], asked: Mapping[str, str]) -> Look | None:
+        """Return what the reward function of the form pays for."""
+        return _reward_look(str(values["reward"]), "", str(values["track"]), asked) if step == "reward" else None
 
     def sections(self) -> Sequence[Section]:
         """Return tracks and driving by hand."""
@@ -140,6 +161,20 @@ class CarParts(WorldParts):
     def remarks(self, values: Mapping[str, Any]) -> list[str]:
         """Return why the reward function or the actions cannot be used."""
         return car_values.remarks(values)
+
+
+def _reward_look(text: str, folder: str, track: str, asked: Mapping[str, str]) -> Look:
+    return Look(
+        f"{TEMPLATES}/reward_look.html", f"{TEMPLATES}.reward_look:look_at_reward", (text, folder, track, dict(asked))
+    )
+
+
+def _source(run: RunFolder) -> str:
+    """Return the text of a run's reward function; "": it has none of its own."""
+    try:
+        return run.reward_function.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
 
 
 def fastest_lap(metrics: Rows) -> tuple[float | None, float | None]:

@@ -113,7 +113,7 @@ def _stands(places: Array) -> list[list[Any]]:
 
 def kept_iterations(run: RunFolder) -> list[int]:
     """Return the iterations whose ticks are kept, rising."""
-    named = (re.fullmatch(r"(\d+)\.parquet", path.name) for path in run.episodes.iterdir())
+    named = (re.fullmatch(r"(\d+)\.parquet", path.name) for path in run.episodes.glob("*.parquet"))
     return sorted(int(match[1]) for match in named if match)
 
 
