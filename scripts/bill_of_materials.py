@@ -20,8 +20,17 @@ from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCK = ROOT / "scripts" / "javascript" / "package-lock.json"
-NPM_NAMES = {"uplot": "uplot", "inter": "@fontsource-variable/inter"}
-"""Packages by what their vendored files begin with."""
+NPM_NAMES = {
+    "uplot": ("uplot",),
+    "inter": ("@fontsource-variable/inter",),
+    "codemirror": (
+        "@codemirror/autocomplete", "@codemirror/commands", "@codemirror/lang-python", "@codemirror/language",
+        "@codemirror/lint", "@codemirror/search", "@codemirror/state", "@codemirror/streamparser", "@codemirror/view",
+        "@lezer/common", "@lezer/highlight", "@lezer/lr", "@lezer/python", "@marijn/find-cluster-break", "crelt",
+        "style-mod", "w3c-keyname",
+    ),
+}  # fmt: skip
+"""Packages by what their vendored files begin with; a bundle holds several."""
 
 
 def main() -> None:
@@ -115,15 +124,16 @@ def vendored_components() -> Iterator[dict[str, Any]]:
             begin = file.partition(".")[0]
             if begin not in NPM_NAMES:
                 raise SystemExit(f"{sums}: {file} is of no known package; expected it in NPM_NAMES.")
-            package = pinned[f"node_modules/{NPM_NAMES[begin]}"]
-            yield {
-                "type": "file",
-                "name": sums.with_name(file).relative_to(ROOT).as_posix(),
-                "version": package["version"],
-                "purl": f"pkg:npm/{NPM_NAMES[begin].replace('@', '%40')}@{package['version']}",
-                "hashes": [{"alg": "SHA-256", "content": digest}],
-                "licenses": [{"license": {"id": package["license"]}}],
-            }
+            for name in NPM_NAMES[begin]:
+                package = pinned[f"node_modules/{name}"]
+                yield {
+                    "type": "file",
+                    "name": sums.with_name(file).relative_to(ROOT).as_posix(),
+                    "version": package["version"],
+                    "purl": f"pkg:npm/{name.replace('@', '%40')}@{package['version']}",
+                    "hashes": [{"alg": "SHA-256", "content": digest}],
+                    "licenses": [{"license": {"id": package["license"]}}],
+                }
 
 
 def purl(package: Distribution) -> str:

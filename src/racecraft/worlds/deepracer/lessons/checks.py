@@ -100,11 +100,11 @@ def nearer_is_more(answer: Answer) -> Verdict:
     found = call_function(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
     if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in found):
         return tried("no_number")
-    for (near, far), *paid in zip(pairs, found[::2], found[1::2], strict=True):
+    for (inner, outer), *paid in zip(pairs, found[::2], found[1::2], strict=True):
         if paid[0] <= paid[1]:
             case = "same" if paid[0] == paid[1] else "turned_round"
-            numbers = {"near": near["distance_from_center"], "far": far["distance_from_center"]}
-            return tried(case, **numbers, width=near["track_width"], first=float(paid[0]), second=float(paid[1]))
+            numbers = {"near": inner["distance_from_center"], "far": outer["distance_from_center"]}
+            return tried(case, **numbers, width=inner["track_width"], first=float(paid[0]), second=float(paid[1]))
     return passed(count=len(pairs))
 
 
