@@ -93,7 +93,7 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
     name = "alphazero"
     experience = ROLLOUT
     figures = FIGURES
-    follows = ("encoder",)
+    supported_network_settings = ("encoder",)
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(

@@ -97,7 +97,7 @@ class AsynchronousPpo(LearnerWrapper):
     """
 
     figures = FIGURES
-    follows = ("memory", *PpoLearner.follows)
+    supported_network_settings = ("memory", *PpoLearner.supported_network_settings)
     """A memory is refused by words of its own."""
 
     @classmethod

@@ -89,7 +89,7 @@ class BcLearner(ActorCriticLearner[BcConfig]):
     name = "bc"
     experience = ROLLOUT
     figures = FIGURES
-    follows = ("encoder",)
+    supported_network_settings = ("encoder",)
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(

@@ -25,7 +25,7 @@ SIGNALS = ("curiosity", "rnd", "gail")
 IMITATION = "imitation"
 """The group of what is imitated beside."""
 NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None, "policy": None}
-"""Settings of `network` that only some learners follow (their `follows`), with the value that asks for nothing."""
+"""Settings of `network` that only some learners support, with the value that asks for nothing."""
 SEED_APART = 7_919
 """Between the seeds of what is built side by side."""
 
@@ -45,7 +45,7 @@ def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, see
     learner_class = algorithm.learner_class(settings)
     network = settings.network if "network" in settings else None
     if network is not None:
-        _require_followed(algorithm, network, getattr(learner_class, "follows", ()))
+        _require_followed(algorithm, network, getattr(learner_class, "supported_network_settings", ()))
 
     def build(seen: WorldSpec) -> Learner:
         built: Learner = learner_class.build(seen, settings, seed)
@@ -58,10 +58,10 @@ def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, see
     return StackedLearner(spec, network.stack_size, build)
 
 
-def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tuple[str, ...]) -> None:
+def _require_followed(algorithm: Algorithm, network: NetworkConfig, supported: tuple[str, ...]) -> None:
     for name, idle in NOT_EVERYBODYS.items():
         value = getattr(network, name)
-        if value != idle and name not in follows:
+        if value != idle and name not in supported:
             raise SettingError(
                 "network.{name} is {value}, which {name_2} does not follow. Use ppo, or leave it at {idle}.",
                 name=name,

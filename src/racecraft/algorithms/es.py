@@ -80,7 +80,7 @@ class EsLearner(ActorCriticLearner[EsConfig]):
     name = "es"
     experience = EPISODES
     figures = FIGURES
-    follows = ("encoder",)
+    supported_network_settings = ("encoder",)
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(

@@ -82,7 +82,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     name = "ppo"
     experience = ROLLOUT
     figures = FIGURES
-    follows: tuple[str, ...] = ("normalise", "encoder", "policy")
+    supported_network_settings: tuple[str, ...] = ("normalise", "encoder", "policy")
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(

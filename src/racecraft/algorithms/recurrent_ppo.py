@@ -41,7 +41,7 @@ class RecurrentPpoLearner(PpoLearner):
         SettingError: bfloat16 is asked for; memories multiply in float32.
     """
 
-    follows = ("memory", *PpoLearner.follows)
+    supported_network_settings = ("memory", *PpoLearner.supported_network_settings)
     network: RecurrentActorCritic
 
     def __init__(

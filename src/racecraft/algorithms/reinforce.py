@@ -94,7 +94,7 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
     name = "reinforce"
     experience = EPISODES
     figures = FIGURES
-    follows = ("encoder",)
+    supported_network_settings = ("encoder",)
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(
