@@ -16,6 +16,7 @@ GENERAL = (
     Command("console", "racecraft.cli.console:console", TRAIN),
     Command("workspace", "racecraft.cli.workspace:app", EXCHANGE),
     Command("lessons", "racecraft.cli.lessons:lessons", UNDERSTAND),
+    Command("league", "racecraft.cli.league:app", JUDGE),
     Command("watch", "racecraft.cli.runs.watch:watch", JUDGE),
     Command("checkpoints", "racecraft.cli.runs.checkpoints:checkpoints", JUDGE),
     Command("compare", "racecraft.cli.runs.compare:compare", JUDGE),

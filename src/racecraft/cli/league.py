@@ -1,9 +1,8 @@
-"""`racecraft league`: races, entries, boards. A world adds `create` for its own races; see `league_app`."""
+"""`racecraft league`: races, entries, boards. What makes races are commands of worlds (`WorldKind.race_commands`)."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import typer
@@ -31,6 +30,8 @@ from racecraft.actions.league.seasons import (
 )
 from racecraft.cli.from_request import command
 from racecraft.cli.output import print_next_steps, table, word
+from racecraft.contract.kind import load
+from racecraft.contract.kinds import kinds
 from racecraft.league.race import Race
 
 if TYPE_CHECKING:
@@ -38,35 +39,7 @@ if TYPE_CHECKING:
     from racecraft.league.seasons import Standings
 
 
-def league_app(create: Callable[..., None]) -> typer.Typer:
-    """Return the group of commands.
-
-    Args:
-        create: The command that makes a race.
-    """
-    app = typer.Typer(help="Races between models: enter, judge, boards, seasons.", no_args_is_help=True)
-    app.command("create")(create)
-    for name, made in (
-        ("list", command(list_races, _show_list)),
-        ("show", command(show_race, _show_race)),
-        ("enter", command(enter_race, _show_entered)),
-        ("withdraw", command(withdraw_entry, _show_withdrawn)),
-        ("judge", command(judge_race, _show_judged)),
-        ("board", command(show_board, _show_board)),
-        ("edit", command(edit_race, show_changed)),
-        ("copy", command(copy_race, show_changed)),
-        ("close", command(close_race, show_changed)),
-        ("open", command(open_race, show_changed)),
-        ("reset", command(reset_race, _show_reset)),
-        ("audit", command(audit_races, _show_audit)),
-        ("season", command(create_season, _show_season)),
-        ("standings", command(show_standings, _show_standings)),
-        ("records", command(show_records, _show_records)),
-        ("racer", command(show_racer, _show_racer)),
-        ("export", command(export_league, _show_exported)),
-    ):
-        app.command(name)(made)
-    return app
+app = typer.Typer(help="Races between models: enter, judge, boards, seasons.", no_args_is_help=True)
 
 
 def show_changed(changed: ChangedRace) -> None:
@@ -125,23 +98,14 @@ def _show_judged(judged: JudgedRace) -> None:
 
 
 def _show_board(shown: ShownBoard) -> None:
-    from racecraft.league.board import score_text, titles_of
+    from racecraft.league.board_table import TEXTS, table_of
     from racecraft.league.scoring import ranking_text
 
     found = shown.board
     race = found.race
     print(f"{race.title}, {', '.join(race.tracks)}: {ranking_text(race)}")
-    score, gap = titles_of(race)
-    rows = []
-    for row in found.rows:
-        best = "–" if row.best_lap_seconds is None else f"{row.best_lap_seconds:.3f}"
-        behind = "" if row.gap is None or row.place == 1 else f"+{score_text(race, row.gap)}"
-        rows.append((
-            "–" if row.place is None else str(row.place), row.racer, row.model, score_text(race, row.score), behind,
-            best, str(row.resets), str(row.submissions), row.failure or ("waits" if row.waiting else ""),
-        ))  # fmt: skip
-    titles = ("place", "racer", "model", score, gap, "best lap", "resets", "entries", "note")
-    table(titles, rows, left=("racer", "model", "note"), whole=("racer",))
+    heads, rows = table_of(found)
+    table(heads, rows, left=TEXTS, whole=("racer",))
     if shown.history:
         print("AWS's races here, in another simulator: a neighbourhood, no result.")
         table(
@@ -228,3 +192,26 @@ def _until(race: Race) -> str:
 
 def _local(moment: float) -> str:
     return time.strftime("%Y-%m-%d %H:%M", time.localtime(moment))
+
+
+for _name, _made in (
+    *((one.name, load(one.target)) for kind in kinds() for one in kind.race_commands),
+    ("list", command(list_races, _show_list)),
+    ("show", command(show_race, _show_race)),
+    ("enter", command(enter_race, _show_entered)),
+    ("withdraw", command(withdraw_entry, _show_withdrawn)),
+    ("judge", command(judge_race, _show_judged)),
+    ("board", command(show_board, _show_board)),
+    ("edit", command(edit_race, show_changed)),
+    ("copy", command(copy_race, show_changed)),
+    ("close", command(close_race, show_changed)),
+    ("open", command(open_race, show_changed)),
+    ("reset", command(reset_race, _show_reset)),
+    ("audit", command(audit_races, _show_audit)),
+    ("season", command(create_season, _show_season)),
+    ("standings", command(show_standings, _show_standings)),
+    ("records", command(show_records, _show_records)),
+    ("racer", command(show_racer, _show_racer)),
+    ("export", command(export_league, _show_exported)),
+):
+    app.command(_name)(_made)

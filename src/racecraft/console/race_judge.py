@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 
 from racecraft.contract.errors import RacecraftError
+from racecraft.league.heats import remaining
 from racecraft.league.judging import Drivers, judge
-from racecraft.league.race import SOLO
 from racecraft.league.store import MARK, League
 
 WARM_SECONDS = 180.0
@@ -43,12 +43,13 @@ class RaceJudge:
             self._start()
 
     def judge_waiting(self) -> None:
-        """Have every race judged in which a solo entry waits: what a judge before left."""
+        """Have every race judged in which an entry waits that needs no others: what a judge before left."""
         if not (self._path / MARK).is_file():
             return
         league = League(self._path)
         for race in league.races():
-            if race.format == SOLO and len(league.entries(race.id)) > len(league.results(race.id)):
+            waits = remaining(race, league.entries(race.id), league.results(race.id))
+            if waits and not race.needs_all_entries:
                 self.judge(race.id)
 
     def expect(self, kind: str) -> None:

@@ -157,6 +157,8 @@ class WorldKind:
     league: str = ""
     """A class as `racecraft.league.world_part.LeagueWorld`: how its models are checked at entry and how they race.
     Default: it has no races."""
+    race_commands: tuple[Command, ...] = ()
+    """Commands of `racecraft league` that make its races."""
 
     console: str = ""
     """A subclass of `racecraft.console.parts.WorldParts`: what its runs show in lists, and the form in which a model

@@ -32,7 +32,7 @@ LOOK_SECONDS, DUMP_SECONDS = 0.05, 0.1
 ALIVE_SHARE = 0.1
 """Of the time that an answer may take: so often at most the process says {"alive": k} before it."""
 LAST_WORDS_BYTES, LAST_LINE = 1 << 14, 200
-_START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {module} import main; main()"
+_START = "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); from {module} import main; main()"
 _PLACE = re.compile(r'^  File "(.*)", line (\d+) in ', re.MULTILINE)
 
 
@@ -67,11 +67,15 @@ class CodeProcess:
     """
 
     def __init__(self, module: str, has_environment: bool = False) -> None:
-        command = [sys.executable, "-P", "-s", "-c", _START.format(module=module), json.dumps(_search_path())]
-        kept: Mapping[str, str] = os.environ if has_environment else _harmless()
+        kept: Mapping[str, str] = os.environ if has_environment else harmless_environment()
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(
-            command, stdin=pipe, stdout=pipe, stderr=pipe, env={**kept, **ONE_THREAD}, start_new_session=True
+            python_command(module),
+            stdin=pipe,
+            stdout=pipe,
+            stderr=pipe,
+            env={**kept, **ONE_THREAD},
+            start_new_session=True,
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -144,11 +148,22 @@ class CodeProcess:
         return EndedError(f"ended ({how})", was_late, places)
 
 
+def python_command(module: str, *arguments: str) -> list[str]:
+    """Return the command of a Python that imports from where this one does, and calls a module's `main()`.
+
+    Args:
+        module: Its name.
+        arguments: Its sys.argv[1:].
+    """
+    return [sys.executable, "-P", "-s", "-c", _START.format(module=module), json.dumps(_search_path()), *arguments]
+
+
 def _search_path() -> list[str]:
     return [os.path.abspath(place) for place in sys.path if place]
 
 
-def _harmless() -> dict[str, str]:
+def harmless_environment() -> dict[str, str]:
+    """Return what a restricted process gets of its owner's environment."""
     return {name: os.environ[name] for name in HARMLESS if name in os.environ}
 
 

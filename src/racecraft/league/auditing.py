@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from racecraft.league.drive_process import DriveError, DriveProcess
 from racecraft.league.judging import machine
@@ -74,7 +74,8 @@ def _differences(league: League, race: Race, result: Result, process: DriveProce
             if before.laps != after.laps:
                 yield f"entry {number} on {drive.track}: laps {_laps(before.laps)}, now {_laps(after.laps)}"
             elif before != after:
-                yield f"entry {number} on {drive.track}: laps are equal, ticks differ"
+                names = [one.name for one in fields(before) if getattr(before, one.name) != getattr(after, one.name)]
+                yield f"entry {number} on {drive.track}: laps are equal, {', '.join(names)} differ"
 
 
 def _laps(laps: tuple[float | None, ...]) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from racecraft.league.heats import bracket, standing_of
-from racecraft.league.race import BRACKET, LAPS, SOLO, Entry, Race, Result
+from racecraft.league.heats import bracket, latest_of_each, standing_of
+from racecraft.league.ladder import rated
+from racecraft.league.race import BRACKET, LADDER, LAPS, SOLO, Entry, Race, Result
 from racecraft.league.scoring import Score, best_lap_of, score_of
 
 NO_FIGURES: Mapping[str, Any] = {
@@ -27,7 +28,7 @@ class BoardRow:
     entry: int
     """Its number."""
     score: float | None
-    """Seconds, full laps or wins, as the race's ranking says."""
+    """Seconds, full laps, wins or rating points, as the race's format and ranking say."""
     gap: float | None
     """To the first, in the score's unit, 0 or more."""
     interval: float | None
@@ -45,6 +46,14 @@ class BoardRow:
     """Why the newest entry could not be driven."""
     waiting: int = 0
     """Entries that are still to be judged."""
+    score_range: tuple[float, float] | None = None
+    """95 % interval of a rating."""
+    games: int = 0
+    """Of a ladder's entry."""
+    wins: int = 0
+    """Games in which it alone was first, likewise."""
+    faults: int = 0
+    """Moves that came late or were none, likewise."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +79,9 @@ def board_of(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Res
     if race.format == SOLO:
         rows, judged = _solo_rows(race, entries, results), {one.entries[0] for one in results.values()}
         waiting = sum(number not in judged for number in entries)
+    elif race.format == LADDER:
+        rows = _ladder_rows(entries, results)
+        waiting = sum(row.waiting for row in rows)
     else:
         rows, waiting = _meeting_rows(race, entries, results), 0
     newest = max((one.judged for one in results.values()), default=0.0)
@@ -153,6 +165,39 @@ def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str
     return rows
 
 
+def _ladder_rows(entries: Mapping[int, Entry], results: Mapping[str, Result]) -> list[BoardRow]:
+    """Return the newest entry of each racer by its rating; those who have not played come last."""
+    found, last = rated(entries, results), dict[int, tuple[Result, int]]()
+    for result in results.values():
+        last |= {number: (result, index) for index, number in enumerate(result.entries)}
+    points = {number: found.of(number).points for number in entries}
+    order = sorted(latest_of_each(entries), key=lambda one: (found.games[one] == 0, -points[one]))
+    rows: list[BoardRow] = []
+    for number in order:
+        (latest, index), rating = last.get(number, (None, 0)), found.of(number)
+        has_played, before = found.games[number] > 0, order[max(0, len(rows) - 1)]
+        rows.append(
+            BoardRow(
+                place=len(rows) + 1 if has_played else None,
+                racer=entries[number].racer,
+                model=entries[number].model,
+                entry=number,
+                score=rating.points if has_played else None,
+                gap=points[order[0]] - points[number] if has_played else None,
+                interval=points[before] - points[number] if has_played else None,
+                submissions=sum(one.racer == entries[number].racer for one in entries.values()),
+                waiting=int(latest is None),
+                failure="" if latest is None else latest.failure,
+                score_range=(rating.low, rating.high) if has_played else None,
+                games=found.games[number],
+                wins=found.wins[number],
+                faults=found.faults[number],
+                **_figures(latest, index),
+            )
+        )
+    return rows
+
+
 def _figures(result: Result | None, index: int) -> dict[str, Any]:
     """Return what a row says of a result."""
     if result is None:
@@ -188,5 +233,5 @@ def score_text(race: Race, score: float | None) -> str:
 def titles_of(race: Race) -> Sequence[str]:
     """Return the heading of the score's column and that of the gap's."""
     if race.format != SOLO:
-        return "wins", "behind"
+        return ("rating" if race.format == LADDER else "wins"), "behind"
     return ("laps", "behind") if race.ranking == LAPS else ("seconds", "gap")

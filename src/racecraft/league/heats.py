@@ -7,7 +7,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from racecraft.league.race import BRACKET, SOLO, Entry, Race, Result
+from racecraft.league.ladder import meetings_left, next_meeting
+from racecraft.league.race import BRACKET, LADDER, SOLO, Entry, Race, Result
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Heat:
 def next_heat(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> Heat | None:
     """Return the heat to be judged next; None where nothing is left to do.
 
-    Meetings of several cars need all entries: they wait until the race is closed, which the caller checks.
+    A bracket and a round robin need all entries: they wait until the race is closed, which the caller checks.
     """
     if race.format == SOLO:
         heats = (Heat(f"{number:05}", (number,)) for number in entries)
@@ -31,6 +32,9 @@ def next_heat(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Re
     field = latest_of_each(entries)
     if race.format == BRACKET:
         return _bracket_heat(field, results)
+    if race.format == LADDER:
+        group = next_meeting(race, field, entries, results)
+        return None if group is None else Heat(_free_name(results), tuple(group))
     pairs = (Heat(f"{a:05}-{b:05}", (a, b)) for a, b in itertools.combinations(field, 2))
     return next((heat for heat in pairs if heat.name not in results), None)
 
@@ -39,7 +43,10 @@ def remaining(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Re
     """Return how many heats are still to be judged."""
     if race.format == SOLO:
         return sum(f"{number:05}" not in results for number in entries)
-    count = len(latest_of_each(entries))
+    field = latest_of_each(entries)
+    if race.format == LADDER:
+        return meetings_left(race, field, results)
+    count = len(field)
     heats = count - 1 if race.format == BRACKET else count * (count - 1) // 2
     return max(0, heats - len(results))
 
@@ -47,6 +54,11 @@ def remaining(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Re
 def latest_of_each(entries: Mapping[int, Entry]) -> list[int]:
     """Return the newest entry of each racer, in the order of their numbers."""
     return sorted({entry.racer: number for number, entry in sorted(entries.items())}.values())
+
+
+def _free_name(results: Mapping[str, Result]) -> str:
+    names = (f"meeting-{number:05}" for number in itertools.count(len(results) + 1))
+    return next(name for name in names if name not in results)
 
 
 def _bracket_heat(field: Sequence[int], results: Mapping[str, Result]) -> Heat | None:

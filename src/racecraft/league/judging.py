@@ -17,7 +17,7 @@ from types import TracebackType
 from racecraft.contract.errors import SettingError
 from racecraft.league.drive_process import DriveError, DriveProcess
 from racecraft.league.heats import Heat, next_heat, remaining
-from racecraft.league.race import SOLO, Drive, Race, Result
+from racecraft.league.race import Drive, Race, Result
 from racecraft.league.store import League
 from racecraft.league.world_part import DriveOrder
 
@@ -49,11 +49,11 @@ def judge(
         on_heat: Is called after each.
 
     Raises:
-        UserInputError: Another process judges the race; or cars meet in it, and it still takes entries.
+        UserInputError: Another process judges the race; or it needs all entries first, and still takes some.
     """
-    if race.format != SOLO and race.is_open(time.time()):
+    if race.needs_all_entries and race.is_open(time.time()):
         raise SettingError(
-            "{race} still takes entries, and its cars meet each other; expected a closed race. "
+            "{race} still takes entries, and who meets whom depends on all of them; expected a closed race. "
             "racecraft league close {race}",
             race=race.id,
         )

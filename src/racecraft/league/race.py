@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-SOLO, ROUND_ROBIN, BRACKET = FORMATS = ("solo", "round_robin", "bracket")
-"""Each entry drives alone; every racer meets every other; the loser of a meeting is out."""
+SOLO, ROUND_ROBIN, BRACKET, LADDER = FORMATS = ("solo", "round_robin", "bracket", "ladder")
+"""Each entry drives alone; every racer meets every other; the loser of a meeting is out; ratings decide, and those meet
+of whose games most is learned."""
 BEST, AVERAGE, TOTAL, LAPS = RANKINGS = ("best", "average", "total", "laps")
 """What decides a solo race: the best lap; the mean or the sum of the best window of consecutive laps; the number of
 laps within the race's time."""
@@ -38,6 +39,10 @@ class Race:
     """One of RANKINGS; of a race of FORMATS that are no solo, wins decide."""
     window: int = 1
     """How many consecutive full laps the rankings "average" and "total" count."""
+    grid: int = 2
+    """How many meet in a heat of a ladder; in other formats two."""
+    meetings: int = 10
+    """Heats of a ladder for each racer, on average."""
     created: float = 0.0
     """Seconds since 1970 (UTC), as all moments here."""
     opens: float | None = None
@@ -61,6 +66,11 @@ class Race:
     qualified: int = 8
     """How many of them."""
     version: int = 1
+
+    @property
+    def needs_all_entries(self) -> bool:
+        """Whether nothing can be judged before it is closed: who meets whom depends on everybody."""
+        return self.format in (ROUND_ROBIN, BRACKET)
 
     def is_open(self, now: float) -> bool:
         """Return whether it takes entries at a moment."""
@@ -92,11 +102,11 @@ class Entry:
 class Outcome:
     """What one entry did on one track."""
 
-    laps: tuple[float | None, ...]
+    laps: tuple[float | None, ...] = ()
     """Seconds of each lap, penalties included; None for a lap that was not completed."""
-    total_seconds: float
+    total_seconds: float = 0.0
     """Simulated seconds of the whole drive."""
-    progress_percent: float
+    progress_percent: float = 0.0
     """Of the last lap, 0 to 100."""
     resets: int = 0
     crashes: int = 0
@@ -104,6 +114,10 @@ class Outcome:
     penalty_seconds: float = 0.0
     place: int = 1
     """Among those who drove together."""
+    places: tuple[int, ...] = ()
+    """Likewise in each game of a heat in which all change seats; equals share a place."""
+    faults: int = 0
+    """Moves that came late, or were none."""
     ended: str = ""
     """Why the drive ended: "lap_complete", "off_track", "retired", …"""
     digest: str = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from racecraft.league.race import AVERAGE, BEST, LAPS, TOTAL, Outcome, Race, Result
+from racecraft.league.race import AVERAGE, BEST, LADDER, LAPS, SOLO, TOTAL, Outcome, Race, Result
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ def ranking_text(race: Race) -> str:
     >>> ranking_text(Race(id="a", title="A", kind="k", tracks=("t",), rules={}, ranking="average", window=3))
     'mean of the best 3 consecutive laps'
     """
-    if race.format != "solo":
-        return "wins, then seconds"
+    if race.format != SOLO:
+        return "rating, from every game" if race.format == LADDER else "wins, then seconds"
     return {
         BEST: "best lap",
         AVERAGE: f"mean of the best {race.window} consecutive laps",

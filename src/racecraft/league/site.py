@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.formats.atomic import make_folder, write_atomic
-from racecraft.league.board import Board, board_of, score_text, titles_of
+from racecraft.league.board import Board, board_of
+from racecraft.league.board_table import table_of
 from racecraft.league.race import Race
 from racecraft.league.records import fastest_laps
 from racecraft.league.scoring import ranking_text
@@ -22,7 +23,7 @@ from racecraft.pages.render import render_file
 
 CSV_COLUMNS = (
     "place", "racer", "model", "score", "gap", "interval", "best_lap_seconds", "laps_seconds", "resets",
-    "penalty_seconds", "submissions", "entry", "heat", "judged",
+    "penalty_seconds", "submissions", "entry", "heat", "judged", "games", "wins", "faults",
 )  # fmt: skip
 TEMPLATE = "racecraft.league/site.html"
 
@@ -37,7 +38,8 @@ def board_csv(board: Board) -> str:
         laps = " ".join("-" if lap is None else f"{lap:.6f}" for lap in row.laps)
         values = (
             row.place, _safe(row.racer), _safe(row.model), row.score, row.gap, row.interval, row.best_lap_seconds, laps,
-            row.resets, row.penalty_seconds, row.submissions, row.entry, row.heat, judged,
+            row.resets, row.penalty_seconds, row.submissions, row.entry, row.heat, judged, row.games, row.wins,
+            row.faults,
         )  # fmt: skip
         table.writerow(["" if value is None else value for value in values])
     return text.getvalue()
@@ -110,18 +112,8 @@ def index_sections(league: League, boards: list[Board], now: float) -> list[dict
 
 
 def _board_section(board: Board) -> dict[str, Any]:
-    score, gap = titles_of(board.race)
-    rows = [
-        [
-            "–" if row.place is None else str(row.place), row.racer, row.model, score_text(board.race, row.score),
-            "" if row.gap is None or row.place == 1 else f"+{score_text(board.race, row.gap)}",
-            "–" if row.best_lap_seconds is None else f"{row.best_lap_seconds:.3f}", str(row.resets),
-            str(row.submissions),
-        ]
-        for row in board.rows
-    ]  # fmt: skip
-    heads = ["Place", "Racer", "Model", score.capitalize(), gap.capitalize(), "Best lap", "Resets", "Entries"]
-    return {"title": "Board", "heads": heads, "rows": rows}
+    heads, rows = table_of(board)
+    return {"title": "Board", "heads": [head.capitalize() for head in heads], "rows": [list(row) for row in rows]}
 
 
 def _write_page(path: Path, title: str, about: str, sections: list[dict[str, Any]], race: Race | None = None) -> Path:

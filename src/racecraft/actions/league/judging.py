@@ -12,7 +12,7 @@ from racecraft.settings.request import argument, option
 
 if TYPE_CHECKING:
     from racecraft.league.auditing import AuditedHeat
-    from racecraft.league.race import Result
+    from racecraft.league.race import Drive, Result
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,14 +47,18 @@ def judge_race(request: JudgeRequest, progress: Progress = quiet) -> JudgedRace:
 
     def tell(judged: Judged) -> None:
         names = " against ".join(league.entries(race.id)[one].racer for one in judged.heat.entries)
-        what = judged.result.failure or ", ".join(
-            " ".join("–" if lap is None else f"{lap:.3f}" for lap in drive.outcomes[0].laps)
-            for drive in judged.result.drives
-        )
+        what = judged.result.failure or "; ".join(_told(drive) for drive in judged.result.drives)
         progress(f"{names}: {what} ({judged.result.seconds:.1f} s)")
 
     judged = judge(league, race, request.heats, on_heat=tell)
     return JudgedRace(race.id, tuple(one.result for one in judged))
+
+
+def _told(drive: Drive) -> str:
+    """Return laps of one alone, places of those who met."""
+    if len(drive.outcomes) == 1:
+        return " ".join("–" if lap is None else f"{lap:.3f}" for lap in drive.outcomes[0].laps)
+    return "places " + ", ".join(str(one.place) for one in drive.outcomes)
 
 
 @dataclass(frozen=True, kw_only=True)

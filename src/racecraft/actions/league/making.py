@@ -39,7 +39,8 @@ class RankingOptions(Request):
     window: int | None = option(
         None, "Consecutive laps that average and total count; by default all of a drive.", low=1, high=MAX_WINDOW
     )
-    format: str = option(SOLO, "Each drives alone, or cars meet: round_robin, bracket.", choices=FORMATS)
+    format: str = option(SOLO, "Each drives alone, or they meet: round_robin, bracket, ladder.", choices=FORMATS)
+    meetings: int = option(10, "Heats of a ladder for each racer, on average.", low=1)
 
 
 def make_race(
@@ -51,6 +52,7 @@ def make_race(
     rules: Mapping[str, Any],
     ranking: RankingOptions,
     deadline: DeadlineOptions,
+    grid: int = 2,
 ) -> Race:
     """Add a race to a league, which is made where there is none; return it.
 
@@ -63,6 +65,7 @@ def make_race(
         rules: The world's, complete.
         ranking: What decides it.
         deadline: Who may enter, and until when.
+        grid: How many meet in a heat.
 
     Raises:
         UserInputError: Options contradict each other, or the folder cannot be written.
@@ -93,6 +96,8 @@ def make_race(
             format=ranking.format,
             ranking=ranking.ranking,
             window=window,
+            grid=grid,
+            meetings=ranking.meetings,
             created=time.time(),
             opens=opens,
             closes=closes,

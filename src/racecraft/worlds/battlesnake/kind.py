@@ -24,6 +24,9 @@ KIND = WorldKind(
         "A snake's training games are not kept; its curves are here. "
         "`racecraft snakes watch --live --url RUN --url search` plays one before your eyes."
     ),
+    names={"create_snake_race": "racecraft.worlds.battlesnake.actions.create_race:create_snake_race"},
+    race_commands=(Command("create-snakes", "racecraft.worlds.battlesnake.cli.create_race:create"),),
+    league="racecraft.worlds.battlesnake.league.races:SnakeLeague",
     console="racecraft.worlds.battlesnake.console:SnakeParts",
     as_typed="racecraft.worlds.battlesnake.analysis.account:as_typed",
 )

@@ -29,6 +29,8 @@ class Played:
     """Every position, from turn 0 to the last."""
     over: bool = True
     """False where it was stopped before its end."""
+    moves: list[dict[str, str]] = field(default_factory=list)
+    """Of every turn that was played, by the ids of those who lived; empty where nobody kept them."""
 
     @property
     def turns(self) -> int:
@@ -94,6 +96,7 @@ def play(
     while not referee.over and (most_turns is None or referee.board.turn < most_turns):
         moves = _ask(by_id, referee.board, played, timeout_ms / 1000, sequential)
         referee.turn(moves)
+        played.moves.append(moves)
         _keep(played, referee.board, watch)
         if until is not None and until(referee.board):
             break

@@ -155,7 +155,7 @@ class Seat:
             self.player.disconnect()
 
 
-def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_MB) -> Seat:
+def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_MB, is_isolated: bool = False) -> Seat:
     """Return a seat for an address, a built-in player or a FILE.py; servers are asked how they look.
 
     Args:
@@ -163,6 +163,7 @@ def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_
         name: How the seat is called; what the user wrote, where empty.
         seed: Chance of a player that rolls dice.
         memory_mb: Memory that a FILE.py may use.
+        is_isolated: A FILE.py can compute and nothing else.
 
     Raises:
         PlayerError: There is no such player, or the server does not answer `GET /`.
@@ -171,7 +172,7 @@ def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_
         remote = Remote(what)
         looks = remote.looks(SETUP_SECONDS)
         return Seat(name or what, remote, _looks(looks))
-    player = find_player(what, seed, memory_mb)
+    player = find_player(what, seed, memory_mb, is_isolated)
     warm_up(player)
     looks = player.looks() if isinstance(player, FilePlayer) else {}
     return Seat(name or what, player, _looks(looks))

@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from racecraft.contract.errors import nearest
+from racecraft.isolation.layers import restrict
+from racecraft.isolation.readable import files_of_python
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.players.protocol import PlayerError
 
@@ -32,9 +34,14 @@ def main() -> None:
     path, memory_mb = Path(sys.argv[1]), int(sys.argv[2])
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what the file prints is no answer
-    questions: queue.SimpleQueue[str] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(questions,), daemon=True).start()
-    limit_memory(memory_mb)
+    if "isolated" in sys.argv[3:]:
+        next_question = sys.stdin.readline  # threads are denied, so its owner ends it where its owner ends
+        restrict([*files_of_python(), str(path)], memory_mb << 20)
+    else:
+        questions: queue.SimpleQueue[str] = queue.SimpleQueue()
+        threading.Thread(target=_listen, args=(questions,), daemon=True).start()
+        next_question = questions.get
+        limit_memory(memory_mb)
     try:
         module = load(path)
     except MemoryLimitError as error:
@@ -44,8 +51,8 @@ def main() -> None:
         _say(answers, {"error": str(error)})
         return
     _say(answers, {"answer": None})
-    while True:
-        asked = json.loads(questions.get())
+    while question := next_question():
+        asked = json.loads(question)
         try:
             _say(answers, {"answer": answer(path, module, asked["ask"], asked["data"])})
         except MemoryLimitError as error:

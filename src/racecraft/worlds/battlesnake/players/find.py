@@ -30,7 +30,9 @@ WEIGHED = "search:"
 """Before a FILE.json of weights: search that appraises positions by them."""
 
 
-def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePlayer | JsonPlayer:
+def find_player(
+    name: str, seed: int = 0, memory_mb: int = MEMORY_MB, is_isolated: bool = False
+) -> SnakePlayer | JsonPlayer:
     """Return a player: a name of `PLAYERS`, a FILE.py, a trained snake's RUN, or `search+` one of them.
 
     A name of `racecraft.players` is that of an installed package.
@@ -46,6 +48,7 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
         name: What the user wrote.
         seed: Chance of the players that roll dice.
         memory_mb: Memory that a FILE.py may use.
+        is_isolated: A FILE.py can compute and nothing else.
 
     Raises:
         PlayerError: There is no such player, or the file or run cannot be used.
@@ -55,7 +58,7 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
     if name.startswith("search+") and not Path(name).is_file():
         from racecraft.worlds.battlesnake.players.search import Search
 
-        guide = find_player(name.removeprefix("search+"), seed, memory_mb)
+        guide = find_player(name.removeprefix("search+"), seed, memory_mb, is_isolated)
         return Search(guide=guide if isinstance(guide, SnakePlayer) else JsonAdapter(guide))
     if name.startswith(WEIGHED) and name.endswith(".json"):
         from racecraft.worlds.battlesnake.players.search import Search
@@ -67,7 +70,7 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
 
         return Search(network=load_network(name.removeprefix("search:")))
     if name.endswith(".py") or Path(name).is_file():
-        return load_file_player(name, memory_mb)
+        return load_file_player(name, memory_mb, is_isolated)
     if name not in PLAYERS and (make := load_offered("players", name)) is not None:
         made: SnakePlayer | JsonPlayer = make(seed)
         return made

@@ -5,7 +5,8 @@ just `"up"`. It may also have `info()` (colour, head, tail), `start(data)` and `
 
 It lives in a process of its own (`file_worker.py`): one that hangs is ended and begun anew, one that dies or wants more
 memory than it may have is begun anew, and none can hurt the game. Its global names live as long as that process.
-Loading a file runs it, with the rights of whoever started us: load only what its owner asked to run.
+Loading a file runs it, with the rights of whoever started us unless it is isolated: load only what its owner asked to
+run.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from __future__ import annotations
 import json
 import queue
 import subprocess
-import sys
 import threading
 import time
 import weakref
@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from racecraft.formats.processes import kill_tree
+from racecraft.isolation.process import harmless_environment, python_command
 from racecraft.worlds.battlesnake.players.protocol import Message, PlayerError
 
 LOAD_SECONDS = 30.0
@@ -46,13 +47,14 @@ class FilePlayer:
     Args:
         path: The file.
         memory_mb: Memory it may use, in MB of 2^20 bytes: data, not code; 0: as much as there is. Held to on Linux.
+        is_isolated: It can compute and nothing else (`isolation/`): a stranger's file.
 
     Raises:
         PlayerError: It cannot be read, does not compile, fails or hangs while it is run, or has no `move`; or the
             memory asked for is none.
     """
 
-    def __init__(self, path: str | Path, memory_mb: int = MEMORY_MB) -> None:
+    def __init__(self, path: str | Path, memory_mb: int = MEMORY_MB, is_isolated: bool = False) -> None:
         if memory_mb and memory_mb < LEAST_MEMORY_MB:
             raise PlayerError(
                 "{memory_mb} MB for {path}; expected at least {least_memory_mb}, or 0 for no limit.",
@@ -60,9 +62,9 @@ class FilePlayer:
                 path=path,
                 least_memory_mb=LEAST_MEMORY_MB,
             )
-        self.path, self._memory_mb = Path(path), memory_mb
+        self.path, self._memory_mb, self._is_isolated = Path(path), memory_mb, is_isolated
         self._lock = threading.Lock()
-        self._worker = _Worker(self.path, self._memory_mb)
+        self._worker = _Worker(self.path, self._memory_mb, self._is_isolated)
         try:
             self._worker.take(LOAD_SECONDS)
         except TimeoutError:
@@ -142,18 +144,19 @@ class FilePlayer:
 
     def _begin_anew(self) -> None:
         self._worker.end()
-        self._worker = _Worker(self.path, self._memory_mb)
+        self._worker = _Worker(self.path, self._memory_mb, self._is_isolated)
 
 
 class _Worker:
     """A process, the answers that came out of it, and whether one is still owed."""
 
-    def __init__(self, path: Path, memory_mb: int) -> None:
+    def __init__(self, path: Path, memory_mb: int, is_isolated: bool) -> None:
         self._path = path
         worker = "racecraft.worlds.battlesnake.players.file_worker"
-        command = [sys.executable, "-P", "-m", worker, str(path), str(memory_mb)]
+        command = python_command(worker, str(path), str(memory_mb), *["isolated"] * is_isolated)
         self._process: subprocess.Popen[str] = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True,
+            env=harmless_environment() if is_isolated else None,
         )  # fmt: skip
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=_gather, args=(self._process.stdout, self._answers), daemon=True).start()
@@ -197,9 +200,9 @@ class _Worker:
         )
 
 
-def load_file_player(path: str | Path, memory_mb: int = MEMORY_MB) -> FilePlayer:
+def load_file_player(path: str | Path, memory_mb: int = MEMORY_MB, is_isolated: bool = False) -> FilePlayer:
     """Load a user's file. Arguments and errors are those of `FilePlayer`."""
-    return FilePlayer(path, memory_mb)
+    return FilePlayer(path, memory_mb, is_isolated)
 
 
 def _gather(pipe: IO[str], answers: queue.SimpleQueue[str]) -> None:

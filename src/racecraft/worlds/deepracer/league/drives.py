@@ -199,6 +199,7 @@ def _met(result: RaceResult, index: int, place: int) -> Outcome:
         off_tracks=sum(one.off_tracks for one in showings),
         resets=sum(one.crashes + one.off_tracks for one in showings),
         place=place,
+        places=tuple(one.place for one in showings),
         ended=showings[-1].ended,
         digest=digest({str(number): ticks[:, index]["front_x"] for number, ticks in enumerate(result.ticks)}),
     )

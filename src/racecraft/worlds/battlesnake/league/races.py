@@ -1,0 +1,77 @@
+"""Snakes in a league. Begin with `SnakeLeague`, which the world's kind names.
+
+What plays is imported when something plays: pages ask for boards alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from racecraft.league.race import Race
+from racecraft.league.world_part import Driven, DriveOrder
+
+
+class SnakeLeague:
+    """A race of snakes, as `racecraft.league.world_part.LeagueWorld` asks for it; its tracks are maps."""
+
+    def admit(self, source: str, folder: Path, rules: Mapping[str, Any]) -> dict[str, Any]:
+        """Copy a player, let it sit down once, and return its facts; see `race_entry.admit_snake`."""
+        from racecraft.worlds.battlesnake.league.race_entry import admit_snake
+        from racecraft.worlds.battlesnake.league.race_rules import SnakeRules
+
+        return admit_snake(source, folder, SnakeRules.from_dictionary(rules))
+
+    def name_of(self, source: str) -> str:
+        """Return what a board calls a player."""
+        return source if "://" in source else Path(source).stem
+
+    def describe(self, rules: Mapping[str, Any], tracks: Sequence[str]) -> list[str]:
+        """Return the rules, a line each."""
+        from racecraft.worlds.battlesnake.league.race_rules import SnakeRules
+
+        return SnakeRules.from_dictionary(rules).describe()
+
+    def history(self, race: Race, laps: Sequence[float | None], archive: Path) -> list[dict[str, Any]]:
+        """Return nothing: there are no older boards of snakes."""
+        return []
+
+    def canonical_track(self, name: str) -> str:
+        """Return a map's name, or refuse it."""
+        from racecraft.worlds.battlesnake.env.maps import find_map
+
+        find_map(name)
+        return name
+
+    def warm_up(self) -> None:
+        """Let search choose a move: everything is imported and compiled then."""
+        from racecraft.worlds.battlesnake.league import race_entry, race_games  # noqa: F401
+        from racecraft.worlds.battlesnake.players.find import find_player, warm_up
+
+        warm_up(find_player("search"))
+
+    def drive(self, order: DriveOrder) -> Driven:
+        """Let the snakes play."""
+        from racecraft.worlds.battlesnake.league.race_entry import seat_of
+        from racecraft.worlds.battlesnake.league.race_games import files_of, outcomes_of, play_heat
+        from racecraft.worlds.battlesnake.league.race_rules import SnakeRules
+
+        rules = SnakeRules.from_dictionary(order.rules)
+        with contextlib.ExitStack() as stack:
+            seats = []
+            for index, (model, name) in enumerate(zip(order.models, order.names, strict=True)):
+                seats.append(seat_of(Path(model), name, order.seed + index, rules))
+                stack.callback(seats[-1].leave)
+            games = play_heat(seats, rules.game(order.track, len(seats)), rules, order.seed)
+        return Driven(outcomes_of(games), files_of(games))
+
+    def redrive(self, order: DriveOrder, folder: Path) -> Driven:
+        """Play again by recorded moves."""
+        from racecraft.worlds.battlesnake.league.race_games import outcomes_of, replay_heat
+        from racecraft.worlds.battlesnake.league.race_rules import SnakeRules
+
+        rules = SnakeRules.from_dictionary(order.rules)
+        games = replay_heat(folder, rules.game(order.track, len(order.models)), rules, order.seed)
+        return Driven(outcomes_of(games), {})
