@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env console demo test quick check long pythons mutants likeness bench docs format clean
+.PHONY: help env console demo test quick check long pythons mutants likeness javascript bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -41,6 +41,9 @@ mutants: env  ## break the code on purpose and list what no test notices
 
 likeness: env  ## compare what this commit leaves with what its parent leaves
 	$(BIN)/python scripts/compare_revisions.py
+
+javascript: env  ## check the types of our JavaScript; needs Node
+	@$(BIN)/python scripts/check_javascript.py
 
 bench: env  ## the benchmarks; run them when nothing else runs
 	$(BIN)/python benchmarks/run_all.py

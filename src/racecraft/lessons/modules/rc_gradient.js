@@ -11,7 +11,8 @@ const written = value => value.toFixed(4).replace("-", "−");
 class GradientFigure extends HTMLElement {
   connectedCallback() {
     if (this.table) return;
-    Object.assign(this, { road: makeGrid(), batch: FIRST, theta: [0, 0, 0], baseline: false, step: 0.5, chance: new Chance(5), steps: 0 });
+    this.road = makeGrid(); this.chance = new Chance(5);
+    this.batch = FIRST; this.theta = [0, 0, 0]; this.baseline = false; this.step = 0.5; this.steps = 0;
     this.bars = element("div", { class: "bars3", role: "group", "aria-label": t("Policy at the start square") });
     this.table = element("div", { class: "wide-table", tabindex: 0, role: "region", "aria-label": t("The gradient, drive by drive") });
     this.told = element("div", { "aria-live": "polite" });

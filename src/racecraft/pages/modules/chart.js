@@ -209,7 +209,7 @@ class Chart extends HTMLElement {
     this.tools.append(this.whole);
     if (!this.told.smooth) return;
     const label = document.createElement("label"), slider = document.createElement("input"), says = document.createElement("span");
-    slider.type = "range"; slider.min = 0; slider.max = 0.95; slider.step = 0.05; slider.value = 0;
+    slider.type = "range"; slider.min = "0"; slider.max = "0.95"; slider.step = "0.05"; slider.value = "0";
     label.append("smoothing ", slider, " ", says);
     slider.oninput = () => { this.smoothing = +slider.value; says.textContent = this.smoothing ? `${this.smoothing}, over the true values` : ""; this.show(this.told); };
     this.tools.prepend(label);

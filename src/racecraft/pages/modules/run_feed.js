@@ -17,7 +17,7 @@ export function feedOf(from) {
 export class RunFeed extends EventTarget {
   constructor(from) {
     super();
-    Object.assign(this, { from, run: null, rows: [], lost: false });
+    this.from = from; this.run = null; this.rows = []; this.lost = false;
     this.open();
     document.addEventListener("visibilitychange", () => {
       clearTimeout(this.leaving);

@@ -112,7 +112,7 @@ async function ask(way) {
 }
 
 async function askGames(before) {
-  const asked = new URLSearchParams({ snakes: size, player: chosen, ...(before ? { before } : {}) });
+  const asked = new URLSearchParams({ snakes: String(size), player: chosen, ...(before ? { before } : {}) });
   const wanted = `${size} ${chosen}`;
   const { games, more } = await ask(`/api/games?${asked}`);
   if (wanted !== `${size} ${chosen}`) return;

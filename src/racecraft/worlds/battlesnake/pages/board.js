@@ -205,7 +205,7 @@ function faster(by) {
   if (SPEEDS[n]) at("speed").value = SPEEDS[n];
 }
 
-SPEEDS.forEach((speed) => at("speed").append(new Option(speed === 1 ? "1 turn/s" : `${speed} turns/s`, speed)));
+SPEEDS.forEach((speed) => at("speed").append(new Option(speed === 1 ? "1 turn/s" : `${speed} turns/s`, String(speed))));
 at("speed").value = SPEEDS.reduce((a, b) => Math.abs(b - told.speed) < Math.abs(a - told.speed) ? b : a);
 at("first").onclick = () => { setPlaying(false); go(0); };
 at("last").onclick = () => { setPlaying(false); go(lastPlace()); };

@@ -8,7 +8,8 @@ const SHADES = 10;
 
 export class CarMap {
   constructor(ground, cars) {
-    Object.assign(this, { ground, canvas: cars, pen: cars.getContext("2d", { desynchronized: true }), place: null });
+    this.ground = ground; this.canvas = cars; this.pen = cars.getContext("2d", { desynchronized: true });
+    this.place = /** @type {any} */ (null);
   }
 
   /* Draw a circuit's ground into the width there is; false while there is none. */
@@ -126,6 +127,7 @@ export class CarMap {
     pen.restore();
   }
 
+  /** @param {string} text @param {number[]} pose */
   label(text, [x, y]) {
     const { pen, place } = this, long = Math.max(13 * place.ratio, 0.28 * place.scale);
     const px = place.x(x), py = place.y(y) - 0.9 * long - 7 * place.ratio;

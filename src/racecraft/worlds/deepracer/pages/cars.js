@@ -1,6 +1,6 @@
 /* <rc-cars from="/">: every car of a run on the map, live while it trains, kept iterations and episodes after.
 
-   `from` is where the run's JSON is. The page around it may tell `element.feed`, a RunFeed that it has already. */
+   `from` is where the run's JSON is. */
 import { ask, words } from "racecraft.pages/ask.js";
 import { feedOf } from "racecraft.pages/run_feed.js";
 import { CarMap } from "racecraft.worlds.deepracer.pages/car_map.js";
@@ -18,10 +18,12 @@ class Cars extends HTMLElement {
     if (this.map) return;
     this.from = this.getAttribute("from") || "/";
     this.parts = Object.fromEntries([...this.querySelectorAll("[data-part]")].map(part => [part.dataset.part, part]));
-    Object.assign(this, { reel: null, mode: "", head: 0, playing: true, pace: 1, car: "0", iteration: 0, episodes: [],
-      kept: [], coming: [], last: 0, courses: [], course: 0, tracks: [], track: null, seen: "", times: {} });
+    this.reel = /** @type {any} */ (null); this.coming = /** @type {any[]} */ ([]);
+    this.tracks = /** @type {any[]} */ ([]); this.track = /** @type {any} */ (null);
+    this.mode = ""; this.head = 0; this.playing = true; this.pace = 1; this.car = "0"; this.iteration = 0;
+    this.episodes = []; this.kept = []; this.last = 0; this.courses = []; this.course = 0; this.seen = ""; this.times = {};
     this.map = new CarMap(this.parts.ground, this.parts.map);
-    this.feed ??= feedOf(this.from);
+    this.feed = feedOf(this.from);
     this.feed.addEventListener("run", () => this.onRun());
     this.listen();
     if (this.feed.run) this.onRun();
@@ -262,7 +264,7 @@ class Cars extends HTMLElement {
     const { parts, episodes } = this, going = one => one.status === "in_progress";
     parts.kept.hidden = this.mode === "live" || !episodes.length;
     say(parts["kept-title"], `Episodes in iteration ${this.iteration}`);
-    const order = [...episodes].sort((a, b) => going(a) - going(b) || b.progress - a.progress);
+    const order = [...episodes].sort((a, b) => +going(a) - +going(b) || b.progress - a.progress);
     parts.episodes.replaceChildren(...order.map(one => {
       const row = document.createElement("tr"), button = document.createElement("button");
       button.type = "button"; button.textContent = `▶ ${one.car}`;

@@ -14,8 +14,10 @@ class Drive extends HTMLElement {
   connectedCallback() {
     if (this.parts) return;
     this.parts = Object.fromEntries([...this.querySelectorAll("[data-part]")].map(part => [part.dataset.part, part]));
-    Object.assign(this, { down: new Set(), steer: 0, gas: 0, number: 0, told: null, running: false, from: null, to: null,
-      arrived: 0, shown: null, told_n: 0, waiting: null, delays: [], ghost: null, laps: [], last: 0, figures: 0, pictures: 0 });
+    this.down = new Set(); this.delays = /** @type {number[]} */ ([]); this.laps = [];
+    this.from = this.to = this.shown = this.waiting = this.ghost = this.told = /** @type {any} */ (null);
+    this.steer = this.gas = this.number = this.arrived = this.told_n = this.last = this.figures = this.pictures = 0;
+    this.running = false;
     this.parts.secure.hidden = isSecureContext;
     this.parts.tilt.hidden = !isSecureContext || !("DeviceOrientationEvent" in window) || !matchMedia("(pointer: coarse)").matches;
     this.listen();
@@ -76,7 +78,7 @@ class Drive extends HTMLElement {
     this.parts.restart.onclick = () => this.say({ restart: true });
     this.parts.ghost.onchange = () => { this.say({ ghost: this.parts.ghost.value }); this.parts.view.focus(); };
     this.parts.tilt.onclick = async () => {
-      const asks = DeviceOrientationEvent.requestPermission;
+      const asks = /** @type {any} */ (DeviceOrientationEvent).requestPermission;
       if (asks && await asks.call(DeviceOrientationEvent) !== "granted") return this.call("The phone gave no leave to tilt.");
       addEventListener("deviceorientation", event => { this.tilt = tiltOf(event); });
     };
@@ -158,7 +160,7 @@ class Drive extends HTMLElement {
     const write = (part, text) => { if (parts[part].textContent !== text) parts[part].textContent = text; };
     write("speed", words(speed, 1)); write("steer", `${words(steering * 180 / Math.PI)}°`); write("lap", words(Math.max(0, lap), 1));
     write("delay", words(median));
-    const left = this.ghost && progress > 3 ? lap - this.ghost.seconds * this.shareAt(progress) : null;
+    const left = this.ghost && progress > 3 ? lap - this.ghost.seconds * this.shareAt() : null;
     write("gap", left == null ? "–" : `${left > 0 ? "+" : ""}${words(left, 1)}`);
   }
 
@@ -177,7 +179,7 @@ class Drive extends HTMLElement {
     const left = (map.width - (x1 - x0) * scale) / 2, top = (map.height - (y1 - y0) * scale) / 2;
     this.onMap = ([x, y]) => [left + (x - x0) * scale, top + (y1 - y) * scale];
     this.way = new Path2D();
-    centre.forEach((point, k) => this.way[k ? "lineTo" : "moveTo"](...this.onMap(point)));
+    centre.forEach((point, k) => { const [x, y] = this.onMap(point); this.way[k ? "lineTo" : "moveTo"](x, y); });
     if (this.track.closed) this.way.closePath();
     this.wayWidth = Math.max(3, Math.hypot(inner[0][0] - outer[0][0], inner[0][1] - outer[0][1]) * scale);
   }
@@ -206,7 +208,7 @@ class Drive extends HTMLElement {
       const row = document.createElement("tr"), drop = Object.assign(document.createElement("button"), { type: "button", textContent: "Drop", ariaLabel: `Drop lap ${k + 1}` });
       drop.onclick = () => this.say({ drop: k });
       row.append(cell(`${k + 1}${lap.seconds === best ? ", the best" : ""}${lap.flying ? "" : ", from rest"}`), cell(`${words(lap.seconds, 2)} s`, "right"), cell("", "right"));
-      row.lastChild.append(drop);
+      row.lastElementChild.append(drop);
       return row;
     }));
     for (const count of this.querySelectorAll("[data-count]")) count.textContent = laps.length === 1 ? "1 lap" : `${laps.length} laps`;

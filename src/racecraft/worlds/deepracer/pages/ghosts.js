@@ -4,7 +4,8 @@ class Ghosts extends HTMLElement {
   connectedCallback() {
     if (this.told) return;
     this.told = JSON.parse(this.querySelector("script[type='application/json']").textContent);
-    [this.other, this.car] = this.querySelectorAll(".car");
+    const cars = this.querySelectorAll(".car");
+    this.other = cars[0]; this.car = cars[1];
     this.slider = this.querySelector("input"); this.output = this.querySelector("output"); this.button = this.querySelector(".play");
     this.querySelector(".player").hidden = false;
     this.car.removeAttribute("hidden"); this.other.removeAttribute("hidden");

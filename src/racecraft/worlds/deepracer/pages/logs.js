@@ -25,7 +25,8 @@ import { onTokens, token } from "racecraft.pages/tokens.js";
     driven_mps: ["driven speed", "m/s", 1], speed_mps: ["commanded speed", "m/s", 1], reward: ["reward of a step", "", 1],
     steering_rad: ["steering", "°", 180 / Math.PI], slide_rad: ["slide", "°", 180 / Math.PI],
   };
-  const limits = Object.fromEntries(Object.entries(COLOURS).map(([name, [, , times]]) => {
+  const limits = Object.fromEntries(Object.entries(COLOURS).map(([name, [, , factor]]) => {
+    const times = Number(factor);
     const sorted = Array.from(ticks[name]).filter((one) => one !== -32768).sort((a, b) => a - b);
     const at = (share) => (sorted.length ? sorted[Math.floor(share * (sorted.length - 1))] * data.steps[name] * times : 0);
     return [name, [at(0.02), Math.max(at(0.98), at(0.02) + 1e-6)]];

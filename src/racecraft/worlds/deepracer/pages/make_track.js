@@ -71,7 +71,7 @@ function nearest(event) {
   return line.length && far(line[k]) < NEAR_PX ? k : -1;
 }
 
-/* Where a new point belongs: between the two ends of the piece it lies nearest to. */
+/** Where a new point belongs: between the two ends of the piece it lies nearest to. @param {number[]} point */
 function between([x, y]) {
   const closed = form.elements.namedItem("closed").checked, last = closed ? line.length : line.length - 1;
   let best = line.length, least = Infinity;

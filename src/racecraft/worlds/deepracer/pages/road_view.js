@@ -7,7 +7,8 @@ const CAR = { long: 0.16, wide: 0.09, high: 0.11 };   // half length, half width
 
 export class RoadView {
   constructor(canvas, track) {
-    Object.assign(this, { canvas, pen: canvas.getContext("2d", { alpha: false, desynchronized: true }), track });
+    this.canvas = canvas; this.track = track;
+    this.pen = canvas.getContext("2d", { alpha: false, desynchronized: true });
     const width = Math.max(0.03, track.line_width);
     this.road = strips(track.inner, track.outer);
     this.lines = [...strips(track.inner, beside(track.inner, track.centre, width)), ...strips(track.outer, beside(track.outer, track.centre, width))];
@@ -38,7 +39,7 @@ export class RoadView {
     this.car([x, y, yaw], steering, token("--map-chosen"), 1);
   }
 
-  /* Where a point is seen: pixels; `deep` is its distance along the view. */
+  /** Where a point is seen: pixels; `deep` is its distance along the view. @param {number[]} point */
   see([x, y], high = 0) {
     const { eye, canvas } = this, u = x - eye.x, v = y - eye.y;
     const ahead = u * eye.c + v * eye.s, left = v * eye.c - u * eye.s, down = ABOVE - high;
