@@ -22,6 +22,7 @@ from racecraft.league.store import League
 from racecraft.league.world_part import Driven
 
 class Driver:
+    layers = ()
     def __init__(self, kind): pass
     def __enter__(self): return self
     def __exit__(self, *error): pass
@@ -97,6 +98,8 @@ def test_two_judges_do_not_drive_one_race(league):
 
 def test_a_driver_that_crashes_is_a_failed_entry_and_the_race_goes_on(league, monkeypatch):
     class Crash:
+        layers = ()
+
         def __init__(self, kind):
             pass
 

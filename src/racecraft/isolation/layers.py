@@ -5,7 +5,7 @@ Each step is independent of the others: where a kernel or a container lacks one,
     no new privileges   no program that it could start has more rights (and it starts none)
     namespaces          a network of its own, without any interface
     capabilities        none; root keeps those by which it reads files that Landlock allows
-    limits              no new files, no new processes, so many bytes of memory
+    limits              no new files, or files of so many bytes; no new processes; so many bytes of memory
     Landlock            no files but those that are named; no TCP, no signals to others where the kernel is new enough
     seccomp             no sockets, processes, programs, signals to others, changes of modes and owners
 """
@@ -34,7 +34,9 @@ def can_isolate() -> bool:
     return sys.platform == "linux" and landlock.abi() > 0 and seccomp.is_available()
 
 
-def restrict(readable: Sequence[str], memory_bytes: int) -> tuple[str, ...]:
+def restrict(
+    readable: Sequence[str], memory_bytes: int, scratch: str | None = None, file_bytes: int = 0, threads: bool = False
+) -> tuple[str, ...]:
     """Give up everything but computing and reading what is named; there is no way back.
 
     Call it in a process with one thread, before it imports anything that starts others.
@@ -42,6 +44,9 @@ def restrict(readable: Sequence[str], memory_bytes: int) -> tuple[str, ...]:
     Args:
         readable: Files and folders (with all below them) that may be opened for reading.
         memory_bytes: How much memory the process may have for its data.
+        scratch: A folder of its own in which it may write, too; None: nowhere.
+        file_bytes: How long a file there may be.
+        threads: Whether it may start threads, which are held to the same; processes it may not.
 
     Returns:
         The layers that hold, by name, such as "Landlock 7".
@@ -57,11 +62,11 @@ def restrict(readable: Sequence[str], memory_bytes: int) -> tuple[str, ...]:
         held.append("network namespace")
     if _give_up_capabilities(libc, READ_ANY_FILE if is_root else 0):
         held.append("no capabilities")
-    _limit(memory_bytes)
+    _limit(memory_bytes, file_bytes, threads)
     held.append("limits")
-    if version := landlock.restrict_files(readable):
+    if version := landlock.restrict_files(readable, scratch):
         held.append(f"Landlock {version}")
-    if seccomp.deny_calls():
+    if seccomp.deny_calls(threads):
         held.append("seccomp")
     return tuple(held)
 
@@ -72,12 +77,12 @@ def _give_up_capabilities(libc: ctypes.CDLL, kept: int) -> bool:
     return int(libc.capset(header, data)) == 0
 
 
-def _limit(memory_bytes: int) -> None:
+def _limit(memory_bytes: int, file_bytes: int, threads: bool) -> None:
     import resource
 
     limits = (
-        (resource.RLIMIT_NPROC, 0),
-        (resource.RLIMIT_FSIZE, 0),
+        *([] if threads else [(resource.RLIMIT_NPROC, 0)]),  # which counts threads, too
+        (resource.RLIMIT_FSIZE, file_bytes),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_DATA, memory_bytes),
     )

@@ -29,7 +29,7 @@ DENIED = {
     "msgrcv": (70, 188), "msgctl": (71, 187), "semget": (64, 190), "semop": (65, 193), "semctl": (66, 191),
     "semtimedop": (220, 192), "mq_open": (240, 180), "mq_unlink": (241, 181),
     # programs, processes, threads
-    "execve": (59, 221), "execveat": (322, 281), "fork": (57, None), "vfork": (58, None), "clone": (56, 220),
+    "execve": (59, 221), "execveat": (322, 281), "fork": (57, None), "vfork": (58, None),
     # signals, debugging and scheduling of other processes
     "kill": (62, 129), "tkill": (200, 130), "tgkill": (234, 131), "rt_sigqueueinfo": (129, 138),
     "rt_tgsigqueueinfo": (297, 240), "pidfd_open": (434, 434), "pidfd_send_signal": (424, 424),
@@ -62,7 +62,9 @@ DENIED = {
 }  # fmt: skip
 """System calls that fail, with their numbers on x86-64 and on ARM (None: it has no such call)."""
 CLONE3 = (435, 435)
-"""Fails as unknown, so that the C library tries `clone`, which is denied."""
+"""Fails as unknown, so that the C library tries `clone`, whose flags a filter can see."""
+CLONE, NEW_THREAD = (56, 220), 0x10000
+"""Denied, but for threads of the process itself where it may have some: they are held to the same filter."""
 FCNTL, OWNER_COMMANDS = (72, 25), (8, 10, 15)
 """F_SETOWN, F_SETSIG, F_SETOWN_EX: they send signals to other processes."""
 MMAP, SHARED_ANONYMOUS = (9, 222), 0x21
@@ -81,17 +83,20 @@ def is_available() -> bool:
     return platform.machine() in ARCHITECTURES and int(ctypes.CDLL(None).prctl(GET_SECCOMP, 0, 0, 0, 0)) == 0
 
 
-def deny_calls() -> bool:
+def deny_calls(threads: bool = False) -> bool:
     """Let the calling thread make none of the calls in `DENIED` from now on; it must have no other threads.
 
     The process must have given up new privileges before (`layers.py`).
+
+    Args:
+        threads: It may start threads of its own from now on.
 
     Returns:
         Whether the filter is in force; False: this kernel or architecture has none.
     """
     if platform.machine() not in ARCHITECTURES:
         return False
-    program = b"".join(_program(*ARCHITECTURES[platform.machine()]))
+    program = b"".join(_program(*ARCHITECTURES[platform.machine()], threads))
     code = ctypes.create_string_buffer(program, len(program))
     packed = struct.pack("@HP", len(program) // 8, ctypes.addressof(code))
     libc = ctypes.CDLL(None, use_errno=True)
@@ -103,7 +108,7 @@ def deny_calls() -> bool:
     raise OSError(number, os.strerror(number))
 
 
-def _program(column: int, architecture: int) -> Iterator[bytes]:
+def _program(column: int, architecture: int, threads: bool) -> Iterator[bytes]:
     """Yield the filter's instructions: `struct sock_filter`, 8 bytes each."""
     denied = _return(FAIL | errno.EPERM)
     yield _do(LOAD, ARCHITECTURE_AT)
@@ -115,6 +120,9 @@ def _program(column: int, architecture: int) -> Iterator[bytes]:
         if (number := numbers[column]) is not None:
             yield from _if(JUMP_EQUAL, number, then=denied)
     yield from _if(JUMP_EQUAL, CLONE3[column], then=_return(FAIL | errno.ENOSYS))
+    flags = (_do(LOAD, _argument(0)), _do(AND, NEW_THREAD))
+    thread = _if(JUMP_EQUAL, NEW_THREAD, otherwise=denied) if threads else (denied,)
+    yield from _in_call(CLONE[column], *flags, *thread)
     commands = [part for command in OWNER_COMMANDS for part in _if(JUMP_EQUAL, command, then=denied)]
     yield from _in_call(FCNTL[column], _do(LOAD, _argument(1)), *commands)
     masked = (_do(LOAD, _argument(3)), _do(AND, SHARED_ANONYMOUS))

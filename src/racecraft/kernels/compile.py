@@ -146,8 +146,16 @@ def _sources_hash() -> str:
 _package = Path(racecraft.__file__).parent
 
 
+def write_nothing() -> None:
+    """Keep no machine code from now on: this process may read files and write none."""
+    KeptByContents.may_write = False
+    vars(numba_caching)["Cache"].save_overload = lambda cache, signature, data: None
+
+
 class KeptByContents(numba_caching._CacheLocator):
     """Where Numba keeps the code of a kernel: in the folder of these sources, whatever path they have."""
+
+    may_write = True
 
     def __init__(self, function: Callable[..., Any], source: Path) -> None:
         """Take a kernel and its file, relative to the package."""
@@ -172,7 +180,8 @@ class KeptByContents(numba_caching._CacheLocator):
         if Path(file).is_relative_to(_package) and Path(file).parent.name == "kernels":
             kept = cls(function, Path(file).relative_to(_package))
             with contextlib.suppress(OSError):
-                kept.ensure_cache_path()
+                if cls.may_write:
+                    kept.ensure_cache_path()
                 return kept
         return None
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields
+from types import TracebackType
 
 from racecraft.league.drive_process import DriveError, DriveProcess
 from racecraft.league.judging import machine
 from racecraft.league.race import Race, Result
-from racecraft.league.store import League
+from racecraft.league.store import RACES, League
 from racecraft.league.world_part import DriveOrder
 
 HEATS_OF_PROCESS = 200
@@ -40,23 +41,46 @@ def audit(
         on_progress: Is called with how many heats are done, and how many there are.
     """
     work = [(race, result) for race in races for result in league.results(race.id).values() if result.drives]
-    process: DriveProcess | None = None
-    try:
-        for done, (race, result) in enumerate(work):
-            if process is None or done % HEATS_OF_PROCESS == 0:
-                if process is not None:
-                    process.close()
-                process = DriveProcess(race.kind)
-            differences = tuple(_differences(league, race, result, process))
+    with _Process(league) as process:
+        for done, (race, result) in enumerate(work, start=1):
+            differences = tuple(_differences(league, race, result, process.of(race.kind)))
             if any(one.startswith("cannot be driven again") for one in differences):
                 process.close()
-                process = None
             is_other = result.machine != machine()
             yield AuditedHeat(race.id, result.heat, not differences, differences, bool(differences) and is_other)
-            on_progress(done + 1, len(work))
-    finally:
-        if process is not None:
-            process.close()
+            on_progress(done, len(work))
+
+
+class _Process:
+    """The process that drives, replaced now and then: after many heats, after a failure, for another world."""
+
+    def __init__(self, league: League) -> None:
+        self._readable = [(league.path / RACES).resolve()]
+        self._process: DriveProcess | None = None
+        self._kind, self._heats = "", 0
+
+    def __enter__(self) -> _Process:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def of(self, kind: str) -> DriveProcess:
+        """Return a process of a world for the next heat."""
+        if kind != self._kind or self._heats >= HEATS_OF_PROCESS:
+            self.close()
+        if self._process is None:
+            self._process, self._kind, self._heats = DriveProcess(kind, self._readable), kind, 0
+        self._heats += 1
+        return self._process
+
+    def close(self) -> None:
+        """End it."""
+        if self._process is not None:
+            self._process.close()
+        self._process = None
 
 
 def _differences(league: League, race: Race, result: Result, process: DriveProcess) -> Iterator[str]:

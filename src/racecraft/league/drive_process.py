@@ -1,15 +1,19 @@
 """A process that drives one heat and ends: warmed before the heat is known, used once. Begin with `DriveProcess`.
 
 A heat's models are strangers' files. Nothing of them is code (`admit` refuses such); still a process of its own keeps
-what one leaves behind from the next, has a limit of time, and a crash is one failed entry.
+what one leaves behind from the next, has a limit of time, and a crash is one failed entry. Once it is warm and knows
+what it drives it gives up everything else (`isolation/`): it reads the interpreter, the packages and these models, and
+writes into a folder of its own that goes with it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import tempfile
 import threading
 import traceback
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
@@ -19,12 +23,17 @@ import msgspec
 
 from racecraft.contract.errors import RacecraftError
 from racecraft.isolation.channel import Channel, from_head, to_head
+from racecraft.isolation.layers import restrict
 from racecraft.isolation.process import CodeProcess, EndedError
+from racecraft.isolation.readable import files_of_python
+from racecraft.kernels.compile import cache_folder, write_nothing
 from racecraft.league.race import Outcome
 from racecraft.league.world_part import Driven, DriveOrder, league_world
 
 WARM_SECONDS, DRIVE_SECONDS = 300.0, 600.0
 """How long a process may import and compile; how long it may drive."""
+MEMORY_BYTES, FILE_BYTES = 4 << 30, 256 << 20
+"""How much memory it may have, and how long a file that it writes may be."""
 
 
 class DriveError(Exception):
@@ -34,13 +43,18 @@ class DriveError(Exception):
 class DriveProcess:
     """A process for one heat.
 
+    `layers` names what it has given up, such as "Landlock 7", once it drives; empty where the system has no limits, or
+    a drive needs other processes or machines.
+
     Args:
         kind: Whose world.
+        readable: What it may read beside the models that it drives first.
     """
 
-    def __init__(self, kind: str) -> None:
+    def __init__(self, kind: str, readable: Sequence[Path] = ()) -> None:
         self._process = CodeProcess(__name__, has_environment=True)
-        self._kind = kind
+        self._kind, self._readable, self.layers = kind, readable, tuple[str, ...]()
+        self._scratch = tempfile.TemporaryDirectory(prefix="racecraft-drive-", ignore_cleanup_errors=True)
         self._warming = threading.Thread(target=self._warm_up, daemon=True)
         self._warming.start()
 
@@ -60,6 +74,7 @@ class DriveProcess:
     def close(self) -> None:
         """End the process."""
         self._process.close()
+        self._scratch.cleanup()
 
     def drive(self, order: DriveOrder, recorded: Path | None = None) -> Driven:
         """Drive on one track.
@@ -72,8 +87,16 @@ class DriveProcess:
             DriveError: It cannot be driven, crashed, or did not end in time.
         """
         self._warming.join()
-        told = {"kind": self._kind, "order": asdict(order), "recorded": str(recorded) if recorded else None}
+        told: dict[str, Any] = {
+            "kind": self._kind,
+            "order": asdict(order),
+            "recorded": str(recorded) if recorded else None,
+        }
+        if not self.layers:
+            places = [*self._readable, *order.models, *([recorded] if recorded else ())]
+            told |= {"readable": [str(place) for place in places], "scratch": self._scratch.name}
         head, body = self._ask(told, DRIVE_SECONDS)
+        self.layers = self.layers or tuple(head["layers"])
         outcomes = msgspec.convert(head["outcomes"], tuple[Outcome, ...])
         files, at = {}, 0
         for name, size in head["files"]:
@@ -121,7 +144,18 @@ def _answer(told: dict[str, Any]) -> tuple[bytes, bytes]:
     order = msgspec.convert(told["order"], DriveOrder)
     world = league_world(str(told["kind"]))
     recorded = told["recorded"]
+    may_limit = "scratch" in told and (recorded is not None or world.is_alone(order))
+    layers = _limit(told["readable"], told["scratch"]) if may_limit else ()
     driven = world.drive(order) if recorded is None else world.redrive(order, Path(str(recorded)))
     outcomes = msgspec.to_builtins(driven.outcomes)
     files = [(name, len(data)) for name, data in driven.files.items()]
-    return to_head({"outcomes": outcomes, "files": files}), b"".join(driven.files.values())
+    return to_head({"outcomes": outcomes, "files": files, "layers": layers}), b"".join(driven.files.values())
+
+
+def _limit(readable: Sequence[str], scratch: str) -> tuple[str, ...]:
+    """Give up everything but computing, reading what is named, and writing into one folder."""
+    compiled = str(cache_folder())
+    layers = restrict([*files_of_python(), *readable, compiled], MEMORY_BYTES, scratch, FILE_BYTES, threads=True)
+    write_nothing()
+    tempfile.tempdir = scratch
+    return layers

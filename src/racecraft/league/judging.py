@@ -134,6 +134,7 @@ def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -
         judged=time.time(),
         seconds=round(time.perf_counter() - started, 3),
         machine=machine(),
+        limits=process.layers,
         failure=failure,
         round=heat.round,
     )

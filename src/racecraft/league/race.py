@@ -152,6 +152,8 @@ class Result:
     """Wall-clock seconds that judging took."""
     machine: str = ""
     """What the bits depend on: processor and versions."""
+    limits: tuple[str, ...] = ()
+    """What the process that drove had given up; empty where the system has no limits, or others took part."""
     failure: str = ""
     """Why the entry could not be driven; "": it was driven."""
     round: int = 0

@@ -52,6 +52,9 @@ class LeagueWorld(Protocol):
     def describe(self, rules: Mapping[str, Any], tracks: Sequence[str]) -> list[str]:
         """Return the rules, a line each."""
 
+    def is_alone(self, order: DriveOrder) -> bool:
+        """Tell whether a drive needs no other processes and machines: its own can then be limited to computing."""
+
     def warm_up(self) -> None:
         """Import and compile what a drive needs, before there is one."""
 

@@ -11,6 +11,8 @@ from racecraft.contract.errors import UserInputError
 from racecraft.isolation.layers import can_isolate
 from racecraft.league import auditing, judging
 from racecraft.league.drive_process import DriveError
+from racecraft.league.race import Drive, Outcome, Result
+from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
@@ -24,7 +26,9 @@ SMALL = {"width": 7, "height": 7, "most_turns": 40, "timeout_ms": 2000, "meeting
 class InProcess:
     """Plays here: what a fresh process gives is tested once, below."""
 
-    def __init__(self, kind, *more):
+    layers = ()
+
+    def __init__(self, kind, readable=()):
         self.kind = kind
 
     def __enter__(self):
@@ -67,6 +71,7 @@ def test_an_evening_is_judged_in_fresh_processes_rated_and_played_again_to_the_b
     race = evening(league, "flood_fill", run[0], tmp_path / "mine.tar.gz", f"search:{run[0]}", timeout_ms=100)
     results = rc.judge_race(race.id, league=league).results
     assert [one.failure for one in results] == [""] * 4
+    assert all("seccomp" in one.limits for one in results) or not can_isolate()
     rows = rc.show_board(race.id, league=league).board.rows
     assert sum(row.games for row in rows) == 16
     assert [row.place for row in rows] == [1, 2, 3, 4]
@@ -196,3 +201,20 @@ def test_a_bracket_of_snakes_on_two_maps_has_a_winner(league, here):
     results = rc.judge_race(race.id, league=league).results
     assert [[drive.track for drive in one.drives] for one in results] == [["standard", "empty"]] * 2
     assert sorted(row.place for row in rc.show_board(race.id, league=league).board.rows) == [1, 2, 3]
+
+
+def test_cars_and_snakes_of_one_league_are_audited_each_by_their_own_world(league, here, monkeypatch):
+    class OfItsOwn(InProcess):
+        def drive(self, order, recorded=None):
+            assert self.kind == ("battlesnake" if "ruleset" in order.rules else "deepracer")
+            return super().drive(order, recorded)
+
+    monkeypatch.setattr(auditing, "DriveProcess", OfItsOwn)
+    snakes = evening(league, "flood_fill", "hungry", meetings=1)
+    rc.judge_race(snakes.id, league=league)
+    cars = rc.create_race("Cars", league=league, track=["Oval_track"], laps=1).race
+    store = League(league)
+    drive = Drive(track="Oval_track", seed=1, outcomes=(Outcome(),), folder="drives/00001-0")
+    store.save_result(cars.id, Result(heat="00001", entries=(1,), drives=(drive,), judged=1.0), {})
+    heats = rc.audit_races(league=league).heats
+    assert sorted((one.race, one.is_equal) for one in heats) == [("cars", False), ("evening", True)]

@@ -45,6 +45,12 @@ class SnakeLeague:
         find_map(name)
         return name
 
+    def is_alone(self, order: DriveOrder) -> bool:
+        """Servers are asked over the network, and a FILE.py is in a process of its own, which is limited itself."""
+        from racecraft.worlds.battlesnake.league.race_entry import needs_others
+
+        return not any(needs_others(Path(model)) for model in order.models)
+
     def warm_up(self) -> None:
         """Let search choose a move: everything is imported and compiled then."""
         from racecraft.worlds.battlesnake.league import race_entry, race_games  # noqa: F401

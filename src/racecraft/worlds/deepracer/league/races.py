@@ -53,6 +53,10 @@ class CarLeague:
 
         return load_track(name).name
 
+    def is_alone(self, order: DriveOrder) -> bool:
+        """Cars that meet drive in one process."""
+        return True
+
     def warm_up(self) -> None:
         """Drive an untrained car for a moment: everything is imported and compiled then."""
         from racecraft.worlds.deepracer.league.warm_up import warm_up
