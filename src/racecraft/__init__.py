@@ -15,7 +15,7 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
                                                          rc.close_race, rc.reset_race, rc.withdraw_entry,
                                                          rc.show_board, rc.show_racer, rc.show_records,
                                                          rc.show_standings, rc.create_season, rc.audit_races,
-                                                         rc.export_league
+                                                         rc.export_league, rc.film_race_drive
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from racecraft.actions.league.boards import list_races, show_board, show_race
     from racecraft.actions.league.entries import enter_race, withdraw_entry
     from racecraft.actions.league.exporting import export_league
+    from racecraft.actions.league.filming import film_race_drive
     from racecraft.actions.league.judging import audit_races, judge_race
     from racecraft.actions.league.managing import close_race, copy_race, edit_race, open_race, reset_race
     from racecraft.actions.league.seasons import create_season, show_racer, show_records, show_standings
@@ -75,6 +76,7 @@ _WHERE = {
     "enter_race": "racecraft.actions.league.entries",
     "withdraw_entry": "racecraft.actions.league.entries",
     "audit_races": "racecraft.actions.league.judging",
+    "film_race_drive": "racecraft.actions.league.filming",
     "judge_race": "racecraft.actions.league.judging",
     "close_race": "racecraft.actions.league.managing",
     "copy_race": "racecraft.actions.league.managing",
@@ -102,6 +104,7 @@ __all__ = [
     "evaluate",
     "export_league",
     "export_run",
+    "film_race_drive",
     "judge_race",
     "list_races",
     "load_policy",

@@ -10,6 +10,7 @@ import typer
 from racecraft.actions.league.boards import RaceList, ShownBoard, ShownRace, list_races, show_board, show_race
 from racecraft.actions.league.entries import Entered, Withdrawn, enter_race, withdraw_entry
 from racecraft.actions.league.exporting import ExportedLeague, export_league
+from racecraft.actions.league.filming import FilmedDrive, film_race_drive
 from racecraft.actions.league.judging import Audit, JudgedRace, audit_races, judge_race
 from racecraft.actions.league.managing import (
     ChangedRace,
@@ -125,6 +126,10 @@ def _seconds(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
+def _show_film(done: FilmedDrive) -> None:
+    print(f"{done.race} {done.heat}: {done.video}")
+
+
 def _show_reset(done: ResetRace) -> None:
     print(f"{done.race}: {done.results} results put aside; their entries wait to be judged again")
 
@@ -206,6 +211,7 @@ for _name, _made in (
     ("copy", command(copy_race, show_changed)),
     ("close", command(close_race, show_changed)),
     ("open", command(open_race, show_changed)),
+    ("film", command(film_race_drive, _show_film)),
     ("reset", command(reset_race, _show_reset)),
     ("audit", command(audit_races, _show_audit)),
     ("season", command(create_season, _show_season)),

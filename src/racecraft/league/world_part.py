@@ -64,6 +64,19 @@ class LeagueWorld(Protocol):
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Drive again by the actions that a drive has recorded in its folder."""
 
+    def film(self, order: DriveOrder, folder: Path, video: Path, seen_from: int) -> None:
+        """Film a judged drive, which is driven again by its recorded actions.
+
+        Args:
+            order: What was driven.
+            folder: Of the drive.
+            video: The file to write, .mp4.
+            seen_from: Whose film it is: the place of its entry in the order.
+
+        Raises:
+            UserInputError: The files are missing or damaged, or nothing here encodes films.
+        """
+
     def shown(self, folder: Path, track: str) -> dict[str, Any]:
         """Return a judged drive as a page shows it from above.
 

@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import av
 import pytest
 from tests.worlds.battlesnake.training.test_snake_training import run  # noqa: F401
 
@@ -92,6 +93,15 @@ def test_a_heat_has_a_game_for_each_seat_and_leaves_files_that_the_rules_agree_w
         assert verify_file(folder / f"game-{number}.jsonl").agrees
     told = json.loads((folder / "moves.json").read_text())
     assert len({game["moves"][0] for game in told["games"]}) > 1, "seats change"
+
+
+def test_a_game_is_filmed_from_its_recorded_moves(league, here, tmp_path):
+    race = evening(league, "flood_fill", "hungry", meetings=1)
+    (result,) = rc.judge_race(race.id, league=league).results
+    filmed = rc.film_race_drive(race.id, 2, league=league, out=tmp_path / "game.mp4")
+    assert filmed.heat == result.heat
+    with av.open(filmed.video) as film:
+        assert film.streams.video[0].frames > 10
 
 
 def test_an_audit_names_a_move_that_was_written_by_hand(league, here):

@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import av
 import numpy as np
 import pytest
 from tests.cli.conftest import TINY
@@ -16,6 +17,7 @@ from racecraft.league import auditing, judging
 from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.actions.telemetry import telemetry
 from racecraft.worlds.deepracer.export.exporters import export_car
 from racecraft.worlds.deepracer.logs import local_streams
 from racecraft.worlds.deepracer.training.plan import RaceRequest
@@ -123,6 +125,37 @@ def test_a_drive_is_found_under_the_leaderboards_name_and_read_as_a_log(run, lea
     monkeypatch.setenv("RACECRAFT_LEAGUE", str(league))
     monkeypatch.chdir(league)
     assert [one.path for one in local_streams.streams(local_streams.LEADERBOARDS)] == [drive]
+
+
+def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(run, league, here):
+    drives = []
+    for penalty in (0.0, 5.0):
+        race = rc.create_race("Club", league=league, laps=1, track=["Oval_track"], off_track_penalty=penalty).race
+        rc.enter_race(race.id, run, league=league)
+        (result,) = rc.judge_race(race.id, league=league).results
+        drives.append((league / "races" / race.id / result.drives[0].folder, result.drives[0].outcomes[0]))
+    (free, free_lap), (own, lap) = drives
+    assert lap.penalty_seconds > 0
+    found = telemetry(own, against=str(free)).figures.as_dictionary()
+    assert found["lost_seconds"] == lap.penalty_seconds == lap.total_seconds - free_lap.total_seconds
+    lost = {corner["name"]: corner["lost_seconds"] for corner in found["corners"]}
+    assert all(seconds % 5.0 == 0.0 for seconds in lost.values())
+    worst = max(lost, key=lambda name: lost[name])
+    assert found["advice"].startswith(f"Work on {worst}: it is worth {lost[worst]:.2f} s")
+
+
+def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, here, tmp_path):
+    race = rc.create_race("Club", league=league, **SHORT).race
+    rc.enter_race(race.id, run, league=league)
+    with pytest.raises(UserInputError, match="club has no judged drive of entry 1"):
+        rc.film_race_drive(race.id, 1, league=league)
+    (result,) = rc.judge_race(race.id, league=league).results
+    filmed = rc.film_race_drive(race.id, 1, league=league, out=tmp_path / "drive.mp4")
+    assert filmed.heat == "00001"
+    with av.open(filmed.video) as film:
+        assert film.streams.video[0].frames >= round(result.drives[0].outcomes[0].total_seconds * 15)
+    with pytest.raises(UserInputError, match="club has 1 tracks, and no number 2"):
+        rc.film_race_drive(race.id, 1, league=league, track=2)
 
 
 ARCHIVE = """\

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,18 @@ class SnakeLeague:
                 stack.callback(seats[-1].leave)
             games = play_heat(seats, rules.game(order.track, len(seats)), rules, order.seed)
         return Driven(outcomes_of(games), files_of(games))
+
+    def film(self, order: DriveOrder, folder: Path, video: Path, seen_from: int) -> None:
+        """Film the game of a heat in which a player sat on the first seat."""
+        from racecraft.worlds.battlesnake.analysis.board_film import film_game
+        from racecraft.worlds.battlesnake.league.race_games import replay_heat
+        from racecraft.worlds.battlesnake.league.race_rules import SnakeRules
+
+        rules = SnakeRules.from_dictionary(order.rules)
+        games = replay_heat(folder, rules.game(order.track, len(order.models)), rules, order.seed)
+        game = next(one for one in games if one.seated[0] == seen_from)
+        names = {f"s{seat}": order.names[player] for seat, player in enumerate(game.seated)}
+        film_game(game.played.boards, replace(game.played.card, names=names), video)
 
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Play again by recorded moves."""

@@ -87,6 +87,8 @@ class CarDrive:
     """Of a car alone."""
     track: Track
     """In driving direction."""
+    meeting: RaceResult | None = None
+    """Of cars that met each other: their races."""
 
 
 def drive_cars(
@@ -168,9 +170,11 @@ def _meeting(
     )
     places = _places(result)
     driven = track.reversed() if rules.reverse else track
+    outcomes = [_met(result, index, place) for index, place in enumerate(places)]
+    ticks = [result.ticks[0][:, index] for index in range(len(cars))]
     return [
-        CarDrive(car, _met(result, index, places[index]), result.ticks[0][:, index], actor.actions, None, driven)
-        for index, (car, actor) in enumerate(zip(cars, actors, strict=True))
+        CarDrive(car, outcome, own, actor.actions, None, driven, result)
+        for car, outcome, own, actor in zip(cars, outcomes, ticks, actors, strict=True)
     ]
 
 

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from racecraft.league.race import Race
 from racecraft.league.world_part import Driven, DriveOrder
+
+if TYPE_CHECKING:
+    from racecraft.worlds.deepracer.league.drives import CarDrive
 
 
 class CarLeague:
@@ -71,9 +74,21 @@ class CarLeague:
         """Drive again by recorded actions."""
         return self._driven(order, folder)
 
+    def film(self, order: DriveOrder, folder: Path, video: Path, seen_from: int) -> None:
+        """Film a drive: the car's own view beside the figures, or of cars that met the first race from one of them."""
+        from racecraft.worlds.deepracer.league.film import film_cars
+
+        film_cars(self._drives(order, folder), order.names, video, seen_from)
+
     def _driven(self, order: DriveOrder, recorded: Path | None) -> Driven:
+        from racecraft.worlds.deepracer.league.files import files_of
+
+        drives = self._drives(order, recorded)
+        return Driven(tuple(one.outcome for one in drives), {} if recorded else files_of(drives))
+
+    def _drives(self, order: DriveOrder, recorded: Path | None) -> list[CarDrive]:
         from racecraft.worlds.deepracer.league.drives import drive_cars
-        from racecraft.worlds.deepracer.league.files import files_of, recorded_in
+        from racecraft.worlds.deepracer.league.files import recorded_in
         from racecraft.worlds.deepracer.league.rules import CarRules
         from racecraft.worlds.deepracer.players.trained_car import load_trained_car
         from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -81,5 +96,4 @@ class CarLeague:
         cars = [load_trained_car(model) for model in order.models]
         actions = None if recorded is None else recorded_in(recorded, len(cars))
         rules = CarRules.from_dictionary(order.rules)
-        drives = drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions)
-        return Driven(tuple(one.outcome for one in drives), {} if recorded else files_of(drives))
+        return drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions)
