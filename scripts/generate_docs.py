@@ -265,7 +265,8 @@ Documents, older versions and slips of the original's code use these names; they
 
 
 def glossary_page() -> str:
-    """Return the words of the console, the JSON files and run.env beside ours."""
+    """Return the words of the console, the JSON files and run.env beside ours, and those of the lessons."""
+    from racecraft.lessons.words import WORDS
     from racecraft.worlds.deepracer.training.glossary import GLOSSARY, Term
 
     def code(names: str) -> str:
@@ -285,7 +286,11 @@ function is given), the variable of DeepRacer for Cloud, and ours. `racecraft ex
     racecraft explain lr
     racecraft explain gradient descent batch size
 
-{_table(("in the console", "what it is", "elsewhere"), rows)}"""
+{_table(("in the console", "what it is", "elsewhere"), rows)}
+
+## Words of the lessons
+
+{_table(("word", "what it means"), [(word.name, str(word.meaning)) for word in WORDS])}"""
 
 
 def track_pictures() -> dict[str, str]:

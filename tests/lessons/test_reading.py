@@ -1,11 +1,14 @@
 """A text becomes a lesson; what is wrong in one is named with its line; every sentence can be translated."""
 
+import re
+
 import pytest
 
 from racecraft.contract.errors import InputFileError
 from racecraft.lessons.course import texts
 from racecraft.lessons.own import TEXTS
 from racecraft.lessons.reading import messages, read_lesson
+from racecraft.lessons.words import WORDS
 
 FRONT = "---\nid: a\nnumber: 1\ntitle: A\ngoal: G.\nminutes: 3\npath: car\n---\n"
 
@@ -47,3 +50,13 @@ def test_every_sentence_of_a_lesson_is_in_the_catalogue(monkeypatch, whole_cours
     known = {message.upper() for message in found}
     assert all(part in known for part in shown if part)
     assert whole_course.find("grid").exercises[0].ask not in shown
+
+
+def test_every_word_that_a_lesson_marks_has_a_meaning_and_stands_in_its_text(whole_course):
+    known = {word.name for word in WORDS}
+    for lesson in whole_course.lessons:
+        assert set(lesson.words) <= known, lesson.id
+        text = re.sub(r"\W+", " ", str(lesson).casefold())
+        for word in lesson.words:
+            names = [re.sub(r"\W+", " ", part).strip() for part in word.casefold().rstrip(")").split("(")]
+            assert any(name.rstrip("s") in text for name in names), (lesson.id, word)

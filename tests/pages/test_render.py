@@ -8,10 +8,11 @@ from pathlib import Path
 
 import jinja2
 import pytest
+from babel.messages.extract import extract_from_file
 
 from racecraft.pages.assets import PREFIX, find_served, imported
 from racecraft.pages.every_part import every_part
-from racecraft.pages.render import render, render_file, render_served, script_sum
+from racecraft.pages.render import module_texts, render, render_file, render_served, script_sum
 
 SOURCE = Path(str(files("racecraft")))
 FOR_FILES_ONLY = {"logs_explorer.html"}
@@ -103,3 +104,27 @@ def test_no_template_styles_inline_which_served_pages_forbid():
     templates = [path for path in SOURCE.rglob("*.html") if path.name not in FOR_FILES_ONLY]
     assert len(templates) > 20
     assert [path.name for path in templates if "style=" in path.read_text(encoding="utf-8")] == []
+
+
+def module_name(path):
+    folders = path.relative_to(SOURCE.parent).parts[:-1]
+    return f"{'.'.join(folders[:-1] if folders[-1] == 'modules' else folders)}/{path.name}"
+
+
+MODULES = {module_name(path): path for path in sorted(SOURCE.rglob("*.js")) if "vendor" not in path.parts}
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_page_brings_the_texts_of_its_modules_in_the_readers_language(monkeypatch, name):
+    """By twin: what the catalogue's extraction finds in a module and in what it imports is what the page brings."""
+    monkeypatch.setattr("racecraft.pages.render.translate", str.swapcase)
+    marked = {
+        text
+        for module in imported([name]) if module in MODULES
+        for _, text, *_ in extract_from_file("javascript", MODULES[module], keywords={"t": None})
+    }  # fmt: skip
+    assert module_texts([name]) == {text: text.swapcase() for text in marked if text.swapcase() != text}
+
+
+def test_an_english_page_brings_no_texts():
+    assert 'id="texts"' not in render("every_part.html", **every_part())

@@ -99,6 +99,21 @@ WORDS = _words(
 """In the order in which the course meets them."""
 
 
+def find_words(wanted: str) -> list[Word]:
+    """Return the words of this name, else those whose name holds it; case, blanks and dashes do not matter.
+
+    >>> [word.name for word in find_words("dqn")], [word.name for word in find_words("Discount-Factor")]
+    (['deep Q-network (DQN)'], ['discount factor'])
+    """
+    folded = _folded(wanted)
+    exact = [word for word in WORDS if folded in (_folded(word.name), *map(_folded, word.name.rstrip(")").split("(")))]
+    return exact or [word for word in WORDS if folded and folded in _folded(word.name)]
+
+
+def _folded(name: str) -> str:
+    return "".join(letter for letter in name.casefold() if letter.isalnum())
+
+
 def words_of(names: Iterable[str]) -> list[Word]:
     """Return the words of these names.
 

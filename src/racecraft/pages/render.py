@@ -7,13 +7,15 @@ errors. Inside a template:
     {% set modules = ["chart.js"] %}   in a template that extends `document.html`: its modules and what they import
     {{ data(value) }}            JSON for a module, in a script element that runs nothing; NaN becomes null
     {{ asset("logo.svg") }}      an address
-    {{ _("Lessons") }}           a text in the reader's language
+    {{ _("Lessons") }}           a text in the reader's language; what modules say is written into #texts
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import json
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -75,6 +77,9 @@ def script_sum(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
+_MARKED = re.compile(r'\bt\(("(?:[^"\\]|\\.)*")')
+
+
 @cache
 def environment(inline: bool) -> Environment:
     """Return the templates' environment of pages that are one file (inline), or of served ones."""
@@ -113,7 +118,19 @@ def _assets(inline: bool) -> dict[str, Callable[..., Any]]:
         tags = "".join(f'<script type="module" src="{address(name)}"></script>\n' for name in names)
         return Markup(f'<script type="importmap">{text}</script>\n{tags}')
 
-    return {"asset": address, "style": style, "module_tags": modules}
+    return {"asset": address, "style": style, "module_tags": modules, "module_texts": module_texts}
+
+
+def module_texts(names: Iterable[str]) -> dict[str, str]:
+    """Return what modules of a page and all that they import say, English → the reader's language; what differs."""
+    told = {text: translate(text) for name in imported(names) for text in _texts_of(name)}
+    return {text: translated for text, translated in told.items() if translated != text}
+
+
+@cache
+def _texts_of(module: str) -> tuple[str, ...]:
+    """Return the sentences that a module marks by `t("…")`."""
+    return tuple(json.loads(text) for text in _MARKED.findall(read_resource(module).decode()))
 
 
 def _data(value: Any) -> Markup:

@@ -3,7 +3,10 @@
 import pytest
 
 from racecraft.algorithms.registry import find_algorithm
+from racecraft.contract.errors import UserInputError
+from racecraft.lessons.words import WORDS
 from racecraft.settings.overrides import find_setting
+from racecraft.worlds.deepracer.actions.explain import ExplainRequest, explain
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS
 from racecraft.worlds.deepracer.training.glossary import GLOSSARY, find_terms, nearest_names
@@ -59,3 +62,13 @@ def test_figures_for_telegraf_are_found_at_the_port_of_the_training():
     for variable in ("DR_TELEGRAF_HOST", "DR_TELEGRAF_PORT"):
         (term,) = find_terms(variable)
         assert "--metrics-port" in term.meaning
+
+
+@pytest.mark.parametrize("word", [word.name for word in WORDS])
+def test_every_word_of_the_lessons_is_explained(word):
+    assert explain(ExplainRequest(word=(word,))).lessons[word].endswith(".")
+
+
+def test_a_word_that_is_in_no_table_is_refused_with_the_nearest():
+    with pytest.raises(UserInputError, match="exploration"):
+        explain(ExplainRequest(word=("exploratoin",)))

@@ -23,15 +23,18 @@ class ExplainRequest(Request):
 
 @dataclass(frozen=True)
 class Explained:
-    """The terms that a word stands for."""
+    """What a word stands for."""
 
     word: str
     terms: list[Term]
+    """Of the console, the files and the settings."""
+    lessons: dict[str, str]
+    """Words of the lessons, each with its meaning."""
 
 
 @action
 def explain(request: ExplainRequest, progress: Progress = quiet) -> Explained:
-    """Say what a word means and what it is called elsewhere: in the console, the JSON files, run.env, racecraft.
+    """Say what a word means and what it is called elsewhere: in the console, the JSON files, run.env, the lessons.
 
     Examples:
 
@@ -41,16 +44,18 @@ def explain(request: ExplainRequest, progress: Progress = quiet) -> Explained:
 
         racecraft explain DR_TRAIN_MULTI_CONFIG --json
     """
+    from racecraft.lessons.words import WORDS, find_words
     from racecraft.worlds.deepracer.training.glossary import find_terms, nearest_names
 
     wanted = " ".join(request.word)
     found = find_terms(wanted)
-    if not found:
-        near = nearest_names(wanted)
+    taught = {word.name: str(word.meaning) for word in find_words(wanted)}
+    if not found and not taught:
+        near = nearest_names(wanted, [word.name for word in WORDS])
         hint = f"Did you mean {' or '.join(map(repr, near))}?" if near else "The glossary in the docs has them all."
         raise UserInputError(
-            "'{wanted}': no such word; expected one of the console, of a JSON file, of run.env or of racecraft. {hint}",
+            "'{wanted}': no such word; expected one of the console, of a JSON file, of run.env, of racecraft or of its lessons. {hint}",
             wanted=wanted,
             hint=hint,
         )
-    return Explained(wanted, list(found))
+    return Explained(wanted, list(found), taught)

@@ -8,8 +8,10 @@ from racecraft.worlds.deepracer.actions.explain import explain as action
 
 
 def _show(explained: Explained) -> None:
+    for name, meaning in explained.lessons.items():
+        print(f"{name}: {meaning}")
     for index, term in enumerate(explained.terms):
-        print("" if index == 0 else "\n", end="")
+        print("\n" if index or explained.lessons else "", end="")
         print(term.meaning)
         for title, name in (
             ("console", term.console),

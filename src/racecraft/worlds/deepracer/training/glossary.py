@@ -130,9 +130,9 @@ def find_terms(word: str) -> list[Term]:
     return exact or [term for term in terms if wanted and any(wanted in _folded(name) for name in term.names)]
 
 
-def nearest_names(word: str, count: int = 3) -> list[str]:
-    """Return the names nearest to a word that no term bears."""
-    names = {_folded(name): name for term in [*GLOSSARY, *_variables()] for name in term.names}
+def nearest_names(word: str, more: Iterable[str] = (), count: int = 3) -> list[str]:
+    """Return the names nearest to a word that no term bears, among the terms' and more."""
+    names = {_folded(name): name for name in [*more, *(n for term in [*GLOSSARY, *_variables()] for n in term.names)]}
     return [names[near] for near in difflib.get_close_matches(_folded(word), names, n=count)]
 
 
