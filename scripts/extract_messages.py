@@ -22,6 +22,8 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "racecraft"
 PLACED = {"InputFileError"}
 """Errors whose first argument is a path; the sentences follow."""
+INSIDE_TOO = {"parse_template_string": True}
+"""Calls inside JavaScript's template strings count as well."""
 PASSED_ON = {"error_at", "refuse", "_refuse"}
 """Methods that take the words of an error: found, expected, hint."""
 
@@ -53,7 +55,7 @@ def collect(source: Path = SOURCE) -> Catalog:
     ):
         for path in sorted(source.rglob(pattern)):
             if "vendor" not in path.parts:
-                for line, text, *_ in extract_from_file(method, path, keywords=keywords):
+                for line, text, *_ in extract_from_file(method, path, keywords=keywords, options=INSIDE_TOO):
                     catalogue.add(text, locations=[(str(path.relative_to(source)), line)])
     for path in sorted(source.rglob("lessons/texts/*.md")):
         for line, text in messages(path.read_text("utf-8"), path.name):

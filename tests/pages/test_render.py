@@ -118,10 +118,11 @@ MODULES = {module_name(path): path for path in sorted(SOURCE.rglob("*.js")) if "
 def test_a_page_brings_the_texts_of_its_modules_in_the_readers_language(monkeypatch, name):
     """By twin: what the catalogue's extraction finds in a module and in what it imports is what the page brings."""
     monkeypatch.setattr("racecraft.pages.render.translate", str.swapcase)
+    inside = {"parse_template_string": True}
     marked = {
         text
         for module in imported([name]) if module in MODULES
-        for _, text, *_ in extract_from_file("javascript", MODULES[module], keywords={"t": None})
+        for _, text, *_ in extract_from_file("javascript", MODULES[module], keywords={"t": None}, options=inside)
     }  # fmt: skip
     assert module_texts([name]) == {text: text.swapcase() for text in marked if text.swapcase() != text}
 
