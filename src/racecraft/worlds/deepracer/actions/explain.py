@@ -54,7 +54,7 @@ def explain(request: ExplainRequest, progress: Progress = quiet) -> Explained:
         near = nearest_names(wanted, [word.name for word in WORDS])
         hint = f"Did you mean {' or '.join(map(repr, near))}?" if near else "The glossary in the docs has them all."
         raise UserInputError(
-            "'{wanted}': no such word; expected one of the console, a JSON file, run.env, racecraft or its lessons. {hint}",
+            "'{wanted}': no such word; expected one of the console, JSON files, run.env, racecraft or lessons. {hint}",
             wanted=wanted,
             hint=hint,
         )
