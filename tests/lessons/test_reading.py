@@ -8,7 +8,7 @@ from racecraft.contract.errors import InputFileError
 from racecraft.lessons.course import texts
 from racecraft.lessons.own import TEXTS
 from racecraft.lessons.reading import messages, read_lesson
-from racecraft.lessons.words import WORDS
+from racecraft.training.words import WORDS
 
 FRONT = "---\nid: a\nnumber: 1\ntitle: A\ngoal: G.\nminutes: 3\npath: car\n---\n"
 

@@ -1,4 +1,4 @@
-"""The words of the lessons, each with one sentence. Begin with `WORDS`.
+"""The words of reinforcement learning, as the lessons use them, each with one sentence. Begin with `WORDS`.
 
 `racecraft explain WORD`, the words' page of the course and the box of a lesson read this one table.
 """
