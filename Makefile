@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env console demo test quick check long pythons mutants likeness javascript bench docs format clean
+.PHONY: help env console demo test quick check long pythons newest mutants likeness javascript bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -35,6 +35,9 @@ long: env  ## slow proofs, never CI
 
 pythons: env  ## the tests on every promised Python that is installed
 	$(BIN)/python scripts/try_pythons.py
+
+newest: env  ## the tests with the newest version of every dependency
+	$(BIN)/python scripts/try_pythons.py --newest -- -q -n 2 --dist loadfile
 
 mutants: env  ## break the code on purpose and list what no test notices
 	$(BIN)/python scripts/mutants.py --count 300

@@ -13,7 +13,10 @@ import platform
 import shutil
 import subprocess
 import sys
+import time
 import venv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,15 +38,16 @@ def main() -> int:
     if is_current():
         return 0
     if not PYTHON.exists():
-        print("Making .venv …", flush=True)
+        print("Making .venv: 2.8 GB on disk, one to three minutes with a fast connection.", flush=True)
         venv.create(VENV, with_pip=True)
     if not has_torch():
         install_torch()
-    print("Installing racecraft and the builders' tools …", flush=True)
-    pip("install", "--quiet", "--no-deps", "--require-hashes", "-r", str(LOCK))
-    pip("install", "--quiet", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
+    with step(f"Installing the {LOCK.read_text().count('==')} packages of builders.lock"):
+        pip("install", "--no-deps", "--require-hashes", "-r", str(LOCK))
+    with step("Installing racecraft itself, as it stands in this folder"):
+        pip("install", "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     STAMP.write_text(wanted())
-    print("The environment stands in .venv.")
+    print("The environment is ready: .venv")
     return 0
 
 
@@ -68,20 +72,28 @@ def install_torch() -> None:
     """Install the pinned torch; the CPU build where no NVIDIA GPU is seen."""
     wants_cpu = platform.system() == "Linux" and shutil.which("nvidia-smi") is None
     if wants_cpu:
-        print("Installing PyTorch, CPU build (about 200 MB) …", flush=True)
         tries = ("--index-url", CPU_INDEX, "--timeout", "10", "--retries", "0")
-        if pip("install", "--quiet", *tries, "-c", str(CONSTRAINTS), "torch", must=False):
-            return
+        with step("Installing PyTorch, CPU build (about 200 MB)"):
+            if pip("install", *tries, "-c", str(CONSTRAINTS), "torch", must=False):
+                return
         print("PyTorch's CPU index did not answer; taking torch from the configured index.")
         print("If that is the CUDA build it is about 3 GB; Ctrl-C stops it.", flush=True)
-    else:
-        print("Installing PyTorch (with CUDA about 3 GB on Linux) …", flush=True)
-    pip("install", "--quiet", "-c", str(CONSTRAINTS), "torch")
+    with step("Installing PyTorch" if wants_cpu else "Installing PyTorch (with CUDA about 3 GB on Linux)"):
+        pip("install", "-c", str(CONSTRAINTS), "torch")
+
+
+@contextmanager
+def step(what: str) -> Iterator[None]:
+    """Say what is being done, and how long it took."""
+    print(f"{what} …", end=" ", flush=True)
+    began = time.monotonic()
+    yield
+    print(f"{time.monotonic() - began:.0f} s", flush=True)
 
 
 def pip(*arguments: str, must: bool = True) -> bool:
-    """Run pip inside .venv; tell whether it succeeded."""
-    command = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", *arguments]
+    """Run pip inside .venv, which prints errors only; tell whether it succeeded."""
+    command = [str(PYTHON), "-m", "pip", "-qq", "--disable-pip-version-check", *arguments]
     done = subprocess.run(command, stderr=None if must else subprocess.DEVNULL)
     if must and done.returncode != 0:
         raise SystemExit(f"pip failed; the command was: {' '.join(command)}")

@@ -2,6 +2,7 @@
 
     python scripts/try_pythons.py                     every one that is found
     python scripts/try_pythons.py 3.13 -- tests/formats -x     one of them; what follows -- goes to pytest
+    python scripts/try_pythons.py --newest            this Python, every dependency but PyTorch in its newest version
 
 Pythons are looked for on the PATH (python3.12) and among pyenv's. Environments stand in .venvs/<version> and are made
 once; where PyTorch cannot be installed on one, that is said, and the Python counts as not tried.
@@ -30,7 +31,13 @@ def main(words: list[str]) -> int:
     own, for_pytest = words[:cut], words[cut + 1 :] or ["-q"]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("versions", nargs="*", default=[], help=f"by default {', '.join(PROMISED)}")
-    asked = parser.parse_args(own).versions or list(PROMISED)
+    parser.add_argument("--newest", action="store_true", help="this Python with every dependency's newest version")
+    options = parser.parse_args(own)
+    if options.newest:
+        outcome = run_tests("newest", Path(sys.executable), _only_torch(), for_pytest)
+        print(f"Newest versions: {outcome}")
+        return {"passed": 0, "failed": 1}.get(outcome, 2)
+    asked = options.versions or list(PROMISED)
     if unknown := [version for version in asked if version not in PROMISED]:
         parser.error(f"racecraft promises nothing on {', '.join(unknown)}; expected {', '.join(PROMISED)}")
     told = {version: tried(version, for_pytest) for version in asked}
@@ -44,11 +51,25 @@ def tried(version: str, for_pytest: list[str]) -> str:
     python = find_python(version)
     if python is None:
         return "not installed here"
-    inside = environment(version, python)
+    return run_tests(version, python, CONSTRAINTS, for_pytest)
+
+
+def run_tests(name: str, python: Path, constraints: Path, for_pytest: list[str]) -> str:
+    """Make an environment where there is none yet, run the tests in it, and return what came of them."""
+    inside = environment(name, python, constraints)
     if inside is None:
         return "not tried: its packages could not be installed"
-    print(f"\nPython {version} …", flush=True)
+    print(f"\nTests in .venvs/{name} …", flush=True)
     return "passed" if subprocess.run([inside, "-m", "pytest", *for_pytest], cwd=ROOT).returncode == 0 else "failed"
+
+
+def _only_torch() -> Path:
+    """Write the constraints of `--newest`: PyTorch as pinned, since a newer one may be a CUDA build of gigabytes."""
+    PLACE.mkdir(exist_ok=True)
+    pins = [line for line in CONSTRAINTS.read_text().splitlines() if line.startswith("torch==")]
+    path = PLACE / "only-torch.txt"
+    path.write_text("\n".join(pins) + "\n")
+    return path
 
 
 def find_python(version: str) -> Path | None:
@@ -64,15 +85,15 @@ def find_python(version: str) -> Path | None:
     return None
 
 
-def environment(version: str, python: Path) -> Path | None:
+def environment(name: str, python: Path, constraints: Path) -> Path | None:
     """Return the interpreter of an environment with all that the tests need; None where it cannot be made."""
-    place = PLACE / version
+    place = PLACE / name
     inside = place / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = place / "made"
     if stamp.exists():
         return inside
-    print(f"\nMaking an environment for Python {version} …", flush=True)
-    pip = [inside, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "-c", CONSTRAINTS]
+    print(f"\nMaking .venvs/{name} …", flush=True)
+    pip = [inside, "-m", "pip", "--disable-pip-version-check", "install", "-qq", "-c", constraints]
     made = subprocess.run([python, "-m", "venv", place]).returncode == 0
     if made and sys.platform == "linux" and shutil.which("nvidia-smi") is None:
         small = ("--index-url", make_env.CPU_INDEX, "--timeout", "10", "--retries", "0", "torch")
