@@ -230,6 +230,16 @@ class Maze(gymnasium.Env):
 """
 
 
+def test_a_token_that_is_missing_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("RAY_AUTH_MODE", "token")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("RAY_AUTH_TOKEN", raising=False)
+    done = subprocess.run(words(tmp_path / "run", "1@127.0.0.1:6390"), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "Ray's token is missing" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_an_environment_that_raises_at_a_worker_is_told_with_its_line_and_nothing_goes_on(tmp_path):
     (tmp_path / "maze_that_fails.py").write_text(FAILS)
     asked = [word.replace("CartPole-v1", "maze_that_fails:Maze") for word in words(tmp_path / "run", 2)]

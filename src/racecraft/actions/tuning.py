@@ -303,7 +303,7 @@ def _search(
         launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobPaths.of_user())
         progress(f"{folder}: {extent.trials} trials, {at_a_time} at a time")
         try:
-            search(study, launch, extent.trials, at_a_time, lambda one: progress(_line(one, study)))
+            search(study, launch, extent.trials, at_a_time, lambda one: progress(_line(one, study)), find=launch.find)
         finally:
             record = _leave(folder, study, objective, parameters, command)
         return TunedSettings(folder, study, record)

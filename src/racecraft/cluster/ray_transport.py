@@ -26,6 +26,8 @@ STORE_BYTES = 2**30
 """Shared memory of a cluster made here, for what passes between its processes."""
 PROBE_SECONDS = 30.0
 """A cluster that does not answer by then does not stand; longer on a machine with much else to do."""
+TOKEN = "RAY_AUTH_TOKEN"
+"""Stands in whatever Ray says of a token that is missing or wrong (Ray 2.52 and later)."""
 SHORT_PLACE = "/tmp"
 """Where a cluster's sockets lie: their whole path may have 107 letters."""
 
@@ -123,7 +125,14 @@ class RayTransport:
 
     def _join(self, address: str) -> None:
         """Become part of a cluster that stands."""
-        if address != AUTO and not _answers(address):
+        trouble = _trouble(address)
+        if TOKEN in trouble:
+            raise ClusterError(
+                "--cluster {asked}: Ray's token is missing or is not the cluster's; expected RAY_AUTH_MODE=token and "
+                "the cluster's token in RAY_AUTH_TOKEN or in the file that RAY_AUTH_TOKEN_PATH names.",
+                asked=self._asked,
+            )
+        if trouble and address != AUTO:
             raise ClusterError(
                 "--cluster {asked}: no Ray cluster answers at {address}; expected one that was begun with `ray "
                 "start --head --port=PORT` on that machine, and that this one can reach.",
@@ -179,15 +188,16 @@ def imported_ray() -> ModuleType:
     return module
 
 
-def _answers(address: str) -> bool:
-    """Tell whether a Ray cluster answers at an address."""
-    probe = [sys.executable, "-m", "ray.scripts.scripts", "health-check", f"--address={address}"]
+def _trouble(address: str) -> str:
+    """Return what Ray's own check says against the cluster at an address; "": it answers."""
+    where = [] if address == AUTO else [f"--address={address}"]
+    probe = [sys.executable, "-m", "ray.scripts.scripts", "health-check", *where]
+    seconds = load_scaled(PROBE_SECONDS)
     try:
-        return (
-            subprocess.run(probe, capture_output=True, timeout=load_scaled(PROBE_SECONDS), check=False).returncode == 0
-        )
+        done = subprocess.run(probe, capture_output=True, text=True, timeout=seconds, check=False)
     except subprocess.TimeoutExpired:
-        return False
+        return f"no answer within {seconds:g} s"
+    return "" if done.returncode == 0 else f"{done.stderr}\nexit code {done.returncode}"
 
 
 @contextlib.contextmanager

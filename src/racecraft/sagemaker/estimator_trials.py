@@ -170,7 +170,11 @@ class HyperparameterTuner:
         def launch(number: int, values: Mapping[str, Any]) -> _EstimatorTrial:
             return self._begin(job_of(name, number), values, inputs)
 
-        search(self._study, launch, self.max_jobs, self.max_parallel_jobs, self._say)
+        def find(number: int) -> _EstimatorTrial | None:
+            job = job_of(name, number)
+            return _EstimatorTrial(job, self.objective_metric_name) if _is_job(job) else None
+
+        search(self._study, launch, self.max_jobs, self.max_parallel_jobs, self._say, find=find)
 
     def wait(self) -> None:
         """Return at once: `fit` has waited."""
@@ -319,6 +323,14 @@ class TuningJob:
     def __init__(self, name: str, folder: Path) -> None:
         self.name = self.job_name = name
         self.folder = folder
+
+
+def _is_job(name: str) -> bool:
+    store = JobPaths.of_user().store()
+    try:
+        return store.find(name) is not None
+    finally:
+        store.close()
 
 
 class _EstimatorTrial:

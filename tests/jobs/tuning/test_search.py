@@ -116,6 +116,19 @@ def test_ctrl_c_stops_what_is_under_way_and_the_search_can_go_on(tmp_path):
     assert [one.state for one in again.trials()] == [FAILED] * 3 + [COMPLETE] * 3
 
 
+def test_a_trial_that_goes_on_after_its_search_was_killed_counts(tmp_path):
+    killed = Study(tmp_path, PARAMETERS)
+    for _ in range(2):
+        killed.ask()
+    killed.report(0, 1.0, 1)
+    went_on = Scripted([1.0, 3.0])
+    study = Study(tmp_path, PARAMETERS)
+    search(study, hill, 3, 1, lambda one: None, find={0: went_on}.get)
+    assert [(one.state, one.note) for one in study.trials()[:2]] == [(COMPLETE, ""), (FAILED, searching.BROKEN_OFF)]
+    assert study.trials()[0].score == 3.0
+    assert len(study.trials()) == 3
+
+
 def test_an_earlier_search_is_taken_over_where_it_fits(tmp_path):
     for name in ("first", "second", "narrow"):
         (tmp_path / name).mkdir()

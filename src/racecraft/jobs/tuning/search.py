@@ -37,11 +37,19 @@ class Trial(Protocol):
 
 Launch = Callable[[int, Mapping[str, Any]], Trial]
 """Begins a trial of a number and its values."""
+FindTrial = Callable[[int], Trial | None]
+"""Finds the training of a trial that a killed search left behind; None where it never started one."""
 TrialCallback = Callable[[TrialRecord], None]
 
 
 def search(
-    study: Study, launch: Launch, trials: int, parallel: int, told: TrialCallback, early_stopping: bool = True
+    study: Study,
+    launch: Launch,
+    trials: int,
+    parallel: int,
+    on_trial: TrialCallback,
+    early_stopping: bool = True,
+    find: FindTrial = lambda number: None,
 ) -> None:
     """Try until the study holds so many trials of its own that have ended.
 
@@ -50,15 +58,15 @@ def search(
         launch: Begins a trial.
         trials: How many in all, those that lie in the study already among them, but not what it took over of others.
         parallel: How many at a time.
-        told: Is called with every trial that ends.
+        on_trial: Is called with every trial that ends.
         early_stopping: Whether trials that the study gives up are stopped.
+        find: Finds trainings that went on after an earlier process of this search was killed: they count.
 
     Raises:
         TuningError: Every one of the first trials failed.
     """
-    _bury(study)
+    under_way = _left_behind(study, find)
     trials = min(trials, study.most_trials or trials)
-    under_way: dict[int, _Watched] = {}
     try:
         while True:
             while len(under_way) < parallel and len(_tried(study)) < trials:
@@ -70,7 +78,7 @@ def search(
             for number in list(under_way):
                 if under_way[number].look(study, early_stopping):
                     del under_way[number]
-                    told(next(one for one in study.trials() if one.number == number))
+                    on_trial(next(one for one in study.trials() if one.number == number))
             _require_hope(study)
     finally:
         for one in under_way.values():
@@ -81,9 +89,9 @@ def search(
 class _Watched:
     """A trial, and how much of it the study has heard."""
 
-    def __init__(self, number: int, trial: Trial) -> None:
+    def __init__(self, number: int, trial: Trial, reported: int = 0) -> None:
         self.number, self.trial = number, trial
-        self._heard = 0
+        self._heard = reported
         self._given_up = False
 
     def look(self, study: Study, early_stopping: bool) -> bool:
@@ -111,11 +119,16 @@ def _tried(study: Study) -> list[TrialRecord]:
     return [one for one in study.trials() if not one.taken_from]
 
 
-def _bury(study: Study) -> None:
-    """End what an earlier search left under way: nobody looks after it any more."""
-    for one in study.trials():
-        if one.state == RUNNING:
-            study.finish(one.number, FAILED, note=BROKEN_OFF)
+def _left_behind(study: Study, find: FindTrial) -> dict[int, _Watched]:
+    """Return the trials of a killed search whose training goes on, or has ended since; end the others as failed."""
+    watched: dict[int, _Watched] = {}
+    for number in [one.number for one in study.trials() if one.state == RUNNING]:
+        trial = find(number)
+        if trial is None:
+            study.finish(number, FAILED, note=BROKEN_OFF)
+        else:
+            watched[number] = _Watched(number, trial, study.reported(number))
+    return watched
 
 
 def _require_hope(study: Study) -> None:

@@ -169,6 +169,10 @@ class Study:
         trial.report(score, iteration)
         return bool(trial.should_prune())
 
+    def reported(self, number: int) -> int:
+        """Return how many scores of a trial were reported."""
+        return len(self._study.get_trials(deepcopy=False)[number].intermediate_values)
+
     def finish(self, number: int, state: str, score: float | None = None, note: str = "") -> None:
         """End a trial as COMPLETE, PRUNED or FAILED; one that is done has a score."""
         optuna = _optuna()

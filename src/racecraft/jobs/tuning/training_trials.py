@@ -24,6 +24,8 @@ from racecraft.jobs.tuning.space import as_text
 
 TRIALS = "trials"
 """Folder of the runs, in that of the search."""
+TUNING, TRIAL = "tuning", "trial"
+"""What a job records: the folder of its search, and its trial's number there."""
 
 
 @dataclass(frozen=True)
@@ -91,11 +93,24 @@ class TrainingTrials:
                 folder=str(Path.cwd()),
                 environment=environment_here(),
                 cores=self._cores,
-                recorded={"tuning": str(self._folder), "trial": number, "values": dict(values)},
+                recorded={TUNING: str(self._folder.absolute()), TRIAL: number, "values": dict(values)},
             )
 
         job = submit_numbered(self._home, f"{legal_name(self._folder.name)}-{number}", spec)
         return TrainingTrial(job.name, place, self._objective, self._home)
+
+    def find(self, number: int) -> TrainingTrial | None:
+        """Return the training of a trial that an earlier process of this search started; None: there is none."""
+        store = self._home.store()
+        try:
+            jobs = store.jobs()
+        finally:
+            store.close()
+        mine = {TUNING: str(self._folder.absolute()), TRIAL: number}
+        for job in reversed(jobs):
+            if mine.items() <= job.spec.recorded.items():
+                return TrainingTrial(job.name, self._folder / TRIALS / str(number), self._objective, self._home)
+        return None
 
 
 class TrainingTrial:
