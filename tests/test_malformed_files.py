@@ -250,7 +250,7 @@ def faults(sound, each):
     for name, kind, content in damaged_files(sound, list(known), each):
         path = sound / name
         kept, count = path.read_bytes(), count + 1
-        begun = time.monotonic()
+        begun = time.process_time()
         try:
             if isinstance(content, bytes):
                 path.write_bytes(content)
@@ -258,8 +258,8 @@ def faults(sound, each):
                 put_place(path, content)
             if wrong := answer(known[name], path):
                 found[f"{name}, {kind}: {wrong}"] += 1
-            elif time.monotonic() - begun > 15:
-                found[f"{name}, {kind}: {time.monotonic() - begun:.1f} s"] += 1
+            elif time.process_time() - begun > 15:
+                found[f"{name}, {kind}: {time.process_time() - begun:.1f} s of the processor"] += 1
         finally:
             clear(path)
             path.write_bytes(kept)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -37,6 +38,10 @@ class LapOptions(Request):
     fastest: int | None = option(None, "So many laps, the fastest.", low=1)
     clean: bool = option(False, "Only laps in which the car never left the road.")
     turn: str | None = option(None, "Turn 3 with the straight behind it takes 1.6 s at most: 3=1.6.")
+    section: str | None = option(None, "From waypoint 30 to 50 in 1.6 s at most: 30..50=1.6.")
+    slide: float | None = option(
+        None, "At most so many degrees between where the car points and where it goes.", low=0.0
+    )
     top_speed: float | None = option(None, "The car drives so fast somewhere, m/s.")
     mean_reward: float | None = option(None, "A tick pays so much on average.")
 
@@ -47,7 +52,12 @@ class LapOptions(Request):
             SettingError: A value that no lap can have.
         """
         from racecraft.contract.errors import SettingError, nearest
-        from racecraft.worlds.deepracer.driving.telemetry.filters import LapFilter, read_iterations, read_turn
+        from racecraft.worlds.deepracer.driving.telemetry.filters import (
+            LapFilter,
+            read_iterations,
+            read_section,
+            read_turn,
+        )
         from racecraft.worlds.deepracer.logs.columns import PHASES
 
         if self.phase is not None and self.phase not in PHASES:
@@ -65,6 +75,8 @@ class LapOptions(Request):
             fastest=self.fastest,
             clean=self.clean,
             turn=None if self.turn is None else read_turn(self.turn),
+            section=None if self.section is None else read_section(self.section),
+            max_slide_rad=None if self.slide is None else math.radians(self.slide),
             top_speed_mps=self.top_speed,
             mean_reward=self.mean_reward,
         )

@@ -6,6 +6,7 @@ import pytest
 from tests.reference import TRACES
 from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, as_log, drive, stadium
 
+from racecraft.contract.errors import SettingError
 from racecraft.worlds.deepracer.analysis.logs import find_track, sector_times, simulation_agg
 from racecraft.worlds.deepracer.driving.telemetry.filters import LapFilter
 from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
@@ -68,6 +69,27 @@ def test_the_laps_of_aws_logs_are_those_of_the_log_analysis():
     theirs = sector_times(ticks, track, parts=3).data["seconds"].to_numpy().reshape(-1, 3)
     training = (laps.about["phase"] == "training").to_numpy()  # it times no lap that goes on from the one before
     assert np.abs(time_laps(laps).sector_seconds - theirs)[training].max() < 1.6 * TICK
+
+
+def test_a_section_is_timed_between_waypoints_and_over_the_start_line():
+    laps = find_laps(as_log([drive(by_thirds), drive(lambda arc: by_thirds(arc) * 1.1)]), stadium())
+    sixth = LENGTH_M / 6 / 0.02  # waypoints stand 0.02 m apart
+    for first, last, seconds in (
+        (sixth, 2 * sixth, LENGTH_M / 6 / 1.0), (5 * sixth, sixth, LENGTH_M / 6 / 4.0 + LENGTH_M / 6 / 1.0)
+    ):  # fmt: skip
+        for limit, expected in ((1.05 * seconds, [0, 1]), (0.95 * seconds, [1]), (0.85 * seconds, [])):
+            assert LapFilter(section=(round(first), round(last), limit)).rows(laps).tolist() == expected
+    with pytest.raises(SettingError, match="9999"):
+        LapFilter(section=(0, 9999, 1.0)).rows(laps)
+
+
+def test_a_slide_is_the_angle_between_heading_and_path():
+    along = pl.arctan2(pl.col("y_m").diff(), pl.col("x_m").diff()).fill_null(0.0)
+    turned = pl.when(pl.col("unique_episode") == 1).then(along + 0.3).otherwise(along)
+    laps = find_laps(as_log([drive(by_thirds)] * 2).with_columns(yaw_rad=turned), stadium())
+    straight, sliding = laps.about["max_slide_rad"]
+    assert (straight, sliding) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.3, abs=1e-6))
+    assert LapFilter(max_slide_rad=0.2).rows(laps).tolist() == [0]
 
 
 def test_filters_choose_what_they_say():

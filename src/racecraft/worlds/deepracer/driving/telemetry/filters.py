@@ -37,6 +37,10 @@ class LapFilter:
     """The car never left the road in it and was never set back."""
     turn: tuple[int, float] | None = None
     """Number of a corner, and how many seconds its zone takes at most."""
+    section: tuple[int, int, float] | None = None
+    """First and last waypoint of a section, and how many seconds it takes at most; it may reach over the start line."""
+    max_slide_rad: float | None = None
+    """The angle between where the car points and where it goes is at most so large."""
     top_speed_mps: float | None = None
     """The car drives so fast somewhere, at least."""
     mean_reward: float | None = None
@@ -87,6 +91,11 @@ class LapFilter:
             counts &= np.nanmax(laps.speed_mps, axis=1) >= self.top_speed_mps
         if self.mean_reward is not None:
             counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
+        if self.max_slide_rad is not None:
+            counts &= laps.about["max_slide_rad"].to_numpy() <= self.max_slide_rad
+        if self.section is not None:
+            first, last, seconds = self.section
+            counts &= _section_seconds(laps, first, last) <= seconds
         if self.turn is not None:
             number, most = self.turn
             timing = time_laps(laps)
@@ -107,6 +116,47 @@ class LapFilter:
         if self.fastest is not None:
             rows = np.sort(rows[np.argsort(seconds[rows], kind="stable")[: self.fastest]])
         return rows
+
+
+def _section_seconds(laps: Laps, first: int, last: int) -> Array:
+    """Return how long each lap takes from one waypoint to another, (L,) s.
+
+    Raises:
+        SettingError: The track has no such waypoint.
+    """
+    waypoints = laps.track.as_filed().centre
+    if not (0 <= first < len(waypoints) and 0 <= last < len(waypoints)):
+        raise SettingError(
+            "--section {first}..{last}: {track} has waypoints 0 to {count}; expected two of them.",
+            first=first,
+            last=last,
+            track=laps.track.name,
+            count=len(waypoints) - 1,
+        )
+    begin, end = laps.track.locate(waypoints[[first, last]]).arc / laps.track.length
+    inside = (
+        (laps.shares >= begin) & (laps.shares < end) if begin <= end else (laps.shares >= begin) | (laps.shares < end)
+    )
+    return np.asarray(laps.seconds[:, inside].sum(axis=1))
+
+
+def read_section(text: str) -> tuple[int, int, float]:
+    """Return first and last waypoint and the longest time, s, of "30..50=1.6".
+
+    Raises:
+        SettingError: Another form.
+
+    >>> read_section("30..50=1.6")
+    (30, 50, 1.6)
+    """
+    waypoints, _, seconds = text.partition("=")
+    first, _, last = waypoints.partition("..")
+    try:
+        return int(first), int(last), float(seconds)
+    except ValueError:
+        raise SettingError(
+            "--section is {text!r}; expected two waypoints and seconds, such as 30..50=1.6.", text=text
+        ) from None
 
 
 def read_iterations(text: str) -> tuple[int, int]:

@@ -26,6 +26,10 @@ WINDOW = 7
 """Driven speed is the mean over so many pieces, an odd number."""
 REST_M = 2.0
 """So far from a standing start the car is still gathering speed."""
+SETTLED = 3
+"""In so many ticks of a lap the simulator may still be putting the car down."""
+MIN_SLIDING_MPS = 0.3
+"""Below it the direction of travel is noise, and there is no slide."""
 FULL = 1.0 - 1e-9
 TRACES = ("seconds", "metres", "steering_rad", "throttle_mps", "offset_m")
 ORIGIN = ("round", "phase", "stream", "worker")
@@ -43,7 +47,8 @@ class Laps:
     about: pl.DataFrame
     """A row a lap: round, phase, stream, worker, iteration, episode, unique_episode; `first_row` and `last_row` among
     the ticks; `seconds`; `begin_share`, where on the lap it began; `from_rest`; `resets`, how often the car left the
-    road and was set back; `steps`; `mean_reward` of a tick, null where the log has none."""
+    road and was set back; `steps`; `mean_reward` of a tick, null where the log has none; `max_slide_rad`, the largest
+    angle between where the car points and where it goes, 0 or more."""
     seconds: Array
     """(L, N) s spent on each piece."""
     metres: Array
@@ -111,6 +116,7 @@ def find_laps(ticks: pl.DataFrame, track: Track) -> Laps:
         begin_share=_polars().Series(begin_share),
         resets=_polars().Series(_resets(ticks, first, last)),
         mean_reward=_mean_reward(ticks, first, last),
+        max_slide_rad=_polars().Series(_max_slide(columns, first, last)),
     )  # fmt: skip
     episodes = int(ticks["unique_episode"].n_unique())
     return Laps(track, about, episodes=episodes, **traces)
@@ -277,6 +283,14 @@ def _mean_reward(ticks: pl.DataFrame, first: Array, last: Array) -> pl.Series:
     paid = np.concatenate([[0.0], np.cumsum(ticks["reward"].fill_null(0.0).to_numpy())])
     mean = (paid[last + 1] - paid[first + 1]) / np.maximum(last - first, 1)
     return _polars().Series(mean)
+
+
+def _max_slide(columns: Mapping[str, Array], first: Array, last: Array) -> Array:
+    """Return the largest slide of each lap, rad, 0 or more; of laps that began at rest without their first ticks."""
+    dx, dy, dt = (np.diff(columns[name], prepend=columns[name][:1]) for name in ("x_m", "y_m", "time_s"))
+    slide = np.abs((np.arctan2(dy, dx) - columns["yaw_rad"] + np.pi) % (2.0 * np.pi) - np.pi)
+    slide[np.hypot(dx, dy) <= MIN_SLIDING_MPS * dt] = 0.0
+    return np.array([slide[begin + SETTLED : end + 1].max(initial=0.0) for begin, end in zip(first, last, strict=True)])
 
 
 def _changes(values: Array) -> Array:
