@@ -1,11 +1,17 @@
 """A run folder that costs nothing, and a console over a workspace of such runs."""
 
+import contextlib
 import json
 
 import pytest
+from tests.jobs.conftest import end_supervisor
 
+import racecraft as rc
+from racecraft.console.application import make_console
 from racecraft.console.index import Index
 from racecraft.console.workspace import Workspace
+from racecraft.jobs.job_paths import JobPaths
+from racecraft.web.server import ServerThread
 
 
 def write_run(path, rows=3, track="reinvent_base", lap=7.0, seconds=60.0):
@@ -39,3 +45,21 @@ def index(workspace):
     made = Index(workspace)
     yield made
     made.close()
+
+
+@pytest.fixture
+def working_console(tmp_path, monkeypatch):
+    """A console whose jobs run, over a workspace with one trained pole: (address, console, home of the jobs)."""
+    monkeypatch.delenv("RACECRAFT_JOB_STORE", raising=False)
+    monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
+    monkeypatch.setattr("racecraft.console.application.keep_warm", lambda home: contextlib.nullcontext())
+    rc.train(
+        "gymnasium", environment="CartPole-v1", run=tmp_path / "workspace/runs/pole", quiet=True,
+        stops="iterations=2", settings={"rollout.horizon": 16, "evaluation.episodes": 1},
+    )  # fmt: skip
+    home = JobPaths.of_user()
+    application = make_console(tmp_path / "workspace", home)
+    server = ServerThread(application, "console")
+    yield f"http://127.0.0.1:{server.start('127.0.0.1', 0)}", application.state.console, home
+    server.close()
+    end_supervisor(home)

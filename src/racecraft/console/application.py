@@ -21,6 +21,7 @@ from racecraft.console.index import Index
 from racecraft.console.pages import (
     compare,
     create,
+    endpoints,
     garage,
     imports,
     jobs,
@@ -66,6 +67,7 @@ SECTIONS: tuple[Section, ...] = (
     people.SECTION,
     lessons.SECTION,
     jobs.SECTION,
+    endpoints.SECTION,
     settings.SECTION,
     kept.SECTION,
     model.SECTION,

@@ -71,7 +71,7 @@ def begin_training(home: JobPaths, model: Model, words: Sequence[str]) -> Job:
             environment=environment_here(),
         )
 
-    return submit_numbered(home, _job_name(model.name), spec)
+    return submit_numbered(home, job_name(model.name), spec)
 
 
 def _require_guest(home: JobPaths) -> None:
@@ -106,10 +106,10 @@ def stop_training(home: JobPaths, model: Model, job: str) -> None:
         RunFolder(runs[-1]).request_stop()
 
 
-def _job_name(model: str) -> str:
+def job_name(model: str) -> str:
     """Return the beginning of a job's name, which has letters, digits and - alone.
 
-    >>> _job_name("mint_7 (fast)"), _job_name("ミント")
+    >>> job_name("mint_7 (fast)"), job_name("ミント")
     ('mint-7-fast', 'model')
     """
     return re.sub(r"[^A-Za-z0-9]+", "-", model).strip("-")[:48].strip("-") or "model"

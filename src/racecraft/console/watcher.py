@@ -10,6 +10,7 @@ from collections.abc import Callable
 from racecraft.console.index import Index
 from racecraft.contract.errors import RacecraftError
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.states import State
 
 LOOK_SECONDS = 1.0
 """How often it looks while looking takes little."""
@@ -23,13 +24,15 @@ class Watcher:
     Args:
         index: What it keeps current.
         home: Where the jobs of this account are.
-        told: Called with the names of the models that changed, in the watcher's thread.
+        told: Called with the names of the models that changed, in the watcher's thread; with none where only a job
+            moved that trains no model, such as an endpoint.
     """
 
     def __init__(self, index: Index, home: JobPaths, told: Callable[[list[str]], None] = lambda names: None) -> None:
         self._index, self._home, self.told = index, home, told
         self._wanted, self._closed = threading.Event(), threading.Event()
         self._one_at_a_time = threading.Lock()
+        self._states: dict[str, State] = {}
         self._thread = threading.Thread(target=self._run, name="racecraft-console-watcher", daemon=True)
         self.fault = ""
         """Why the rows may be old; "": they are not."""
@@ -51,12 +54,14 @@ class Watcher:
         """Refresh the index now; return the names of the models that changed."""
         with self._one_at_a_time:
             try:
-                changed = self._index.refresh(self._home.store().jobs())
+                jobs = self._home.store().jobs()
+                changed = self._index.refresh(jobs)
                 self.fault = ""
             except RacecraftError as error:
                 self.fault = str(error)
                 return []
-        if changed:
+            before, self._states = self._states, {job.name: job.state for job in jobs}
+        if changed or before != self._states:
             self.told(changed)
         return changed
 

@@ -28,6 +28,7 @@ from racecraft.sagemaker.estimator_config import PREDICT_ARGUMENTS
 
 WAIT_SECONDS = 120.0
 """How long an endpoint may take until it answers, as at SageMaker."""
+PING_SECONDS = 5.0
 READY = "endpoint.json"
 MEMORY_MIB = 512
 
@@ -98,14 +99,21 @@ class Predictor:
         sagemaker_session: Passed over; the endpoint is one of this account's jobs.
         serializer: Makes the body of a request; JSON by default.
         deserializer: Reads an answer; JSON by default.
+        home: Where the endpoint lies; None: among this account's jobs.
     """
 
     def __init__(
-        self, endpoint_name: str, sagemaker_session: Any = None, serializer: Any = None, deserializer: Any = None
+        self,
+        endpoint_name: str,
+        sagemaker_session: Any = None,
+        serializer: Any = None,
+        deserializer: Any = None,
+        *,
+        home: JobPaths | None = None,
     ) -> None:
         self.endpoint_name = self.endpoint = endpoint_name
         self.serializer, self.deserializer = serializer or JSONSerializer(), deserializer or JSONDeserializer()
-        self._home = JobPaths.of_user()
+        self._home = home or JobPaths.of_user()
 
     @property
     def url(self) -> str:
@@ -115,6 +123,20 @@ class Predictor:
             EndpointError: There is no such endpoint, or it does not answer yet.
         """
         return _address(self._home, self.endpoint_name)
+
+    def signature(self) -> dict[str, Any]:
+        """Return what it expects and gives: observations with shape and type, actions, labels, algorithm.
+
+        Raises:
+            EndpointError: There is no such endpoint, or it does not answer.
+        """
+        try:
+            with _opener.open(f"{self.url}/", timeout=PING_SECONDS) as answer:
+                return dict(json.loads(answer.read()))
+        except OSError as error:
+            raise EndpointError(
+                "{name} does not answer yet ({error}).", name=self.endpoint_name, error=error
+            ) from error
 
     def predict(self, data: Any, initial_args: Any = None, **recorded: Any) -> Any:
         """Return what the policy does.
@@ -203,7 +225,7 @@ def deploy(
         recorded={"endpoint": True, "run": str(run)},
     )
     submit.submit(home, spec)
-    predictor = Predictor(name, None, serializer, deserializer)
+    predictor = Predictor(name, None, serializer, deserializer, home=home)
     if wait:
         _wait_until_it_answers(home, name)
     return predictor
@@ -278,7 +300,7 @@ def _pings(home: JobPaths, name: str, store: JobStore) -> bool:
     if job.ended:
         raise EndpointError("{name}: {state}: {reason}", name=name, state=job.state, reason=job.reason)
     try:
-        with _opener.open(f"{_address(home, name)}/ping", timeout=5.0):
+        with _opener.open(f"{_address(home, name)}/ping", timeout=PING_SECONDS):
             return True
     except (OSError, EndpointError):
         return False

@@ -4,7 +4,10 @@
    changed, at most once a second; what the reader is typing or has selected stays.
 
    A page of a race names it in `data-race`; a row of a board names its result in `data-result`, and is marked and shown
-   when the result is new. */
+   when the result is new.
+
+   While a part has `data-soon`, something comes of which no event tells: the page looks every other second. With
+   `data-soon="page"` it is loaded anew when that has come. */
 const parts = () => document.querySelectorAll("[data-live]");
 let stream = null, hidden = null, due = null, lost = null;
 
@@ -44,8 +47,14 @@ async function refresh() {
   refreshCharts(next);
   const stage = document.getElementById("stage");
   if (stage && stage.dataset.stage !== next.getElementById("stage")?.dataset.stage) location.reload();
+  if (document.querySelector("[data-soon=page]") && !next.querySelector("[data-soon]")) location.reload();
   const title = next.querySelector("title")?.textContent;
   if (title) document.title = title;
+  soon();
+}
+
+function soon() {
+  if (document.querySelector("[data-soon]") && !due) due = setTimeout(refresh, 2000);
 }
 
 /** @param {Document} next the page as it is now: charts get their new data; one that is new is put behind the others. */
@@ -112,6 +121,7 @@ document.addEventListener("visibilitychange", () => {
   else listen();
 });
 listen();
+soon();
 
 const typing = target => target instanceof HTMLElement && (target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName));
 const rows = () => [...document.querySelectorAll("tr[data-row]")];
