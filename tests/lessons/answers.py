@@ -11,6 +11,12 @@ def drive(*moves, **road):
 
 
 REWARD = "def reward_function(p):\n    return {}"
+
+
+def claim(parameter, way, pay):
+    return {"parameter": parameter, "way": way, "code": REWARD.format(pay)}
+
+
 CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
 AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
 """The one that goes straight first has 12.0, the others come back to the middle."""
@@ -40,8 +46,32 @@ RIGHT = {
     "hyperparameters/match": {"a": "3e-3", "b": "3e-5", "c": "3e-4"},
     "hyperparameters/clipped": {"code": CLIP.format("min(r * a, h * a)")},
     "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
+    "race/claim": claim("speed", "more", "p['speed']"),
+    "race/sound": {"code": REWARD.format("p['speed'] ** 2")},
+    "race/own-lap": {"car": "first"},
+    "race/one-change": {"before": "first", "after": "faster", "expected": "undo", "reason": "keep"},
+    "race/beat-the-first": {"first": "first", "own": "faster"},
 }
 CASES = {
+    "race/claim": {
+        "no_number": claim("speed", "more", "None"),
+        "no_effect": claim("speed", "more", "1.0"),
+        "turned_round": claim("speed", "less", "p['speed']"),
+        "sometimes": claim("speed", "more", "1.0 * (p['speed'] > 2)"),
+    },
+    "race/sound": {"fault": {"code": REWARD.format("1.0")}},
+    "race/own-lap": {"no_lap": {"car": "lost"}},
+    "race/one-change": {
+        "run": {"before": "first", "after": "faster", "expected": "keep"},
+        "keep": {"before": "first", "after": "lost", "expected": "keep", "reason": "keep"},
+        "undo": {"before": "first", "after": "as fast", "expected": "keep", "reason": "undo"},
+        "open": {"before": "first", "after": "faster", "expected": "keep", "reason": "open"},
+    },
+    "race/beat-the-first": {
+        "slower": {"first": "faster", "own": "first"},
+        "no_lap": {"first": "first", "own": "lost"},
+        "as_fast": {"first": "first", "own": "as fast"},
+    },
     "car/first-lap": {"before": {"iteration": "3"}, "behind": {"iteration": "19"}},
     "car/left-the-road": {"laps": {"count": "5"}, "other": {"count": "30"}},
     "reward-function/slow-lap": {

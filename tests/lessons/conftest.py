@@ -1,10 +1,21 @@
 """A course whose record of what is done lies in the test's own folder."""
 
+from pathlib import Path
+
 import pytest
 
 from racecraft.lessons.course import course
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import Lessons, checked
+from racecraft.worlds.deepracer.lessons import racing
+
+CARS = {
+    "first": racing.Raced([9.0, 9.1, 9.2], 0),
+    "as fast": racing.Raced([8.95, 9.3, 9.2], 0),
+    "faster": racing.Raced([8.0, 8.1, 8.2], 1),
+    "lost": racing.Raced([], 40),
+}
+"""What cars of a pupil did in a race that is not driven here."""
 
 
 @pytest.fixture
@@ -13,11 +24,18 @@ def progress(tmp_path):
 
 
 @pytest.fixture
-def answer(progress):
+def models(monkeypatch):
+    """Return a pupil's cars, whose races are told in place of driven; the long walk drives real ones."""
+    monkeypatch.setattr(racing, "raced", lambda cars: {name: CARS[run.name] for name, run in cars.items()})
+    return {name: Path(name) for name in CARS}
+
+
+@pytest.fixture
+def answer(progress, models):
     """Return a function that answers an exercise as a page does: ("grid/best-drive", field=value, …)."""
 
     def give(where, **given):
-        lessons = Lessons(lambda request, template, title, **data: None, progress)
+        lessons = Lessons(lambda request, template, title, **data: None, progress, models=lambda: models)
         return checked(lessons, *where.split("/"), given)
 
     return give

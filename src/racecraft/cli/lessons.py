@@ -24,7 +24,8 @@ def lessons(
 ) -> None:
     """Open the course: learn reinforcement learning by doing it; until Ctrl-C.
 
-    What is done is kept in this account's data folder. Nothing leaves this machine, and nothing is fetched.
+    What is done is kept in this account's data folder; lesson 13 races the models of the present folder. Nothing leaves
+    this machine, and nothing is fetched.
 
     Examples:
 
@@ -32,7 +33,10 @@ def lessons(
 
         racecraft lessons --host 0.0.0.0 --no-open
     """
+    from pathlib import Path
+
     from racecraft.cli.output import print_json, say
+    from racecraft.console.workspace import Workspace
     from racecraft.lessons.service import make_lessons
     from racecraft.web.access import access_for
     from racecraft.web.browser import open_page
@@ -43,7 +47,7 @@ def lessons(
     if note:
         say(note, quiet_stdout=json)
     access = access_for(host)
-    application = make_lessons(access)
+    application = make_lessons(access, models=Workspace(Path()).newest_runs)
 
     def ready(port: int) -> None:
         address = address_of(host, port, access, "/lessons")

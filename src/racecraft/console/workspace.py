@@ -141,6 +141,10 @@ class Workspace:
                     seen.add(path.name)
                     yield Model(path.name, path)
 
+    def newest_runs(self) -> dict[str, Path]:
+        """Return the newest run of every model that has one, by the model's name."""
+        return {model.name: runs[-1] for model in self.models() if (runs := model.runs())}
+
     def find(self, name: str) -> Model | None:
         """Return the model of a name; None where there is none."""
         if not LEGAL_NAME.fullmatch(name):

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 from racecraft.contract.errors import UserInputError
@@ -42,10 +44,13 @@ class Answer:
     Args:
         exercise: What was asked.
         given: As it came, from JSON.
+        models: Run folders of what the pupil has trained, by name.
     """
 
-    def __init__(self, exercise: Exercise, given: Mapping[str, Any]) -> None:
-        self.exercise, self._given = exercise, given
+    def __init__(
+        self, exercise: Exercise, given: Mapping[str, Any], models: Mapping[str, Path] = MappingProxyType({})
+    ) -> None:
+        self.exercise, self._given, self._models = exercise, given, models
         self.arguments = exercise.arguments
         self._fields = {one.name: one for one in exercise.fields}
 
@@ -92,6 +97,21 @@ class Answer:
         if not isinstance(value, str) or not value.strip() or len(value) > 20_000:
             raise AnswerError("{label}: no code; write it into the field.", label=self._fields[name].label)
         return value
+
+    def model(self, name: str) -> Path:
+        """Return the run folder of a chosen model.
+
+        Raises:
+            AnswerError: None was chosen, or there is none of this name.
+        """
+        if not self._models:
+            raise AnswerError(
+                "There is no trained model in this folder yet; train one in the console, or by racecraft train."
+            )
+        run = self._models.get(str(self._given.get(name)))
+        if run is None:
+            raise AnswerError("{label}: nothing is chosen; choose one.", label=self._fields[name].label)
+        return run
 
     def taken(self, name: str) -> Any:
         """Return what a figure gave.

@@ -36,7 +36,8 @@ class Field:
     """What an exercise asks for."""
 
     name: str
-    kind: Literal["number", "choice", "code", "take"]
+    kind: Literal["number", "choice", "code", "take", "model"]
+    """A model is one that the reader has trained, by name."""
     label: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
     """Of a choice: text by value."""

@@ -36,7 +36,9 @@ from racecraft.lessons.lesson import Block, Exercise, Field, Figure, Lesson, Pro
 _NAME = re.compile(r"\{(\w+)\}\s*(.*)")
 _ENTRY = re.compile(r"([a-z]+(?: [\w-]+)*):(?: (.*))?$")
 _RANGE = re.compile(r"(-?[\d.]+)\.\.(-?[\d.]+)$")
-READ_BY_PEOPLE = ("ask", "hint", "worked", "why", "when", "label", "option", "number", "choice", "code", "answer")
+READ_BY_PEOPLE = (
+    "ask", "hint", "worked", "why", "when", "label", "option", "number", "choice", "code", "model", "answer",
+)  # fmt: skip
 """Keys whose values are sentences."""
 
 
@@ -98,7 +100,10 @@ def messages(text: str, path: str) -> Iterator[tuple[int, str]]:
                 yield line, title
             else:
                 yield from (
-                    (entry.line, _label(entry) if entry.keys[0] in ("number", "choice", "code") else entry.value)
+                    (
+                        entry.line,
+                        _label(entry) if entry.keys[0] in ("number", "choice", "code", "model") else entry.value,
+                    )
                     for entry in _entries(token, path)
                     if (entry.keys[1] if entry.keys[0] == "later" else entry.keys[0]) in READ_BY_PEOPLE
                 )
@@ -156,7 +161,7 @@ def _exercise(name: str, entries: Sequence[Entry], path: str, token: Token, numb
             of, value = keys[1:]
             found = next(k for k, field in enumerate(fields) if field.name == of)
             fields[found].options[value] = translate(entry.value)  # type: ignore[index]
-        elif keys[0] in ("number", "choice", "code", "take"):
+        elif keys[0] in ("number", "choice", "code", "take", "model"):
             fields.append(_field(Entry(keys, entry.value, entry.line), path, later=keys is not entry.keys))
         else:
             plain[keys[0]] = entry.value
@@ -181,12 +186,12 @@ def _exercise(name: str, entries: Sequence[Entry], path: str, token: Token, numb
 
 
 def _field(entry: Entry, path: str, later: bool) -> Field:
-    kind, name, *rest = entry.keys
+    kind, name = entry.keys[:2]
     if kind == "take":
         return Field(name, "take", figure=entry.value)
     label = translate(_label(entry))
-    if kind == "choice":
-        return Field(name, "choice", label, later=later)
+    if kind in ("choice", "model"):
+        return Field(name, kind, label, later=later)
     if kind == "code":
         return Field(name, "code", label, code=entry.value.partition("\n")[2] + "\n")
     found = _RANGE.match(entry.value.split(" ", 1)[0])

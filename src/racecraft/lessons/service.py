@@ -11,8 +11,9 @@ The console and `racecraft lessons` share the routes; each hands in the frame th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol
 
 import msgspec
@@ -22,8 +23,9 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
+from racecraft.contract.errors import UserInputError
 from racecraft.contract.message import translate
-from racecraft.lessons.checking import Answer, AnswerError, Verdict
+from racecraft.lessons.checking import Answer, Verdict
 from racecraft.lessons.course import PATHS, Course, course
 from racecraft.lessons.lesson import PREDICTION, Exercise, Lesson
 from racecraft.lessons.progress import Progress
@@ -51,17 +53,24 @@ class Lessons:
     frame: Frame
     progress: Progress = field(default_factory=Progress)
     course: Callable[[], Course] = course
+    models: Callable[[], Mapping[str, Path]] = dict
+    """Run folders of what the reader has trained, by name."""
 
 
-def make_lessons(access: Access = ONLY_HERE, progress: Progress | None = None) -> Starlette:
+def make_lessons(
+    access: Access = ONLY_HERE,
+    progress: Progress | None = None,
+    models: Callable[[], Mapping[str, Path]] = dict,
+) -> Starlette:
     """Return the application of the course by itself.
 
     Args:
         access: Who may ask.
         progress: Where it is kept what a pupil did; None: the account's data folder.
+        models: Run folders of what the reader has trained, by name.
     """
     home = Route("/", lambda request: RedirectResponse("/lessons"))
-    return make_application([home, *lesson_routes(Lessons(_own_frame, progress or Progress()))], access)
+    return make_application([home, *lesson_routes(Lessons(_own_frame, progress or Progress(), models=models))], access)
 
 
 def lesson_routes(lessons: Lessons) -> list[BaseRoute]:
@@ -121,8 +130,8 @@ def checked(lessons: Lessons, lesson: str, id: str, given: dict[str, Any]) -> di
         locked = lessons.progress.of(lesson).get(id, {}).get("prediction", {})
         given = {**given, **locked}
     try:
-        verdict = lessons.course().checks[exercise.check](Answer(exercise, given))
-    except AnswerError as error:
+        verdict = lessons.course().checks[exercise.check](Answer(exercise, given, lessons.models()))
+    except UserInputError as error:
         return {"state": "unusable", "text": str(error)}
     prediction = None
     if exercise.kind == PREDICTION:
@@ -161,6 +170,7 @@ def _lesson_page(lessons: Lessons, request: Request) -> Response:
         done=lessons.progress.of(lesson.id),
         words=words_of(lesson.words),
         modules=modules,
+        models=list(lessons.models()),
         styles=STYLES,
     )
 

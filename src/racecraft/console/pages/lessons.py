@@ -22,7 +22,7 @@ def routes(console: Console) -> Sequence[BaseRoute]:
     def frame(request: Request, template: str, title: str, **data: Any) -> Response:
         return shown(console, request, Page(template, title, {"styles": STYLES} | data, here="/lessons"))
 
-    return lesson_routes(Lessons(frame, Progress(own)))
+    return lesson_routes(Lessons(frame, Progress(own), models=console.workspace.newest_runs))
 
 
 SECTION = Section(routes=routes, label="Lessons", href="/lessons", icon="book", order=30)

@@ -12,7 +12,7 @@ export function answerOf(part) {
     const { name, kind, figure } = field.dataset;
     if (kind === "take") answer[name] = document.querySelector(`[data-figure="${figure}"]:not(.field)`)?.give?.(name) ?? null;
     else if (kind === "choice") answer[name] = field.querySelector("input:checked")?.value ?? null;
-    else answer[name] = field.querySelector("input, textarea").value;
+    else answer[name] = field.querySelector("input, textarea, select").value;
   }
   return answer;
 }
@@ -45,7 +45,7 @@ function show(part, said, told) {
   if (told.worked) said.append(element("p", "worked", `${t("Worked out:")} ${told.worked}`));
   for (const later of part.querySelectorAll("[data-later]")) later.hidden = !(told.state === "run" || told.state === "seen");
   if (told.state === "unusable") return;
-  for (const input of part.querySelectorAll("[data-kind] input")) if (part.dataset.kind === "prediction" && !input.closest("[data-later]")) input.disabled = true;
+  for (const input of part.querySelectorAll("[data-kind] input, [data-kind] select")) if (part.dataset.kind === "prediction" && !input.closest("[data-later]")) input.disabled = true;
   const pill = part.querySelector("[data-state]");
   if (good || !pill.classList.contains("good")) { pill.textContent = LABELS[told.state]; pill.classList.toggle("good", good); }
   if (part.dataset.kind === "prediction" && told.state === "run") part.querySelector("[type=submit]").textContent = t("Check the reason");

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 from racecraft.lessons.checking import Check
-from racecraft.worlds.deepracer.lessons import checks
+from racecraft.worlds.deepracer.lessons import checks, racing
 
 HERE = files(__name__)
 TEXTS = HERE / "texts"
 MATERIAL = HERE / "material"
-CHECKS: Mapping[str, Check] = checks.CHECKS
+CHECKS: Mapping[str, Check] = {**checks.CHECKS, **racing.CHECKS}
 MODULES: Mapping[str, str] = {
     "learning": "racecraft.worlds.deepracer.lessons/rc_learning.js",
     "rates": "racecraft.worlds.deepracer.lessons/rc_rates.js",
+    "laps": "racecraft.worlds.deepracer.lessons/rc_laps.js",
     "matrix": "racecraft.worlds.deepracer.lessons/rc_matrix.js",
 }

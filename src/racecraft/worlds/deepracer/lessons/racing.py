@@ -1,0 +1,174 @@
+"""Checks of lesson 13, from an idea to a race: they run a pupil's reward function and race a pupil's own cars."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from racecraft.actions.league.entries import EnterRequest, enter_race
+from racecraft.actions.league.judging import JudgeRequest, judge_race
+from racecraft.formats.run_folder import RunFolder
+from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
+from racecraft.lessons.functions import call_function
+from racecraft.worlds.deepracer.actions.create_race import CreateRaceRequest, DrivingOptions, create_race
+from racecraft.worlds.deepracer.driving.reward.check import check_reward
+from racecraft.worlds.deepracer.driving.reward.findings import FAULT
+from racecraft.worlds.deepracer.files.reward_source import read_reward_source
+from racecraft.worlds.deepracer.lessons.checks import pose
+from racecraft.worlds.deepracer.players.run_track import track_of_run
+
+RANGES: Mapping[str, tuple[float, float]] = {
+    "distance_from_center": (0.0, 0.35),
+    "speed": (0.5, 4.0),
+    "steering_angle": (0.0, 30.0),
+    "progress": (1.0, 99.0),
+}
+"""In which a claim's parameter is moved; an angle on both sides."""
+PLACES = 200
+LAPS = 3
+NEAR = 0.02
+"""Share of a lap time below which two cars count as equally fast."""
+
+
+def claim(answer: Answer) -> Verdict:
+    """An idea as a claim: in 200 moments the parameter alone is moved, and the pay has to move as was said."""
+    name, pays_more = answer.choice("parameter"), answer.choice("way") == "more"
+    rng = random.Random()
+    pairs = [_moved(rng, name) for _ in range(PLACES)]
+    paid = call_function(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
+    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in paid):
+        return tried("no_number")
+    grows = [high - low if pays_more else low - high for low, high in zip(paid[::2], paid[1::2], strict=True)]
+    held = sum(one > 0 for one in grows)
+    if held == PLACES:
+        return passed(count=PLACES)
+    if all(one == 0 for one in grows):
+        return tried("no_effect", count=PLACES)
+    return tried("turned_round" if all(one < 0 for one in grows) else "sometimes", held=held, count=PLACES)
+
+
+def _moved(rng: random.Random, name: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return a moment with less and one with more of a parameter; all else is the same."""
+    low, high = RANGES[name]
+    less = rng.uniform(low, high - 0.1 * (high - low))
+    more = rng.uniform(less + 0.05 * (high - low), high)
+    side = rng.choice((-1, 1)) if name == "steering_angle" else 1
+    moment = pose(rng.uniform(0, 0.3), 0.76, rng.random() < 0.5)
+    moment |= {other: rng.uniform(*RANGES[other]) for other in ("speed", "steering_angle", "progress")}
+    return moment | {name: side * less}, moment | {name: side * more}
+
+
+def sound_reward(answer: Answer) -> Verdict:
+    """What `racecraft reward check --for race` says of the pupil's reward function."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "reward_function.py"
+        path.write_text(answer.code("code"), encoding="utf-8")
+        found = check_reward(read_reward_source(path), for_race=True)
+    faults = [one for one in found.findings if one.level == FAULT]
+    if faults:
+        return tried("fault", found=f"{faults[0].text} {faults[0].hint}".strip(), count=len(faults))
+    return passed(notes=len(found.findings))
+
+
+@dataclass(frozen=True)
+class Raced:
+    """What a car did in three laps that were judged."""
+
+    laps: Sequence[float]
+    """Seconds of each that it finished."""
+    resets: int
+
+    @property
+    def best(self) -> float | None:
+        """Its fastest, s; None: it finished none."""
+        return min(self.laps, default=None)
+
+    def is_better(self, other: Raced) -> bool:
+        """Tell whether it finished more laps, or as many with a clearly faster best one."""
+        if len(self.laps) != len(other.laps):
+            return len(self.laps) > len(other.laps)
+        return self.best is not None and other.best is not None and self.best < (1 - NEAR) * other.best
+
+
+def raced(cars: Mapping[str, Path]) -> dict[str, Raced]:
+    """Return what cars do over three laps on the first one's track, each judged by the league on a seed nobody saw.
+
+    Args:
+        cars: Run folders by name.
+
+    Raises:
+        UserInputError: One cannot be raced; says why.
+    """
+    track = track_of_run(RunFolder(next(iter(cars.values())))).name
+    with tempfile.TemporaryDirectory() as folder:
+        league = Path(folder) / "league"
+        race = create_race(CreateRaceRequest(
+            league=league, title="Lesson", track=(track,), driving=DrivingOptions(laps=LAPS),
+        )).race  # fmt: skip
+        names = {
+            enter_race(EnterRequest(league=league, race=race.id, model=str(run), racer=name)).entry.number: name
+            for name, run in cars.items()
+        }
+        results = judge_race(JudgeRequest(league=league, race=race.id)).results
+    if failed := [one.failure for one in results if one.failure]:
+        raise AnswerError("A car could not be driven: {failure}", failure=failed[0])
+    return {names[one.entries[0]]: _raced(one.drives[0].outcomes[0]) for one in results}
+
+
+def _raced(outcome: Any) -> Raced:
+    return Raced([lap for lap in outcome.laps if lap is not None], outcome.resets)
+
+
+def _table(rows: Mapping[str, Raced]) -> Any:
+    written = [(name, len(one.laps), one.best if one.best is not None else "–", one.resets)
+               for name, one in rows.items()]  # fmt: skip
+    return ("car", f"laps of {LAPS}", "best lap, s", "set back"), written
+
+
+def own_lap(answer: Answer) -> Verdict:
+    """A pupil's car finishes a lap that is judged."""
+    (one,) = raced({"own": answer.model("car")}).values()
+    if one.best is None:
+        return tried("no_lap", resets=one.resets)
+    return passed(best=one.best, laps=len(one.laps), resets=one.resets)
+
+
+def one_change(answer: Answer) -> Verdict:
+    """A prediction: is the change kept? The evidence is three judged laps of the car before and after it."""
+    answer.choice("expected")
+    rows = raced(_two(answer, "before", "after"))
+    before, after = rows["before"], rows["after"]
+    right = "keep" if after.is_better(before) else "undo" if before.is_better(after) else "open"
+    return predicted(answer, "reason", right, _table(rows))
+
+
+def beats_first(answer: Answer) -> Verdict:
+    """A judged race: the pupil's newer car against the first one."""
+    rows = raced(_two(answer, "first", "own"))
+    first, own = rows["first"], rows["own"]
+    said = {"own": own.best or "–", "first": first.best or "–", "laps": len(own.laps), "first_laps": len(first.laps)}
+    if own.is_better(first):
+        return passed(**said)
+    if first.is_better(own):
+        return tried("slower" if own.best is not None else "no_lap", **said)
+    return tried("as_fast", **said)
+
+
+def _two(answer: Answer, one: str, other: str) -> dict[str, Path]:
+    found = {name: answer.model(name) for name in (one, other)}
+    if found[one] == found[other]:
+        raise AnswerError("That is the same car twice; choose two.")
+    return found
+
+
+CHECKS = {
+    "claim": claim,
+    "sound_reward": sound_reward,
+    "own_lap": own_lap,
+    "one_change": one_change,
+    "beats_first": beats_first,
+}
