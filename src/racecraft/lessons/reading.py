@@ -190,8 +190,10 @@ def _field(entry: Entry, path: str, later: bool) -> Field:
     if kind == "take":
         return Field(name, "take", figure=entry.value)
     label = translate(_label(entry))
-    if kind in ("choice", "model"):
-        return Field(name, kind, label, later=later)
+    if kind == "choice":
+        return Field(name, "choice", label, later=later)
+    if kind == "model":
+        return Field(name, "model", label)
     if kind == "code":
         return Field(name, "code", label, code=entry.value.partition("\n")[2] + "\n")
     found = _RANGE.match(entry.value.split(" ", 1)[0])
