@@ -81,3 +81,12 @@ def test_an_entry_that_could_not_be_driven_says_why():
     failed = Result(heat="00001", entries=(1,), drives=(), judged=1.0, failure="damaged")
     (row,) = board_of(race(), entries("Ann"), {"00001": failed}).rows
     assert (row.place, row.failure) == (None, "damaged")
+
+
+def test_rows_are_a_sequence_that_is_made_where_it_is_looked_at():
+    found = board_of(
+        race(), entries("Ann", "Bob", "Cy"), {one.heat: one for one in (result(1, [9.0]), result(2, [8.0]))}
+    )
+    assert [row.racer for row in found.rows[:2]] == ["Bob", "Ann"]
+    assert (found.rows[-1].racer, len(found.rows), found.waiting) == ("Cy", 3, 1)
+    assert found.rows[1].interval == found.rows[1].gap == 1.0

@@ -87,3 +87,15 @@ def test_a_board_leaves_as_csv_json_and_pages_and_no_name_becomes_code(league, t
     page = (tmp_path / "site/one.html").read_text(encoding="utf-8")
     assert "&lt;b&gt;Bob" in page
     assert "<b>Bob" not in page
+
+
+def test_a_result_that_came_a_moment_after_the_last_look_is_seen(tmp_path):
+    league = League.open_or_create(tmp_path / "league")
+    race = add(league, "Club", {})
+    for number in range(1, 6):
+        result = Result(heat=f"{number:05}", entries=(number,), drives=(), judged=float(number))
+        league.save_result(race.id, result, {})
+        assert len(league.results(race.id)) == number
+        assert len(league.results(race.id)) == number
+    assert league.reset(race.id, "00003") == 1
+    assert "00003" not in league.results(race.id)

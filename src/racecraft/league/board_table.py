@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from racecraft.league.board import Board, BoardRow, score_text, titles_of
+from racecraft.league.board import Board, score_text, titles_of
+from racecraft.league.board_row import BoardRow
 from racecraft.league.race import LADDER, Race
 
 TEXTS = ("racer", "model", "note")

@@ -21,9 +21,10 @@ import re
 import secrets
 import shutil
 import tempfile
+import time
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -43,6 +44,8 @@ RACES, SEASONS, ENTRIES, RESULTS, DRIVES = "races", "seasons", "entries", "resul
 WITHDRAWN, PAST = "withdrawn", "past"
 VERSION = 1
 MAX_ENTRIES = 99_999
+SETTLED_NS = 100_000_000
+"""A folder that changed within 0.1 s may change again without another time of its change."""
 
 Kept = TypeVar("Kept")
 Key = TypeVar("Key")
@@ -50,6 +53,16 @@ Key = TypeVar("Key")
 
 class LeagueError(InputFileError):
     """A file of a league is missing, damaged, or of a newer version."""
+
+
+@dataclass(frozen=True)
+class _Folder:
+    """What a folder held when it was looked at."""
+
+    state: tuple[int, int] | None = None
+    values: Mapping[tuple[str, int], Any] = field(default_factory=dict)
+    """By name and inode."""
+    by_key: Mapping[Any, Any] = field(default_factory=dict)
 
 
 class League:
@@ -68,7 +81,7 @@ class League:
             found = Message("holds no {mark}", mark=MARK) if self.path.is_dir() else "there is no such folder"
             raise LeagueError(self.path, found, "the folder of a league", "Make a race: racecraft league create TITLE")
         self._read: dict[Path, tuple[tuple[int, int], Any]] = {}
-        self._folders: dict[Path, dict[tuple[str, int], Any]] = {}
+        self._folders: dict[Path, _Folder] = {}
 
     @classmethod
     def open_or_create(cls, path: str | Path) -> League:
@@ -285,14 +298,19 @@ class League:
     def _all_kept(
         self, folder: Path, file_of: Callable[[str], Path], kind: type[Kept], key_of: Callable[[Kept], Key]
     ) -> Mapping[Key, Kept]:
-        """Return what a folder holds by its key. A file is read once: it is replaced by a new one, never changed."""
-        before = self._folders.get(folder, {})
-        now = {
-            (entry.name, entry.inode()): before.get((entry.name, entry.inode())) or read_kept(file_of(entry.name), kind)
-            for entry in _scanned(folder)
-        }
+        """Return what a folder holds by its key. A file is read once: it is replaced by a new one, never changed.
+
+        The mapping is another one whenever the folder has changed.
+        """
+        state = _state(folder)
+        before = self._folders.get(folder) or _Folder()
+        if state is not None and state == before.state:
+            return before.by_key
+        names = _scanned(folder)
+        values = {name: before.values.get(name) or read_kept(file_of(name[0]), kind) for name in names}
+        now = _Folder(state, values, {key_of(value): value for value in values.values()})
         self._folders[folder] = now
-        return {key_of(value): value for value in now.values()}
+        return now.by_key
 
     def _kept(self, file: Path, kind: type[Kept]) -> Kept:
         """Return what a file holds; it is read once."""
@@ -384,18 +402,32 @@ def _take_name(folder: Path, name: str) -> str:
     raise AssertionError
 
 
-def _scanned(folder: Path) -> list[os.DirEntry[str]]:
-    """Return what stands in a folder, by name; drafts and files that are no JSON are left out."""
+def _state(folder: Path) -> tuple[int, int] | None:
+    """Return what changes with a folder's entries; None where it changed a moment ago, and may change unseen."""
+    try:
+        stat = folder.stat()
+    except OSError:
+        return None
+    is_settled = time.time_ns() - stat.st_mtime_ns > SETTLED_NS
+    return (stat.st_ino, stat.st_mtime_ns) if is_settled else None
+
+
+def _scanned(folder: Path) -> list[tuple[str, int]]:
+    """Return what stands in a folder, (name, inode) by name; drafts and files that are no JSON are left out."""
     try:
         with os.scandir(folder) as entries:
-            whole = [one for one in entries if one.name.endswith(".json") or (one.name[0] != "." and one.is_dir())]
+            whole = [
+                (one.name, one.inode())
+                for one in entries
+                if one.name.endswith(".json") or (one.name[0] != "." and one.is_dir())
+            ]
     except FileNotFoundError:
         return []
-    return sorted(whole, key=lambda entry: entry.name)
+    return sorted(whole)
 
 
 def _numbers(folder: Path) -> list[int]:
-    return [int(entry.name) for entry in _scanned(folder) if entry.name.isdigit()]
+    return [int(name) for name, _ in _scanned(folder) if name.isdigit()]
 
 
 def _move(source: Path, target: Path) -> None:

@@ -203,7 +203,7 @@ def test_a_car_that_the_rules_forbid_is_refused_with_the_reason_and_leaves_nothi
     with pytest.raises(UserInputError, match=reason):
         rc.enter_race(race.id, run, league=league)
     assert [path.name for path in (league / "races" / race.id).iterdir() if path.name.startswith(".")] == []
-    assert rc.show_board(race.id, league=league).board.rows == ()
+    assert not rc.show_board(race.id, league=league).board.rows
 
 
 def test_a_policy_with_code_of_its_own_is_refused_and_its_code_is_not_run(run, league, tmp_path):
