@@ -1,6 +1,8 @@
 """The course over HTTP: pages, answers, what is kept, hostile requests."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 from tests.web.conftest import Client
@@ -68,3 +70,11 @@ def test_another_site_cannot_answer(client):
 def test_a_damaged_record_costs_no_lesson(client, progress):
     progress.path.write_text("{")
     assert client.ask("/lessons")[0] == 200
+
+
+def test_the_course_begins_without_what_simulates_and_learns():
+    """The first page of a fresh server waits for none of it."""
+    code = "import sys; from racecraft.lessons.service import course; course(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert "racecraft.lessons.course" in loaded
+    assert not {"numpy", "numba", "torch", "polars", "matplotlib"} & set(loaded)

@@ -1,4 +1,7 @@
-"""Checks of lesson 13, from an idea to a race: they run a pupil's reward function and race a pupil's own cars."""
+"""Checks of lesson 13, from an idea to a race: they run a pupil's reward function and race a pupil's own cars.
+
+What simulates is imported where it is needed: the first page of the course shall not wait for it.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.actions.league.entries import EnterRequest, enter_race
-from racecraft.actions.league.judging import JudgeRequest, judge_race
-from racecraft.formats.run_folder import RunFolder
 from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
 from racecraft.lessons.functions import call_function
-from racecraft.worlds.deepracer.actions.create_race import CreateRaceRequest, DrivingOptions, create_race
-from racecraft.worlds.deepracer.driving.reward.check import check_reward
-from racecraft.worlds.deepracer.driving.reward.findings import FAULT
-from racecraft.worlds.deepracer.files.reward_source import read_reward_source
 from racecraft.worlds.deepracer.lessons.checks import pose
-from racecraft.worlds.deepracer.players.run_track import track_of_run
 
 RANGES: Mapping[str, tuple[float, float]] = {
     "distance_from_center": (0.0, 0.35),
@@ -64,6 +59,10 @@ def _moved(rng: random.Random, name: str) -> tuple[dict[str, Any], dict[str, Any
 
 def sound_reward(answer: Answer) -> Verdict:
     """What `racecraft reward check --for race` says of the pupil's reward function."""
+    from racecraft.worlds.deepracer.driving.reward.check import check_reward
+    from racecraft.worlds.deepracer.driving.reward.findings import FAULT
+    from racecraft.worlds.deepracer.files.reward_source import read_reward_source
+
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "reward_function.py"
         path.write_text(answer.code("code"), encoding="utf-8")
@@ -103,6 +102,12 @@ def raced(cars: Mapping[str, Path]) -> dict[str, Raced]:
     Raises:
         UserInputError: One cannot be raced; says why.
     """
+    from racecraft.actions.league.entries import EnterRequest, enter_race
+    from racecraft.actions.league.judging import JudgeRequest, judge_race
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.worlds.deepracer.actions.create_race import CreateRaceRequest, DrivingOptions, create_race
+    from racecraft.worlds.deepracer.players.run_track import track_of_run
+
     track = track_of_run(RunFolder(next(iter(cars.values())))).name
     with tempfile.TemporaryDirectory() as folder:
         league = Path(folder) / "league"
