@@ -169,6 +169,7 @@ def test_metrics_alone(tmp_path):
     assert table.row(0, named=True) | {"file": 0} == {
         "round": 1, "phase": "training", "stream": "", "worker": 0, "iteration": 0, "episode": 0, "trial": 1,
         "reward": 3.0, "start_s": 0.5, "seconds": 2.0, "progress_share": 0.4, "status": "off_track", "resets": None,
+        "steps": None,
         "file": 0,
     }  # fmt: skip
 

@@ -117,10 +117,40 @@ def test_the_workshops_notebook_runs_over_local_logs(tmp_path, model, monkeypatc
     monkeypatch.setenv(local_streams.ROOT, "")  # the notebook sets it; taken back at the end
     write_notebooks(tmp_path / "nb", run=str(model))
     found = plots_in(run_cells(tmp_path / "nb" / "DeepRacer Log Analysis.ipynb", monkeypatch))
-    assert {"training_progress", "trackpoints", "heat_map", "one_episode", "action_breakdown"} <= found
+    expected = {"training_progress", "trackpoints", "heat_map", "one_episode", "action_breakdown",
+                "rewards_and_lengths", "evaluation_grid"}  # fmt: skip
+    assert expected <= found
     logs = sorted((tmp_path / "nb" / "logs").iterdir())
     assert [path.name.startswith("deepracer-sim-") and path.suffix == ".log" for path in logs] == [True, True]
     assert "Distance, lap time" in capsys.readouterr().out
+
+
+def test_the_workshops_notebook_begins_with_the_log_that_was_named(tmp_path, model, monkeypatch):
+    """And not with the newest one beside it."""
+    monkeypatch.setenv(local_streams.ROOT, "")
+    other = model.parent / "newer"
+    makers.write(other / "training-simtrace" / "0-iteration.csv", makers.episode(0, 0.3, ticks=7))
+    write_notebooks(tmp_path / "nb", logs=str(model))
+    shown = run_cells(tmp_path / "nb" / "DeepRacer Log Analysis.ipynb", monkeypatch)
+    (lengths,) = (one for one in shown if isinstance(one, Plot) and one.name == "rewards_and_lengths")
+    assert lengths.data.height == 8, "two iterations of four episodes"
+    assert lengths.data["steps"].max() == 66
+
+
+def test_a_log_that_is_a_run_is_the_run_that_notebooks_open(tmp_path):
+    run = tmp_path / "elsewhere" / "mine"
+    run.mkdir(parents=True)
+    (run / "job.json").write_text("{}")
+    write_notebooks(tmp_path / "nb", logs=str(run))
+    looking = (tmp_path / "nb" / "Visual_Analysis.ipynb").read_text()
+    assert f"RUN = {str(run)!r}" in looking
+
+
+def test_only_the_notebooks_that_were_named_are_written(tmp_path):
+    (path,) = write_notebooks(tmp_path, names=["Metrics.ipynb", "another.ipynb"])
+    assert [one.name for one in tmp_path.iterdir()] == [path.name] == ["Metrics.ipynb"]
+    write_notebooks(tmp_path / "workshop", names=["DeepRacer Log Analysis.ipynb"])
+    assert {one.name for one in (tmp_path / "workshop").glob("*.py")} == set(MODULES)
 
 
 def test_training_and_looking_notebooks_run(tmp_path, monkeypatch):
@@ -132,6 +162,9 @@ def test_training_and_looking_notebooks_run(tmp_path, monkeypatch):
     (run,) = (tmp_path / "runs").iterdir()
     write_notebooks(tmp_path / "nb", run=str(run))
     shown = run_cells(tmp_path / "nb" / "Visual_Analysis.ipynb", monkeypatch)
+    assert any(isinstance(one, list) and isinstance(one[0], dict) and "chosen_share" in one[0] for one in shown)
+    monkeypatch.setenv(local_streams.ROOT, "")
+    shown = run_cells(tmp_path / "nb" / "DeepRacer Log Analysis.ipynb", monkeypatch)
     assert any(isinstance(one, list) and isinstance(one[0], dict) and "chosen_share" in one[0] for one in shown)
 
 

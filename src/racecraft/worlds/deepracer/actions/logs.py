@@ -178,7 +178,7 @@ def _metrics(found: Logs) -> list[dict[str, Any]]:
         pl.len().alias("episodes"), pl.col("iteration").n_unique().alias("iterations"),
         (pl.col("progress_share") >= 1).sum().alias("full_laps"),
         pl.col("seconds").filter(done | (pl.col("progress_share") >= 1)).min().alias("best_lap_seconds"),
-        pl.col("progress_share").mean().alias("mean_progress_share"),
+        pl.col("progress_share").mean().alias("mean_progress_share"), pl.col("reward").mean().alias("mean_reward"),
     )  # fmt: skip
     return table.with_columns(pl.col("phase").cast(pl.String)).collect().to_dicts()
 

@@ -40,13 +40,15 @@ def show(facts: Figures) -> None:
 def _print_table(rows: list[dict[str, Any]]) -> None:
     several, cells = len({row["round"] for row in rows}) > 1, []
     for row in rows:
-        best = row["best_lap_seconds"]
+        best, share, reward = (row[name] for name in ("best_lap_seconds", "mean_progress_share", "mean_reward"))
         cells.append((
             (f"round {row['round']}, " if several else "") + f"{row['phase']} {row['stream']}".strip(),
             f"{row['iterations']:,}", f"{row['episodes']:,}", f"{row['full_laps']:,}",
-            "-" if best is None else f"{best:.2f} s", f"{100 * row['mean_progress_share']:.1f} %",
+            "-" if best is None else f"{best:.2f} s", "-" if share is None else f"{100 * share:.1f} %",
+            "-" if reward is None else f"{reward:,.1f}",
         ))  # fmt: skip
-    table(("what", "iterations", "episodes", "full laps", "best lap", "mean progress"), cells, left=("what",))
+    heads = ("what", "iterations", "episodes", "full laps", "best lap", "mean progress", "mean reward")
+    table(heads, cells, left=("what",))
 
 
 logs = command(action, show, messages_aside=True)

@@ -16,7 +16,7 @@
     tolerant_rows.py  damaged rows, one by one
     numbering.py   episodes told apart over files, workers and rounds
     clocks.py      time that runs back or leaps
-    metric_rows.py AWS's metrics files
+    metric_rows.py metrics files: AWS's, and by coach_csv.py Coach's
     columns.py     the columns, in one table
 
 This package stands beside `analysis`: it knows files and nothing of pictures.

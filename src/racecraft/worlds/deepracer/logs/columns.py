@@ -49,6 +49,7 @@ METRIC_COLUMNS: tuple[Column, ...] = (
     Column("episode", "int32", "", "Episode of the training, counted from 0; in an evaluation its lap."),
     Column("trial", "int32", "", "Episode within the iteration, counted from 1."),
     Column("reward", "float64", "", "Sum of the rewards, rounded by AWS; absent in an evaluation's file."),
+    Column("steps", "int32", "", "Ticks of it; told by Coach's CSV alone."),
     Column("start_s", "float64", "s", "Simulated time at which it began."),
     Column("seconds", "float64", "s", "How long it took."),
     Column("progress_share", "float64", "lap", "Share of the lap covered, cut to whole percent by AWS."),

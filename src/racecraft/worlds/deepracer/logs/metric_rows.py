@@ -1,4 +1,4 @@
-"""Rows of AWS's metrics files, one an episode. Begin with `read_metrics`.
+"""Rows of metrics files, one an episode: AWS's, and Coach's CSV. Begin with `read_metrics`.
 
 In a training's file `trial` begins at 1 again in every iteration, which is how iterations are told; files of further
 workers count trials on, and go by the length of the first worker's iterations. Evaluation rows stand between.
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.formats.json_text import parse_json
 from racecraft.worlds.deepracer.files.training_metrics import STATUS_LABELS
+from racecraft.worlds.deepracer.logs.coach_csv import is_coach_csv, read_coach_csv
 from racecraft.worlds.deepracer.logs.columns import METRIC_COLUMNS, PHASES, empty, schema
 from racecraft.worlds.deepracer.logs.errors import Damage
 from racecraft.worlds.deepracer.logs.sources import METRICS, Source
@@ -35,10 +36,13 @@ def read_metrics(sources: Sequence[Source], phase: str | None = None) -> tuple[p
     for place, source in enumerate(sources):
         if source.kind != METRICS:
             continue
-        rows, wrong = _rows(source)
+        if is_coach_csv(source.name):
+            frame, wrong = read_coach_csv(source)
+        else:
+            rows, wrong = _rows(source)
+            frame = _as_ours(rows, source, phase, length) if rows.height else rows
         damage += wrong
-        if rows.height:
-            frame = _as_ours(rows, source, phase, length)
+        if frame.height:
             frames.append(frame.with_columns(pl.lit(place, pl.UInt32).alias("file")))
     if not frames:
         return empty(METRIC_COLUMNS), damage

@@ -43,6 +43,8 @@ _LOG = re.compile(r"(?P<tail>(?:^|/)(?:logs/)?(?:(?P<phase>training|evaluation|l
 _METRICS = re.compile(r"(?P<tail>(?:^|/)metrics/(?:(?P<phase>training|evaluation)/)?(?P<name>[^/]+)\.json)$")
 _LOOSE_METRICS = re.compile(r"(?P<tail>(?:^|/)(?P<name>(?P<phase>training|evaluation)-\d{14}[^/]*|TrainingMetrics[^/]*|"
                             r"EvaluationMetrics[^/]*)\.json)$")  # fmt: skip
+_COACH = re.compile(r"(?P<tail>(?:^|/)[^/]*\.agent_\d{1,9}\.csv)$")
+_COACH_BEGINS = b"Episode #,"
 _EPISODES = re.compile(r"(?P<tail>(?:^|/)episodes/(?P<number>\d{1,9})\.parquet)$")
 _ABOUT = re.compile(r"(?P<tail>(?:^|/)(?:model/model_metadata\.json|ip/hyperparameters\.json|training_params\.yaml|"
                     r"model_metadata\.json|hyperparameters\.json|job\.json))$")  # fmt: skip
@@ -149,6 +151,8 @@ def _classified(name: str, file: str | MemberFile | GzippedFile) -> Source | Non
         stream = (stamp[1] if stamp else match["name"]) if evaluation else ""
         phase = "evaluation" if evaluation else "training"
         return Source(file, METRICS, _before(name, match), phase, stream, int(worker[1]) if worker else 0)
+    if match := _COACH.search(name):
+        return Source(file, METRICS, _before(name, match), "training")
     if match := _EPISODES.search(name):
         return Source(file, EPISODES, _before(name, match), "training", iteration=int(match["number"]))
     if match := _LOG.search(name):
@@ -195,9 +199,21 @@ def _single(path: Path) -> Source:
     if path.suffix == ".parquet":
         return Source(file, EPISODES, root, "training")
     if path.suffix == ".csv":
+        single = Source(file, TRACE, root)
+        if _is_coach(single):
+            return replace(single, kind=METRICS)
         iteration = _ITERATION.search(path.name)
-        return _bare_trace(path.name, file, iteration) if iteration else Source(file, TRACE, root)
+        return _bare_trace(path.name, file, iteration) if iteration else single
     return replace(_classified(path.name, file) or Source(file, LOG, root), kind=LOG, root=root, part=None)
+
+
+def _is_coach(source: Source) -> bool:
+    """Tell whether a CSV is the one that Coach kept of a training."""
+    try:
+        with source.open() as file:
+            return file.read(len(_COACH_BEGINS)) == _COACH_BEGINS
+    except OSError:
+        return False
 
 
 def _with_phases(found: list[Source]) -> list[Source]:

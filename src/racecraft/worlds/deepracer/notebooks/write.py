@@ -6,10 +6,12 @@ In a notebook "<LOGS>", "<RUN>", "<RUNS>" and "<TRACK>" stand for what it begins
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.atomic import make_folder, write_atomic
+from racecraft.formats.run_folder import JOB
 
 FILES = Path(__file__).parent / "files"
 NOTEBOOKS = tuple(sorted(path.name for path in FILES.glob("*.ipynb")))
@@ -22,16 +24,22 @@ class NotebookError(UserInputError):
 
 
 def write_notebooks(
-    folder: str | Path, logs: str = "", run: str = "", track: str = "reinvent_base", replace: bool = False
+    folder: str | Path,
+    logs: str = "",
+    run: str = "",
+    track: str = "reinvent_base",
+    replace: bool = False,
+    names: Collection[str] = NOTEBOOKS,
 ) -> list[Path]:
-    """Write every notebook and the modules they share.
+    """Write notebooks and the modules that they import.
 
     Args:
         folder: Where; it is made.
         logs: The log they begin with; "": the run.
-        run: The run folder they begin with; "": the newest in `runs`, if there is one.
+        run: The run folder they begin with; "": the log, if it is one, else the newest in `runs`, if there is one.
         track: What is trained on.
         replace: Whether files of theirs that are there already are written anew.
+        names: Which of NOTEBOOKS; others are left out.
 
     Returns:
         What was written.
@@ -41,7 +49,9 @@ def write_notebooks(
         OutputFileError: The folder cannot be written.
     """
     place = Path(folder)
-    there = [name for name in (*NOTEBOOKS, *MODULES) if (place / name).exists()]
+    texts = {name: (FILES / name).read_text(encoding="utf-8") for name in NOTEBOOKS if name in names}
+    modules = [name for name in MODULES if any(f"import {Path(name).stem}" in text for text in texts.values())]
+    there = [name for name in (*texts, *modules) if (place / name).exists()]
     if there and not replace:
         raise NotebookError(
             "{place}: is there already; expected a folder without {note}. "
@@ -49,20 +59,27 @@ def write_notebooks(
             place=place / there[0],
             note="it" if len(there) == 1 else "them",
         )
-    run = str(Path(run or newest_run()).absolute())
-    begins = {"<LOGS>": str(Path(logs).absolute()) if logs else run, "<RUN>": run, "<RUNS>": str(Path(run).parent),
-              "<TRACK>": track}  # fmt: skip
+    begins = _beginnings(logs, run, track)
     make_folder(place)
-    for name in NOTEBOOKS:
-        write_atomic(place / name, _filled((FILES / name).read_text(encoding="utf-8"), begins))
-    for name in MODULES:
+    for name, text in texts.items():
+        write_atomic(place / name, _filled(text, begins))
+    for name in modules:
         write_atomic(place / name, (FILES / name).read_text(encoding="utf-8"))
-    return [place / name for name in (*NOTEBOOKS, *MODULES)]
+    return [place / name for name in (*texts, *modules)]
+
+
+def _beginnings(logs: str, run: str, track: str) -> dict[str, str]:
+    """Return what a notebook begins with, by the name that stands for it."""
+    if not run:
+        run = logs if (Path(logs) / JOB).is_file() else str(newest_run())
+    run = str(Path(run).absolute())
+    logs = str(Path(logs).absolute()) if logs else run
+    return {"<LOGS>": logs, "<RUN>": run, "<RUNS>": str(Path(logs).parent), "<TRACK>": track}
 
 
 def newest_run(root: str | Path = "runs") -> Path:
     """Return the run folder that was written last; a name to fill in where there is none."""
-    runs = [path.parent for path in Path(root).glob("*/job.json")]
+    runs = [path.parent for path in Path(root).glob(f"*/{JOB}")]
     return max(runs, key=lambda path: path.stat().st_mtime, default=Path(root) / "reinvent_base-1")
 
 

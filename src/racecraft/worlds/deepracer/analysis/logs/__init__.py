@@ -36,6 +36,7 @@ from racecraft.worlds.deepracer.analysis.logs.laps import (
     sector_losses,
     sector_times,
 )  # fmt: skip
+from racecraft.worlds.deepracer.analysis.logs.lengths import rewards_and_lengths
 from racecraft.worlds.deepracer.analysis.logs.motion import (
     best_episode_distributions,
     episode_distributions,
@@ -75,7 +76,7 @@ __all__ = [
     "find_track", "fitted_line", "in_segments", "lap_correlations", "lap_features", "lap_scatter", "lap_time_progress",
     "lap_times", "last_iteration", "metrics_best_laps", "metrics_summary", "new_reward", "on_track", "one_episode",
     "one_iteration", "own_plots", "per_iteration", "quintiles", "reward_distribution", "reward_heat_map",
-    "reward_params", "reward_per_waypoint", "scatter_of_laps", "sector_correlations", "sector_losses", "sector_times",
-    "segments_plot", "selected_laps", "simulation_agg", "slides", "stability", "straights_and_curves",
-    "top_iterations", "track_or_none", "training_progress", "with_motion",
+    "reward_params", "reward_per_waypoint", "rewards_and_lengths", "scatter_of_laps", "sector_correlations",
+    "sector_losses", "sector_times", "segments_plot", "selected_laps", "simulation_agg", "slides", "stability",
+    "straights_and_curves", "top_iterations", "track_or_none", "training_progress", "with_motion",
 ]  # fmt: skip

@@ -3,14 +3,17 @@
 from types import SimpleNamespace
 
 from racecraft.worlds.deepracer.logs.local_streams import (
+    LEADERBOARDS,
+    SIMULATIONS,
     download_all_logs,
     download_log,
     get_log_events,
     iso_to_timestamp,
+    simulation_id,
     streams,
 )
 
 boto3 = SimpleNamespace(__version__="none is needed")
 """The old notebook asks which boto3 there is."""
 
-__all__ = ["boto3", "download_all_logs", "download_log", "get_log_events", "iso_to_timestamp", "streams"]
+__all__ = ["LEADERBOARDS", "SIMULATIONS", "boto3", "download_all_logs", "download_log", "get_log_events", "iso_to_timestamp", "simulation_id", "streams"]
