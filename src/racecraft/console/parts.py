@@ -67,6 +67,19 @@ class Look:
     arguments: tuple[Any, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class RaceMaking:
+    """How a race of a world is made: the form is made of the options of the action's request."""
+
+    action: Action[Any]
+    command: str
+    """What is typed for it, behind `racecraft`: "league create"."""
+    first: tuple[str, ...]
+    """Options that stand unfolded at the top, in order."""
+    choices: Mapping[str, Sequence[tuple[str, str]]]
+    """(value, label) of options whose values are a list: {"track": …}."""
+
+
 class WorldParts:
     """What a world adds to the console's pages.
 
@@ -152,13 +165,9 @@ class WorldParts:
         """Return further pages of the console that belong to no model: tracks, driving by hand."""
         return ()
 
-    def race_action(self) -> Action[Any] | None:
-        """Return the action that makes a race of this world; None: it has no races. Its request makes the form."""
+    def race_making(self) -> RaceMaking | None:
+        """Return how a race of this world is made; None: it has no races."""
         return None
-
-    def race_choices(self) -> Mapping[str, Sequence[tuple[str, str]]]:
-        """Return (value, label) of options of that action whose values are a list: {"track": …}."""
-        return {}
 
     def drive_page(
         self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
@@ -175,6 +184,9 @@ class WorldParts:
             UserInputError: A drive cannot be read.
         """
         raise SettingError("{title} shows no drives of races.", title=self.kind.title)
+
+    has_pictures = False
+    """Whether `picture` draws the places of races."""
 
     def picture(self, key: str) -> str:
         """Return a place as the text of an SVG file.

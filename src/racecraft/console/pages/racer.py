@@ -8,12 +8,12 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute
 
 from racecraft.accounts.people import AccountError
+from racecraft.console.pages.race_parts import league_of, open_league
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Page, page_routes
 from racecraft.contract.errors import UserInputError
 from racecraft.league.board import score_text, titles_of
 from racecraft.league.records import Career, career_of, fastest_laps
-from racecraft.league.store import League
 from racecraft.web.errors import WebError
 
 
@@ -28,7 +28,7 @@ def racer_page(console: Console, request: Request) -> Page:
     career = _career(console, name)
     if career is None:
         return Page("racer.html", _known(console, name), {"name": name, "career": None}, here="/races")
-    league = League(console.league)
+    league = league_of(console)
     races = {race.id: race for race in league.races()}
     first = {(one.track, one.type): one.seconds for one in reversed(fastest_laps(league))}
     return Page(
@@ -53,8 +53,9 @@ def racer_page(console: Console, request: Request) -> Page:
 
 
 def _career(console: Console, name: str) -> Career | None:
+    league = open_league(console)
     try:
-        return career_of(League(console.league), name)
+        return career_of(league, name) if league else None
     except UserInputError:
         return None
 

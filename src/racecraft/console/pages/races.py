@@ -1,12 +1,10 @@
-"""Races: list, seasons and records; a board; the form of a race; an entry; a drive beside the leader's."""
+"""Races: list, seasons and records; a board and what one may do there; an entry; the points of a season."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import sqlalchemy as sql
 from starlette.requests import Request
@@ -18,19 +16,26 @@ from racecraft.actions.league.managing import close_race, open_race, reset_race
 from racecraft.console.commands import CommandError, run_command
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import READY
+from racecraft.console.pages.race_parts import (
+    league_of,
+    log_act,
+    open_league,
+    organises,
+    race_and_board,
+    race_of,
+    shown_folder,
+)
 from racecraft.console.parts import parts_of
-from racecraft.console.race_form import RaceForm, race_kinds
 from racecraft.console.race_judge import judge_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes, person_of
-from racecraft.contract.errors import UserInputError
-from racecraft.league.board import Board, board_of, score_text, titles_of
+from racecraft.league.board import board_of, score_text, titles_of
 from racecraft.league.race import SOLO, Race
 from racecraft.league.records import fastest_laps
 from racecraft.league.scoring import ranking_text
 from racecraft.league.seasons import standings
 from racecraft.league.site import board_csv
-from racecraft.league.store import MARK, League, shared_league
+from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.errors import WebError
 
@@ -43,34 +48,32 @@ def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of races."""
 
     def csv_file(request: Request) -> Response:
-        race, board = _board(_league(console), request.path_params["id"])
+        race, board = race_and_board(league_of(console), request.path_params["id"])
         headers = {"Content-Disposition": f'attachment; filename="{race.id}.csv"'}
         return Response(board_csv(board), media_type="text/csv; charset=utf-8", headers=headers)
 
     return [
         *page_routes(console, "/races", races_page),
-        *page_routes(console, "/races/new", new_page),
-        act_route(console, "/races/new", make),
         Route("/races/{id}/board.csv", csv_file),
         *page_routes(console, "/races/{id}", race_page),
         *page_routes(console, "/races/{id}/enter", enter_page),
         act_route(console, "/races/{id}/enter", enter),
         act_route(console, "/races/{id}/act", act_on_race),
         act_route(console, "/races/{id}/withdraw", withdraw),
-        *page_routes(console, "/races/{id}/drives/{heat}", drive_page),
         *page_routes(console, "/seasons/{id}", season_page),
     ]
 
 
 def races_page(console: Console, request: Request) -> Page:
     """Return all races, seasons and fastest laps."""
-    league, now = _open(console), time.time()
+    league, now = open_league(console), time.time()
     races, seasons, records = [], [], []
     if league is not None:
         for race in league.races():
             board = board_of(race, league.entries(race.id), league.results(race.id))
             races.append({
-                "race": asdict(race), "is_open": race.is_open(now), "closes": race.closes, "racers": len(board.rows),
+                "race": asdict(race), "is_open": race.is_open(now),
+                "has_picture": parts_of(race.kind).has_pictures, "closes": race.closes, "racers": len(board.rows),
                 "waiting": board.waiting, "leader": next((row.racer for row in board.rows if row.place == 1), ""),
                 "best": next((score_text(race, row.score) for row in board.rows if row.place == 1), ""),
             })  # fmt: skip
@@ -81,14 +84,14 @@ def races_page(console: Console, request: Request) -> Page:
                             "leader": first.racer if first else "",
                             "points": first.points if first else 0})  # fmt: skip
         records = [asdict(record) for record in fastest_laps(league)[:RECORDS]]
-    data = {"races": races, "seasons": seasons, "records": records, "organises": _organises(request)}
+    data = {"races": races, "seasons": seasons, "records": records, "organises": organises(request)}
     return Page("races.html", "Races", data, here="/races")
 
 
 def race_page(console: Console, request: Request) -> Page:
     """Return a race's board, its rules, and what one may do."""
-    league = _league(console)
-    race, board = _board(league, request.path_params["id"])
+    league = league_of(console)
+    race, board = race_and_board(league, request.path_params["id"])
     person, now = person_of(request), time.time()
     judge, entries = judge_of(league.path), league.entries(race.id)
     own = {entry.racer for entry in entries.values() if entry.person == person.owned}
@@ -111,56 +114,35 @@ def race_page(console: Console, request: Request) -> Page:
         "is_open": race.is_open(now),
         "rules": [*league_world(race.kind).describe(race.rules, race.tracks), f"ranked by {ranking_text(race)}"],
         "records": [asdict(one) for track in race.tracks for one in fastest_laps(league, track)[:3]],
-        "organises": _organises(request),
+        "organises": organises(request),
         "enters": may(person, Verb.ENTER),
         "judge_fault": judge.faults.get(race.id, ""),
         "is_solo": race.format == SOLO,
         "season": _season_title(league, race),
-        "picture": race.tracks[0],
+        "picture": race.tracks[0] if parts_of(race.kind).has_pictures else "",
         "path": f"/races/{race.id}",
         "own_entries": [
             {"number": entry.number, "model": entry.model, "entered": entry.entered}
             for entry in entries.values()
             if entry.person == person.owned
         ],
-        "command": f"racecraft league board {race.id} --league {_shown_folder(request, league.path)}",
+        "command": _commands(race, organises(request), shown_folder(request, league.path)),
     }
     return Page("race.html", race.title, data, here="/races")
 
 
-def new_page(console: Console, request: Request) -> Page:
-    """Return the form of a race."""
-    kinds = race_kinds()
-    kind = request.query_params.get("kind", kinds[0])
-    return _form_page(RaceForm(kind), {}, {}, "")
-
-
-def make(console: Console, request: Request, fields: Fields) -> Page | str:
-    """Make a race; what cannot be is said on the form."""
-    form = RaceForm(one(fields, "kind"))
-    values, wrong = form.read(fields)
-    if wrong:
-        return _form_page(form, fields, wrong, "")
-    try:
-        race = form.make(values, console.league)
-    except UserInputError as error:
-        return _form_page(form, fields, {}, str(error))
-    _log(console, request, "make race", race)
-    return f"/races/{race.id}"
-
-
 def enter_page(console: Console, request: Request) -> Page:
     """Return the form of an entry; a process warms up for it meanwhile."""
-    league = _league(console)
-    race = _race(league, request.path_params["id"])
+    league = league_of(console)
+    race = race_of(league, request.path_params["id"])
     judge_of(league.path).expect(race.kind)
     return _entry_page(console, request, league, race, "", {})
 
 
 def enter(console: Console, request: Request, fields: Fields) -> Page | str:
     """Enter a model, and have it judged."""
-    league, person = _league(console), person_of(request)
-    race = _race(league, request.path_params["id"])
+    league, person = league_of(console), person_of(request)
+    race = race_of(league, request.path_params["id"])
     model, which = console.workspace.model(one(fields, "model")), one(fields, "which", "best")
     runs, racer = model.runs(), one(fields, "racer").strip() if not person.owned else person.name
     try:
@@ -180,8 +162,8 @@ def enter(console: Console, request: Request, fields: Fields) -> Page | str:
 
 def act_on_race(console: Console, request: Request, fields: Fields) -> str:
     """Judge, close, open or reset a race; the log keeps who did."""
-    league = _league(console)
-    race, act = _race(league, request.path_params["id"]), one(fields, "act")
+    league = league_of(console)
+    race, act = race_of(league, request.path_params["id"]), one(fields, "act")
     if act == "judge":
         judge_of(league.path).judge(race.id)
     elif act in ("close", "open", "reset"):
@@ -189,14 +171,14 @@ def act_on_race(console: Console, request: Request, fields: Fields) -> str:
         action(race.id, league=league.path)
     else:
         raise WebError(400, "no_such_act", "expected judge, close, open or reset.")
-    _log(console, request, f"{act} race", race)
+    log_act(console, request, f"{act} race", race.id)
     return f"/races/{race.id}"
 
 
 def withdraw(console: Console, request: Request, fields: Fields) -> str:
     """Take an entry back: one's own, or as an organiser another person's."""
-    league, person = _league(console), person_of(request)
-    race, number = _race(league, request.path_params["id"]), one(fields, "entry")
+    league, person = league_of(console), person_of(request)
+    race, number = race_of(league, request.path_params["id"]), one(fields, "entry")
     entry = league.entries(race.id).get(int(number)) if number.isascii() and number.isdigit() else None
     if entry is None:
         raise WebError(404, "no_such_entry", "this race has no such entry; load the page again.")
@@ -204,60 +186,22 @@ def withdraw(console: Console, request: Request, fields: Fields) -> str:
         raise WebError(403, "not_allowed", "this entry is another person's; only they and organisers withdraw it.")
     league.withdraw(race.id, entry.number)
     if entry.person != person.owned:
-        _log(console, request, "withdraw entry", race, entry=entry.number, racer=entry.racer)
+        log_act(console, request, "withdraw entry", race.id, entry=entry.number, racer=entry.racer)
     return f"/races/{race.id}"
-
-
-def drive_page(console: Console, request: Request) -> Page:
-    """Return a drive beside the leader's, or beside any other of the race."""
-    league = _league(console)
-    race, board = _board(league, request.path_params["id"])
-    results, asked = league.results(race.id), dict(request.query_params)
-    result = results.get(request.path_params["heat"])
-    if result is None or not result.drives:
-        raise WebError(404, "no_such_drive", "this race has no such drive; begin at its board.")
-    number = int(asked["track"]) if asked.get("track", "").isdigit() else 0
-    number = min(number, len(race.tracks) - 1)
-    entries = league.entries(race.id)
-    racer = entries[result.entries[0]].racer if result.entries[0] in entries else "withdrawn"
-    others = [
-        (row.racer, _folder(league, race, row.heat, number))
-        for row in board.rows
-        if row.heat and row.heat != result.heat and row.heat in results
-    ]
-    own = (racer, _folder(league, race, result.heat, number))
-    template, data = parts_of(race.kind).drive_page(race, race.tracks[number], [own, *others], asked)
-    outcome = result.drives[number].outcomes[0]
-    about = {
-        "race": asdict(race), "racer": racer, "heat": result.heat, "outcome": asdict(outcome),
-        "track_number": number, "path": f"/races/{race.id}/drives/{quote(result.heat)}", "back": f"/races/{race.id}",
-        "folder": _shown_folder(request, own[1]),
-    }  # fmt: skip
-    return Page(template, f"{racer} in {race.title}", {**about, **data}, here="/races")
 
 
 def season_page(console: Console, request: Request) -> Page:
     """Return the points of a season."""
-    league = _league(console)
+    league = league_of(console)
     found = standings(league, league.season(request.path_params["id"]), time.time())
     data = {
         "season": asdict(found.season),
         "races": [asdict(race) for race in found.races],
         "rows": [asdict(row) for row in found.rows],
         "is_over": found.is_over,
+        "command": f"racecraft league standings {found.season.id}",
     }
     return Page("season.html", found.season.title, data, here="/races")
-
-
-def _form_page(form: RaceForm, fields: Fields, wrong: dict[str, str], message: str) -> Page:
-    data = {
-        "kind": form.kind,
-        "kinds": race_kinds(),
-        "panels": form.panels(fields, wrong),
-        "message": message,
-        "open_panels": [panel["title"] for panel in form.panels(fields, wrong) if panel["is_wrong"]],
-    }
-    return Page("race_new.html", "New race", data, here="/races", status=422 if wrong or message else 200)
 
 
 def _entry_page(
@@ -276,49 +220,18 @@ def _entry_page(
         "names_itself": not person.owned,
         "waiting": board.waiting,
         "path": f"/races/{race.id}",
+        "command": f"racecraft league enter {race.id} MODEL --racer NAME",
     }
     return Page("race_enter.html", f"Enter {race.title}", data, here="/races", status=422 if wrong else 200)
 
 
-def _open(console: Console) -> League | None:
-    return shared_league(console.league) if (console.league / MARK).is_file() else None
-
-
-def _league(console: Console) -> League:
-    league = _open(console)
-    if league is None:
-        raise WebError(404, "no_race", "there are no races yet; make one first.")
-    return league
-
-
-def _race(league: League, id: str) -> Race:
-    try:
-        return league.race(id)
-    except UserInputError as error:
-        raise WebError(404, "no_such_race", str(error)) from error
-
-
-def _board(league: League, id: str) -> tuple[Race, Board]:
-    race = _race(league, id)
-    return race, board_of(race, league.entries(race.id), league.results(race.id))
-
-
-def _folder(league: League, race: Race, heat: str, track: int) -> Path:
-    return league.folder(race.id) / "drives" / f"{heat}-{track}"
-
-
-def _shown_folder(request: Request, folder: Path) -> str:
-    """Return a folder for a command; only who sees the machine is told where it lies."""
-    return str(folder) if may(person_of(request), Verb.RUN_MACHINE) else folder.name
-
-
-def _log(console: Console, request: Request, what: str, race: Race, **detail: Any) -> None:
-    if console.accounts is not None:
-        console.accounts.log(person_of(request), what, race.id, **detail)
-
-
-def _organises(request: Request) -> bool:
-    return may(person_of(request), Verb.ORGANISE)
+def _commands(race: Race, for_organisers: bool, league: str) -> str:
+    """Return the commands that do what the page shows, one a line."""
+    verbs = ["board", "edit", "copy", "judge", "open" if race.is_closed else "close", "reset", "audit"]
+    rest = {"board": f" --league {league}", "copy": ' "NEW TITLE"', "edit": " --closes +2h"}
+    return "\n".join(
+        f"racecraft league {verb} {race.id}{rest.get(verb, '')}" for verb in (verbs if for_organisers else verbs[:1])
+    )
 
 
 def _season_title(league: League, race: Race) -> str:

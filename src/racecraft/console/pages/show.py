@@ -10,6 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from racecraft.console.pages.race_parts import league_of, race_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Page, page_routes
 from racecraft.contract.errors import UserInputError
@@ -17,7 +18,6 @@ from racecraft.league.board import board_of, score_text, titles_of
 from racecraft.league.heats import latest_of_each
 from racecraft.league.race import SOLO, Entry, Race, Result
 from racecraft.league.scoring import ranking_text
-from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.answers import json_answer
 from racecraft.web.errors import WebError
@@ -42,7 +42,8 @@ def routes(console: Console) -> list[BaseRoute]:
 
 def show_page(console: Console, request: Request) -> Page:
     """Return what a projector shows of a race."""
-    race, league = race_of(console, request)
+    league = league_of(console)
+    race = race_of(league, request.path_params["id"])
     entries, results = league.entries(race.id), league.results(race.id)
     board = board_of(race, entries, results)
     newest = sorted(results.values(), key=lambda one: one.judged)[-HEATS:]
@@ -87,7 +88,8 @@ def shown_drive(console: Console, request: Request) -> Mapping[str, Any]:
     Raises:
         WebError: There is no such heat, or its files are gone.
     """
-    race, league = race_of(console, request)
+    league = league_of(console)
+    race = race_of(league, request.path_params["id"])
     result = league.results(race.id).get(request.path_params["heat"])
     number = request.path_params["number"]
     if result is None or number >= len(result.drives):
@@ -97,19 +99,6 @@ def shown_drive(console: Console, request: Request) -> Mapping[str, Any]:
         return league_world(race.kind).shown(league.folder(race.id) / drive.folder, drive.track)
     except (UserInputError, OSError) as error:
         raise WebError(404, "not_kept", f"The drive cannot be shown: {error}") from error
-
-
-def race_of(console: Console, request: Request) -> tuple[Race, League]:
-    """Return the race that an address names, and its league.
-
-    Raises:
-        WebError: There is none.
-    """
-    try:
-        league = League(console.league)
-        return league.race(request.path_params["id"]), league
-    except UserInputError as error:
-        raise WebError(404, "no_such_race", "There is no such race; begin at /races.") from error
 
 
 def _waiting(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> list[str]:

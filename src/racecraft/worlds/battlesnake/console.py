@@ -7,7 +7,7 @@ from typing import Any
 
 from racecraft.algorithms.registry import CHOICES, choices
 from racecraft.console.form import Field, Step, common_fields, common_words
-from racecraft.console.parts import WorldParts
+from racecraft.console.parts import RaceMaking, WorldParts
 
 RULESETS = ("standard", "royale", "constrictor", "wrapped", "solo")
 
@@ -46,3 +46,14 @@ class SnakeParts(WorldParts):
         full = self.defaults() | dict(values)
         board = [f"--size={full['size']}", f"--snakes={full['snakes']}", f"--ruleset={full['ruleset']}"]
         return ["snakes", "train", *board, *common_words(full)]
+
+    def race_making(self) -> RaceMaking:
+        """Return the action that makes a race of snakes, and the maps."""
+        from racecraft.worlds.battlesnake.actions.create_race import create_snake_race
+
+        return RaceMaking(
+            action=create_snake_race,
+            command="league create-snakes",
+            first=("title", "map_name", "snakes", "format", "meetings", "closes", "season"),
+            choices={},
+        )

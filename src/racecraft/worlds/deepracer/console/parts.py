@@ -7,9 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from racecraft.actions.action import Action
 from racecraft.console.form import Step
-from racecraft.console.parts import Card, Figure, Look, Rows, WorldParts
+from racecraft.console.parts import Card, Figure, Look, RaceMaking, Rows, WorldParts
 from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
@@ -64,15 +63,18 @@ class CarParts(WorldParts):
         """Return lap time and progress."""
         return [("Lap time while training", "fastest lap, s", "best_lap_seconds"), *super().compared()]
 
-    def race_action(self) -> Action[Any]:
-        """Return the action that makes a race of cars."""
+    has_pictures = True
+
+    def race_making(self) -> RaceMaking:
+        """Return the action that makes a race of cars, and the tracks."""
         from racecraft.worlds.deepracer.actions.create_race import create_race
 
-        return create_race
-
-    def race_choices(self) -> Mapping[str, Sequence[tuple[str, str]]]:
-        """Return the tracks."""
-        return {"track": [(card["name"], card["title"]) for card in car_form.track_cards()]}
+        return RaceMaking(
+            action=create_race,
+            command="league create",
+            first=("title", "track", "type", "laps", "ranking", "format", "closes", "season"),
+            choices={"track": [(card["name"], card["title"]) for card in car_form.track_cards()]},
+        )
 
     def drive_page(
         self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]

@@ -1,0 +1,175 @@
+"""A judged drive: beside the leader's, its trace and log to take along, its film on demand."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from urllib.parse import quote
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from racecraft.accounts.rights import Verb, may
+from racecraft.console.pages.race_parts import league_of, organises, race_of, shown_folder
+from racecraft.console.parts import parts_of
+from racecraft.console.section import Section
+from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes, person_of
+from racecraft.league.board import board_of
+from racecraft.league.race import Entry, Race, Result
+from racecraft.league.store import League
+from racecraft.web.errors import WebError
+
+FILM = "film.mp4"
+FILMING = "Filming"
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A judged heat on one of its race's tracks."""
+
+    league: League
+    race: Race
+    result: Result
+    entries: Mapping[int, Entry]
+    """Of the race, by number."""
+    number: int
+    """Of the track, from 0."""
+
+    @property
+    def folder(self) -> Path:
+        """Where its files are."""
+        return folder_of(self.league, self.race, self.result.heat, self.number)
+
+    @property
+    def racer(self) -> str:
+        """Name of the first who drove."""
+        first = self.entries.get(self.result.entries[0])
+        return first.racer if first else "withdrawn"
+
+    @property
+    def path(self) -> str:
+        """Address of its page."""
+        return f"/races/{self.race.id}/drives/{quote(self.result.heat)}"
+
+
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of a drive."""
+
+    def files(request: Request) -> Response:
+        return files_answer(_driven(console, request, request.query_params.get("track", "")), request)
+
+    def film(request: Request) -> Response:
+        driven = _driven(console, request, request.query_params.get("track", ""))
+        if not (driven.folder / FILM).is_file():
+            raise WebError(404, "no_film", "this drive was not filmed yet; its page has a button for that.")
+        return FileResponse(driven.folder / FILM, media_type="video/mp4")
+
+    path = "/races/{id}/drives/{heat}"
+    return [
+        *page_routes(console, path, drive_page),
+        Route(f"{path}/files.zip", files),
+        Route(f"{path}/film.mp4", film),
+        act_route(console, f"{path}/film", begin_film),
+    ]
+
+
+def drive_page(console: Console, request: Request) -> Page:
+    """Return a drive beside the leader's, or beside any other of the race."""
+    asked = dict(request.query_params)
+    driven = _driven(console, request, asked.get("track", ""))
+    league, race, result = driven.league, driven.race, driven.result
+    results = league.results(race.id)
+    board = board_of(race, driven.entries, results)
+    others = [
+        (row.racer, folder_of(league, race, row.heat, driven.number))
+        for row in board.rows
+        if row.heat and row.heat != result.heat and row.heat in results
+    ]
+    track = race.tracks[driven.number]
+    template, data = parts_of(race.kind).drive_page(race, track, [(driven.racer, driven.folder), *others], asked)
+    about = {
+        "race": asdict(race), "racer": driven.racer, "heat": result.heat,
+        "outcome": asdict(result.drives[driven.number].outcomes[0]), "track_number": driven.number,
+        "path": driven.path, "back": f"/races/{race.id}", "commands": _commands(driven, request),
+        "takes_files": _takes_files(driven, request), "is_filmed": (driven.folder / FILM).is_file(),
+        "films": may(person_of(request), Verb.ENTER), "task": console.tasks.of(_key(driven), FILMING),
+    }  # fmt: skip
+    return Page(template, f"{driven.racer} in {race.title}", {**about, **data}, here="/races")
+
+
+def files_answer(driven: Driven, request: Request) -> Response:
+    """Return trace, log, metrics and replay of one's own drive as a zip; organisers get everybody's.
+
+    Raises:
+        WebError: The drive is another person's.
+    """
+    if not _takes_files(driven, request):
+        raise WebError(403, "not_allowed", "this drive is another person's; only they and organisers take its files.")
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(driven.folder.rglob("*")):
+            if file.is_file() and file.name != FILM:
+                archive.write(file, file.relative_to(driven.folder).as_posix())
+    name = f"{driven.race.id}-{driven.result.heat}.zip"
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(packed.getvalue(), media_type="application/zip", headers=headers)
+
+
+def begin_film(console: Console, request: Request, fields: Fields) -> str:
+    """Have a drive filmed; its page shows the film when it is there."""
+    driven = _driven(console, request, one(fields, "track"))
+    if not (film := driven.folder / FILM).is_file():
+        words = {
+            "heat": driven.result.heat, "track": driven.number + 1, "league": driven.league.path.resolve(),
+            "out": film.resolve(),
+        }  # fmt: skip
+        typed = ["league", "film", driven.race.id, str(driven.result.entries[0])]
+        typed += [f"--{name}={value}" for name, value in words.items()]
+        console.tasks.begin(_key(driven), FILMING, typed, console.workspace.path)
+    return f"{driven.path}?track={driven.number}"
+
+
+def folder_of(league: League, race: Race, heat: str, track: int) -> Path:
+    """Return where the files of a heat on one track are."""
+    return league.folder(race.id) / "drives" / f"{heat}-{track}"
+
+
+def _driven(console: Console, request: Request, track: str) -> Driven:
+    """Return the drive that an address names; of a cup the first one unless `track` says which.
+
+    Raises:
+        WebError: There is none.
+    """
+    league = league_of(console)
+    race = race_of(league, request.path_params["id"])
+    result = league.results(race.id).get(request.path_params["heat"])
+    if result is None or not result.drives:
+        raise WebError(404, "no_such_drive", "this race has no such drive; begin at its board.")
+    number = int(track) if track.isascii() and track.isdigit() else 0
+    return Driven(league, race, result, league.entries(race.id), min(number, len(result.drives) - 1))
+
+
+def _takes_files(driven: Driven, request: Request) -> bool:
+    person = person_of(request)
+    own = {entry.person for number in driven.result.entries if (entry := driven.entries.get(number))}
+    return organises(request) or person.owned in own
+
+
+def _key(driven: Driven) -> str:
+    return f"race {driven.race.id} {driven.result.heat} {driven.number}"
+
+
+def _commands(driven: Driven, request: Request) -> str:
+    folder = shown_folder(request, driven.folder)
+    return "\n".join((
+        f"racecraft logs {folder}",
+        f"racecraft telemetry {folder}",
+        f"racecraft league film {driven.race.id} {driven.result.entries[0]} --heat {driven.result.heat}",
+    ))  # fmt: skip
+
+
+SECTION = Section(routes=routes)

@@ -1,0 +1,72 @@
+"""What all pages of races ask: the league, a race, who organises."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from starlette.requests import Request
+
+from racecraft.accounts.rights import Verb, may
+from racecraft.console.service import Console, person_of
+from racecraft.contract.errors import SettingError
+from racecraft.league.board import Board, board_of
+from racecraft.league.race import Race
+from racecraft.league.store import MARK, League, shared_league
+from racecraft.web.errors import WebError
+
+
+def open_league(console: Console) -> League | None:
+    """Return the league of a console; None: nobody has made a race yet."""
+    return shared_league(console.league) if (console.league / MARK).is_file() else None
+
+
+def league_of(console: Console) -> League:
+    """Return the league of a console.
+
+    Raises:
+        WebError: Nobody has made a race yet.
+    """
+    league = open_league(console)
+    if league is None:
+        raise WebError(404, "no_race", "there are no races yet; make one first.")
+    return league
+
+
+def race_of(league: League, id: str) -> Race:
+    """Return the race that an address names.
+
+    Raises:
+        WebError: There is none.
+    """
+    try:
+        return league.race(id)
+    except SettingError as error:
+        message = f"this console has no race {id[:60]!r}; begin at /races."
+        raise WebError(404, "no_such_race", message) from error
+
+
+def race_and_board(league: League, id: str) -> tuple[Race, Board]:
+    """Return the race that an address names, and its board.
+
+    Raises:
+        WebError: There is none.
+    """
+    race = race_of(league, id)
+    return race, board_of(race, league.entries(race.id), league.results(race.id))
+
+
+def shown_folder(request: Request, folder: Path) -> str:
+    """Return a folder for a command; only who sees the machine is told where it lies."""
+    return str(folder) if may(person_of(request), Verb.RUN_MACHINE) else folder.name
+
+
+def organises(request: Request) -> bool:
+    """Tell whether who asks makes and changes races."""
+    return may(person_of(request), Verb.ORGANISE)
+
+
+def log_act(console: Console, request: Request, what: str, which: str, **detail: Any) -> None:
+    """Add a line to the log of what owners and organisers did."""
+    if console.accounts is not None:
+        console.accounts.log(person_of(request), what, which, **detail)
