@@ -27,7 +27,7 @@ class RunJobRequest(Request):
 
     words: tuple[str, ...] = argument("A job file, or the words behind `racecraft`.", metavar="SPEC.json | COMMAND…")
     name: str = option("", "Of the job; by default the next number.")
-    cores: int | None = option(None, "Cores it takes; by default all of them.", low=0)
+    cores: int | None = option(None, "Cores it takes; by default all of them, of serve and tune none.", low=0)
     memory: int = option(1024, "MiB of memory it takes.", low=0)
     max_run: int | None = option(None, "Seconds it may train.", low=1)
     max_wait: int | None = option(None, "Seconds from now to its end, waiting included.", low=1)
@@ -185,7 +185,7 @@ def _submit_file(path: Path, name: str) -> Job:
 
 def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> Job:
     from racecraft.contract.errors import SettingError, nearest
-    from racecraft.formats.job_spec import COMMANDS, JobSpec, commands_of_worlds
+    from racecraft.formats.job_spec import COMMANDS, WITHOUT_CORES, JobSpec, commands_of_worlds
     from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.submit import environment_here, submit, submit_numbered
     from racecraft.jobs.tuning.dry_run import require_can_begin
@@ -206,6 +206,8 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
         if not again:
             require_can_begin((*words[:behind], *rest))
         return submit_training(words[:behind], rest, run, goes_on=again, name=name, **limits)
+    if words[0] in WITHOUT_CORES and limits["cores"] is None:
+        limits = {**limits, "cores": 0}
     if words[0] == "run":
         _require_script(words[1:])
     home, here = JobPaths.of_user(), str(Path.cwd())

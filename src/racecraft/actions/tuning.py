@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from racecraft.jobs.tuning.study import Study
     from racecraft.jobs.tuning.training_trials import Objective
 
-PAGE, SPEC = "tuning.html", "tuning.json"
+PAGE = "tuning.html"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -322,14 +322,20 @@ def _leave(
 ) -> TuningRecord:
     """Write the page, and every trial as a file that a program reads; return the record of them."""
     from racecraft.analysis.tuning_page import write_tuning_page
-    from racecraft.formats.tuning import TuningRecord, write_tuning
+    from racecraft.formats.tuning import FILE, write_tuning
 
-    record = TuningRecord(words, aim.name, aim.maximise, aim.take_last, study.trials(), study.importances())
+    record = _record(study, aim, words)
     log_scale = [name for name, one in parameters.items() if getattr(one, "is_log", False)]
     title = f"Tuning {folder.name}: {' '.join(words)}"
     write_tuning_page(folder / PAGE, record, title, log_scale, _best_command(study, words))
-    write_tuning(folder / SPEC, record)
+    write_tuning(folder / FILE, record)
     return record
+
+
+def _record(study: Study, aim: Objective, words: tuple[str, ...]) -> TuningRecord:
+    from racecraft.formats.tuning import TuningRecord
+
+    return TuningRecord(words, aim.name, aim.maximise, aim.take_last, study.trials(), study.importances())
 
 
 def _best_command(study: Study, words: tuple[str, ...]) -> str:

@@ -37,6 +37,7 @@ from racecraft.console.pages import (
     shared,
     show,
     sign_in,
+    tuning,
 )
 from racecraft.console.parts import parts_of
 from racecraft.console.personal import PersonalConsoles, workspace_of
@@ -72,6 +73,7 @@ SECTIONS: tuple[Section, ...] = (
     lessons.SECTION,
     jobs.SECTION,
     endpoints.SECTION,
+    tuning.SECTION,
     settings.SECTION,
     kept.SECTION,
     model.SECTION,

@@ -96,6 +96,12 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/tracks/new/read": MODELS,
     "/tracks/{track}": MODELS,
     "/tracks/{track}.pdf": MODELS,
+    "/tuning": Verb.RUN_MACHINE,
+    "/tuning/new": Verb.RUN_MACHINE,
+    "/tuning/{name}": Verb.RUN_MACHINE,
+    "/tuning/{name}/go-on": Verb.RUN_MACHINE,
+    "/tuning/{name}/keep": Verb.RUN_MACHINE,
+    "/tuning/{name}/stop": Verb.RUN_MACHINE,
 }
 """By path, as routes name it: what reading and acting need, or (reading, acting). `.json` needs what its page needs."""
 

@@ -35,8 +35,10 @@ FORMAT = "racecraft job"
 VERSION = 1
 LEGAL_NAME = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,61}[A-Za-z0-9])?")
 """Names of jobs: those of SageMaker (facts: battlesnake-and-sagemaker-rl.md C.1), so that old ones go on working."""
-COMMANDS = ("run", "serve", "jobs")
+COMMANDS = ("run", "serve", "tune", "jobs")
 """The first words of racecraft's commands that may be a job, besides those that train in a world."""
+WITHOUT_CORES = ("serve", "tune")
+"""Those that take no core worth counting, where nothing is said: a search's trials are jobs with cores of their own."""
 EXPERIMENT_VARIABLES = {
     "ExperimentName": "RACECRAFT_EXPERIMENT",
     "TrialName": "RACECRAFT_TRIAL",

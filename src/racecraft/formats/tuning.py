@@ -18,8 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.errors import InputFileError
 from racecraft.formats.atomic import write_atomic
+from racecraft.formats.json_text import parse_json
+from racecraft.formats.user_file import read_regular
 
+FILE = "tuning.json"
 FORMAT, VERSION = "racecraft tuning", 1
 COMPLETE, PRUNED, FAILED, RUNNING = "complete", "pruned", "failed", "running"
 """States of a trial."""
@@ -87,3 +91,22 @@ def write_tuning(path: str | Path, record: TuningRecord) -> None:
     told = {"format": FORMAT, "version": VERSION, **vars(record), "command": list(record.command)}
     told["trials"] = [{**vars(one), "values": dict(one.values)} for one in record.trials]
     write_atomic(path, json.dumps(told, indent=2) + "\n")
+
+
+def read_tuning(folder: Path) -> TuningRecord | None:
+    """Return the record in a search's folder; None where no trial has ended yet.
+
+    Raises:
+        InputFileError: The file is no such record.
+    """
+    path = folder / FILE
+    if not path.is_file():
+        return None
+    try:
+        told = parse_json(read_regular(path))
+        if (told.pop("format"), told.pop("version")) != (FORMAT, VERSION):
+            raise ValueError("another format or version")
+        told["trials"] = [TrialRecord(**one) for one in told["trials"]]
+        return TuningRecord(**told)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputFileError(path, str(error), f"what `racecraft tune` writes, version {VERSION}") from error
