@@ -250,7 +250,7 @@ def _slice(name: str, aim: str, done: list[TrialRecord], scores: list[float], jo
     values = [trial.values.get(name) for trial in done]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
     words = [] if numbers else sorted({str(value) for value in values})
-    places = values if numbers else [words.index(str(value)) for value in values]
+    places = [float(value) if numbers else words.index(str(value)) for value in values]  # type: ignore[arg-type]
     is_log = job is not None and any(
         word.startswith(f"--param={name}=") and word.endswith(":log") for word in job.spec.command
     )
