@@ -1,17 +1,21 @@
 """What judging, auditing, killing and reading a league takes. Writes benchmarks/league.json and prints its table.
 
     python benchmarks/league.py RUN [RUN …] [--entries 200] [--audited 1000] [--kills 20] [--rows 10000]
+    python benchmarks/league.py RUN --folder KEPT --only many audited --minutes 15
 
-Runs are cars that were trained; their laps do not matter. Judging is measured by the wall clock on whatever machine
-this is; the table says how many processors it has and how busy they were.
+Runs are cars that were trained; their laps do not matter. With --folder what was judged is kept, so that a measurement
+that was broken off, or stopped after --minutes, goes on where it was. Judging is measured by the wall clock on whatever
+machine this is; the table says how many processors it has and how busy they were.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import itertools
 import json
+import math
 import os
 import random
 import signal
@@ -28,6 +32,7 @@ import msgspec
 import racecraft as rc
 from racecraft.league.board import board_of
 from racecraft.league.drive_process import DriveProcess
+from racecraft.league.heats import remaining
 from racecraft.league.judging import Drivers, judge
 from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 from racecraft.league.store import League
@@ -56,13 +61,15 @@ class SameProcess(Drivers):
 
 def main() -> None:
     """Measure, write, print."""
-    options = _options()
-    with tempfile.TemporaryDirectory(prefix="racecraft-league-") as name:
-        folder, figures = Path(name), _machine()
-        for measure in (_one_entry, _many_entries, _audited, _killed, _long_board):
-            figures |= measure(folder, options)
+    options, figures = _options(), _machine()
+    with contextlib.ExitStack() as stack:
+        folder = options.folder or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="racecraft-league-")))
+        for name in options.only:
+            figures |= MEASUREMENTS[name](folder, options)
             print(json.dumps(figures), flush=True)
     figures["load_after"] = round(os.getloadavg()[0], 1)
+    if set(options.only) < MEASUREMENTS.keys():
+        return
     (HERE / "league.json").write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     print(table(figures))
 
@@ -72,6 +79,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("runs", nargs="+", type=Path)
     for name, count in (("entries", 200), ("audited", 1000), ("kills", 20), ("rows", 10_000)):
         parser.add_argument(f"--{name}", type=int, default=count)
+    parser.add_argument("--only", nargs="+", choices=list(MEASUREMENTS), default=list(MEASUREMENTS))
+    parser.add_argument("--folder", type=Path, help="keep the league here, and go on with it")
+    parser.add_argument("--minutes", type=float, help="stop judging after so long; another call goes on")
     return parser.parse_args()
 
 
@@ -80,11 +90,20 @@ def _machine() -> dict[str, Any]:
 
 
 def _new(folder: Path, title: str, runs: list[Path], entries: int, **rules: Any) -> tuple[League, Race]:
-    league = folder / "league"
-    race = rc.create_race(title, league=league, track=["Oval_track"], **rules).race
-    for number, run in zip(range(entries), itertools.cycle(runs)):
-        rc.enter_race(race.id, run, racer=f"Racer {number}", league=league)
-    return League(league), race
+    store = League.open_or_create(folder / "league")
+    kept = [race for race in store.races() if race.title == title]
+    race = kept[0] if kept else rc.create_race(title, league=store.path, track=["Oval_track"], **rules).race
+    for number, run in list(zip(range(entries), itertools.cycle(runs)))[len(store.entries(race.id)) :]:
+        rc.enter_race(race.id, run, racer=f"Racer {number}", league=store.path)
+    return store, race
+
+
+def _judge(league: League, race: Race, options: argparse.Namespace, drivers: Drivers | None = None) -> float:
+    """Judge what waits, for so long as is asked; return the seconds that all of it has taken so far."""
+    until = time.monotonic() + 60 * (options.minutes or math.inf)
+    while remaining(race, league.entries(race.id), league.results(race.id)) and time.monotonic() < until:
+        judge(league, race, 10, drivers)
+    return sum(one.seconds for one in league.results(race.id).values())
 
 
 def _one_entry(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
@@ -112,9 +131,7 @@ def _one_entry(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
 def _many_entries(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Judge many entries, each in a fresh process; every one is driven again."""
     league, race = _new(folder, "Many", options.runs, options.entries, type="OBJECT_AVOIDANCE", boxes=3)
-    started = time.perf_counter()
-    judge(league, race)
-    seconds = time.perf_counter() - started
+    seconds = _judge(league, race, options)
     audit = rc.audit_races(race.id, league=league.path).as_dictionary()
     return {"entries": len(league.results(race.id)), "entries_seconds": round(seconds, 1),
             "entries_equal": audit["equal"]}  # fmt: skip
@@ -123,12 +140,13 @@ def _many_entries(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
 def _audited(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Audit a season of two races with boxes at places of their own."""
     league = folder / "league"
-    season = rc.create_season("Winter", league=league).season
+    kept = League.open_or_create(league).seasons()
+    season = kept[0] if kept else rc.create_season("Winter", league=league).season
     for title in ("First", "Second"):
         store, race = _new(folder, title, options.runs, options.audited // 2, type="OBJECT_AVOIDANCE", boxes=4,
                            season=season.id)  # fmt: skip
         with SameProcess(race.kind) as drivers:
-            judge(store, race, drivers=drivers)
+            _judge(store, race, options, drivers)
     started = time.perf_counter()
     audit = rc.audit_races(season=season.id, league=league).as_dictionary()
     return {"audited": audit["heats"], "audited_equal": audit["equal"],
@@ -193,6 +211,11 @@ def _write_result(league: League, race: Race, number: int, dice: random.Random) 
     result = Result(heat=f"{number:05}", entries=(number,), drives=(drive,), judged=float(number))
     file = league.folder(race.id) / "results" / f"{number:05}.json"
     file.write_bytes(msgspec.json.encode(dataclasses.asdict(result)))
+
+
+MEASUREMENTS = {
+    "one": _one_entry, "many": _many_entries, "audited": _audited, "killed": _killed, "board": _long_board,
+}  # fmt: skip
 
 
 def _spread(seconds: list[float]) -> list[float]:

@@ -263,6 +263,24 @@ def show_act_log(request: ShowLogRequest, progress: Progress = quiet) -> ActLog:
         ])  # fmt: skip
 
 
+def log_act(what: str, subject: str, **detail: object) -> None:
+    """Keep what the owner of this machine did by command, where people have accounts on it.
+
+    Args:
+        what: "close race", …
+        subject: To what.
+        detail: Further facts that JSON can hold.
+    """
+    from racecraft.jobs.job_paths import JobPaths
+
+    if JobPaths.of_user().has_store:
+        from racecraft.accounts.people import LOCAL_OWNER
+
+        with _accounts() as accounts:
+            if accounts.people():
+                accounts.log(LOCAL_OWNER, what, subject, **detail)
+
+
 @contextlib.contextmanager
 def _accounts() -> Iterator[Accounts]:
     from racecraft.accounts.store import Accounts

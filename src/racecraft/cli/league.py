@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+from racecraft.actions.action import Action
 from racecraft.actions.league.boards import RaceList, ShownBoard, ShownRace, list_races, show_board, show_race
 from racecraft.actions.league.entries import Entered, Withdrawn, enter_race, withdraw_entry
 from racecraft.actions.league.exporting import ExportedLeague, export_league
@@ -21,6 +24,7 @@ from racecraft.actions.league.managing import (
     open_race,
     reset_race,
 )
+from racecraft.actions.league.options import RaceNamed
 from racecraft.actions.league.seasons import (
     MadeSeason,
     Records,
@@ -33,6 +37,7 @@ from racecraft.cli.from_request import command
 from racecraft.cli.output import print_next_steps, table, word
 from racecraft.contract.kind import load
 from racecraft.contract.kinds import kinds
+from racecraft.contract.progress import Progress
 from racecraft.league.race import Race
 
 if TYPE_CHECKING:
@@ -41,6 +46,26 @@ if TYPE_CHECKING:
 
 
 app = typer.Typer(help="Races between models: enter, judge, boards, seasons.", no_args_is_help=True)
+
+
+def organisers_command(what: str, act: Action[Any], show: Callable[[Any], None]) -> Callable[..., None]:
+    """Return the command of an act that stands in the log of people, as it does when it is done in a console.
+
+    Args:
+        what: As the log calls it: "close race".
+        act: The action; its result names a race.
+        show: Prints the result.
+    """
+
+    @functools.wraps(act)
+    def logged(request: RaceNamed, progress: Progress) -> Any:
+        from racecraft.actions.people import log_act
+
+        result = act(request, progress=progress)
+        log_act(what, getattr(result.race, "id", result.race), league=str(request.league.resolve()))
+        return result
+
+    return command(Action(logged), show)
 
 
 def show_changed(changed: ChangedRace) -> None:
@@ -204,15 +229,15 @@ for _name, _made in (
     ("list", command(list_races, _show_list)),
     ("show", command(show_race, _show_race)),
     ("enter", command(enter_race, _show_entered)),
-    ("withdraw", command(withdraw_entry, _show_withdrawn)),
+    ("withdraw", organisers_command("withdraw entry", withdraw_entry, _show_withdrawn)),
     ("judge", command(judge_race, _show_judged)),
     ("board", command(show_board, _show_board)),
-    ("edit", command(edit_race, show_changed)),
-    ("copy", command(copy_race, show_changed)),
-    ("close", command(close_race, show_changed)),
-    ("open", command(open_race, show_changed)),
+    ("edit", organisers_command("edit race", edit_race, show_changed)),
+    ("copy", organisers_command("copy race", copy_race, show_changed)),
+    ("close", organisers_command("close race", close_race, show_changed)),
+    ("open", organisers_command("open race", open_race, show_changed)),
     ("film", command(film_race_drive, _show_film)),
-    ("reset", command(reset_race, _show_reset)),
+    ("reset", organisers_command("reset race", reset_race, _show_reset)),
     ("audit", command(audit_races, _show_audit)),
     ("season", command(create_season, _show_season)),
     ("standings", command(show_standings, _show_standings)),

@@ -56,6 +56,11 @@ class JobPaths:
         """Whether the store may be other machines', too."""
         return not self.store_url.startswith(f"sqlite:///{self.path}")
 
+    @property
+    def has_store(self) -> bool:
+        """Whether the store was opened before, as far as this machine can tell."""
+        return self.is_shared or (self.path / "jobs.sqlite").is_file()
+
     def store(self) -> SqlStore:
         """Open the store.
 
