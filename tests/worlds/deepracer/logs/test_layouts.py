@@ -10,6 +10,7 @@ import racecraft.worlds.deepracer.logs
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.logs import LogError, read
+from racecraft.worlds.deepracer.logs.log_rows import what_it_says
 
 
 def origins(logs):
@@ -195,3 +196,12 @@ def test_every_column_is_documented_once():
     names = [column.name for column in racecraft.worlds.deepracer.logs.TICK_COLUMNS]
     assert len(names) == len(set(names))
     assert all(column.doc.endswith(".") for column in racecraft.worlds.deepracer.logs.TICK_COLUMNS)
+
+
+def test_a_track_name_that_roslaunch_cut_off_is_not_taken_for_the_track():
+    cut = b" * /WORLD_NAME: 2022_reinvent_cha...\n"
+    assert "world" not in what_it_says(cut)
+    assert what_it_says(cut + b"{'JOB_TYPE': 'TRAINING', 'WORLD_NAME': '2022_reinvent_champ_ccw'}")["world"] == (
+        "2022_reinvent_champ_ccw"
+    )
+    assert what_it_says(b"WORLD_NAME: reinvent_base\n")["world"] == "reinvent_base"

@@ -164,7 +164,7 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
 def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track:
     """Return the track of a log, as it was driven; all its rounds must be of it."""
     from racecraft.contract.errors import SettingError
-    from racecraft.worlds.deepracer.analysis.logs import find_track
+    from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
     from racecraft.worlds.deepracer.analysis.logs.circuit import SAME_LENGTH_M
 
     lengths = ticks.group_by("round").agg(length=_median_length())
@@ -173,7 +173,9 @@ def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track:
         raise SettingError(
             "the runs were driven on several tracks ({told}); expected one. Name runs of one track.", told=told
         )
-    return find_track(ticks, track if track is not None else found.about.get("world"))
+    if track is not None:
+        return find_track(ticks, track)
+    return track_or_none(ticks, found.about.get("world")) or find_track(ticks)
 
 
 def _median_length() -> pl.Expr:
@@ -191,7 +193,7 @@ def _laps_that_count(ticks: pl.DataFrame, circuit: Track, which: LapOptions) -> 
     if not len(laps):
         raise SettingError(
             "none of the {episodes} episodes is a full lap of {name}; expected one at least. "
-            "Let the training go on; `racecraft why` tells where its laps end.",
+            "Let the training go on; `racecraft logs` shows where its laps end.",
             episodes=laps.episodes,
             name=circuit.name,
         )

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 _MARK = PREFIX.encode()
 _ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d+)")
-_WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
+_WORLD = re.compile(r"WORLD_NAME['\"]?:?\s*=?\s*['\"]?([A-Za-z0-9_\-]+)(?![\w\-]|\.\.\.)")
+"""The track's name; not where roslaunch cuts it off in its list of parameters (`/WORLD_NAME: 2022_reinvent_cha...`)."""
 _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
 _HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})", re.DOTALL)
 _ROS_1 = re.compile(r"/rosdistro: |started roslaunch server|ROS_DISTRO=(?:kinetic|melodic|noetic)")

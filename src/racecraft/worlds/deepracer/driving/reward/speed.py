@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.driving.reward.findings import pay_text
 
 LAPPING, SPEED, PACE, NEITHER = "lapping", "speed", "pace", "neither"
 STRONG = 0.5
@@ -44,7 +45,8 @@ class SpeedVerdict:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        sums = f"the fastest third of the laps earns {self.fast_sum:.4g} each, the slowest third {self.slow_sum:.4g}"
+        fast, slow = pay_text(self.fast_sum), pay_text(self.slow_sum)
+        sums = f"the fastest third of the laps earns {fast} each, the slowest third {slow}"
         return {
             LAPPING: f"teaches lapping, not speed: {sums}",
             SPEED: f"teaches speed: {sums}",
