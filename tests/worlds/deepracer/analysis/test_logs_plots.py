@@ -436,6 +436,57 @@ def test_who_gets_round_slowly_is_told_what_can_be_changed(tmp_path, continuous,
     assert told
 
 
+def found(tmp_path, columns, begins):
+    """Return what advice found that holds some words, of a training whose iterations are ten episodes each."""
+    ticks = logs_of(tmp_path, columns).collect()
+    ticks = ticks.with_columns((pl.col("unique_episode") // 10).alias("iteration"))
+    return [one.found for one in advice(ticks, load_track("reinvent_base")) if begins in one.found]
+
+
+def test_an_exit_place_is_one_only_where_chance_does_not_explain_it(tmp_path):
+    """By hand: 16 of 16 is 81 % at least (Wilson); exits that are spread over the lap show no place."""
+    (told,) = found(tmp_path / "one", training([0.3] * 40), "Segment")
+    assert "(100 %, 95 %: 81 to 100; it is " in told
+    assert found(tmp_path / "spread", training([(7 * k % 40 + 0.5) / 40 for k in range(40)]), "Segment") == []
+
+
+def test_a_car_that_asks_for_its_top_speed_on_straights_is_not_told_of_speed(tmp_path):
+    columns = training([1.0] * 40)
+    (told,) = found(tmp_path / "slow", columns, "On straights")
+    assert re.search(r"asks for 1\.\d\d m/s on average \(95 %: 1\.\d\d to 1\.\d\d\), of 2\.00 m/s", told)
+    columns["throttle"] = np.full(len(columns["throttle"]), 2.0)
+    assert found(tmp_path / "fast", columns, "On straights") == []
+
+
+def test_laps_that_are_all_alike_lose_nothing_and_a_slow_bend_is_named(tmp_path):
+    """Forty laps of 46 steps; then every second one stands a second still at 30 % of the lap."""
+    columns = training([1.0] * 40)
+    assert found(tmp_path / "alike", columns, "best sectors") == []
+    late = np.concatenate([np.where((np.arange(46) > 14) & (k % 2 == 1), 1.0, 0.0) for k in range(40)])
+    columns["tstamp"] = columns["tstamp"] + late
+    (told,) = found(tmp_path / "late", columns, "best sectors")
+    assert told.startswith("40 full laps lose 0.50 s on average to the best sectors put together, 0.50 s of it (95 %: ")
+    assert "2 left" in told
+
+
+def test_of_few_laps_no_sector_is_told(tmp_path):
+    columns = training([1.0] * 9 + [0.3] * 31)
+    late = np.concatenate([np.where((np.arange(46) > 14) & (k % 2 == 1), 1.0, 0.0) for k in range(40)])
+    columns["tstamp"] = columns["tstamp"] + late
+    assert found(tmp_path, columns, "best sectors") == []
+
+
+def test_an_action_is_rare_only_where_enough_steps_show_it(tmp_path):
+    """By hand: 2 of 368 late steps are 0.5 %, and may be 2 % (Wilson); 1 of 1,840 is at most 0.3 %."""
+    for episodes, rare in ((40, 2), (200, 1)):
+        columns = training([1.0] * episodes)
+        columns["action"] = np.where(columns["action"] == 2, 0, columns["action"])
+        columns["action"][-rare:] = 2
+        told = found(tmp_path / str(episodes), columns, "less than one step of a hundred")
+        assert bool(told) == (episodes == 200)
+        assert not told or "(95 %: at most 0.3 %)" in told[0]
+
+
 def test_advice_finds_a_reward_that_pays_for_standing_about(tmp_path):
     parts = [makers.episode(k, 0.1 + 0.008 * k, ticks=90 - k, start_s=10.0 * k) for k in range(40)]
     told = advice(logs_of(tmp_path, makers.joined(*parts)).collect(), load_track("reinvent_base"))

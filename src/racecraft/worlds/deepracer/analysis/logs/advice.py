@@ -1,5 +1,7 @@
 """What to change before the next training, in sentences that were computed from the log. Begin with `advice`.
 
+Rules of places are in `place_advice.py`. Each tells the size of what it found with its 95 % interval.
+
 Each rule looks at one thing and stays silent where it has nothing to say, or too little to go by.
 """
 
@@ -9,23 +11,21 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from racecraft.analysis.advice import Advice
 from racecraft.analysis.learner import Learner
 from racecraft.analysis.plot import PlotError
+from racecraft.evaluation.rating import wilson
 from racecraft.worlds.deepracer.analysis.drive import CRASHED
 from racecraft.worlds.deepracer.analysis.logs.actions import action_histogram, action_table
 from racecraft.worlds.deepracer.analysis.logs.episodes import QUINTILES, simulation_agg
-from racecraft.worlds.deepracer.analysis.logs.exits import exit_points, exits_by_segment
+from racecraft.worlds.deepracer.analysis.logs.intervals import correlation_interval
 from racecraft.worlds.deepracer.analysis.logs.judged import Judged
-from racecraft.worlds.deepracer.analysis.logs.laps import correlation, sector_correlations, sector_losses
+from racecraft.worlds.deepracer.analysis.logs.laps import correlation
+from racecraft.worlds.deepracer.analysis.logs.place_advice import exits, sectors, speed
 from racecraft.worlds.deepracer.analysis.logs.plot import values
 from racecraft.worlds.deepracer.analysis.logs.progress import training_progress
 from racecraft.worlds.deepracer.analysis.logs.scatter import scatter_of_laps
-from racecraft.worlds.deepracer.analysis.logs.segments import find_segments
 from racecraft.worlds.deepracer.analysis.logs.step_times import stability
-from racecraft.worlds.deepracer.analysis.logs.straights import straights_and_curves
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -39,9 +39,8 @@ LONGEST_STEP_MS = 70.0
 stamps are read beside the poses, and in logs whose mean is 66.7 ms one of twenty is beyond 90 ms, too."""
 UNDER_WAY = ("prepare", "in_progress")
 """How an episode stands that the end of the training cut off; it tells nothing of how far a car comes."""
-FEWEST_EXITS = 5
-"""Exits at one place of which something is said."""
 RARE = 0.01
+"""Share of the steps below which an action is hardly chosen, at the high end of its interval."""
 CHANGED = 0.03
 """Of a lap; a smaller change of mean progress is none, nor is one of less than two of its standard errors."""
 FIRST_LAP_TICKS = (3_600, 19_500)
@@ -83,10 +82,10 @@ def advice(
     if track is not None:
         last = ticks.filter(ticks["unique_episode"].is_in(late["unique_episode"].implode()))
         if not judged.completes_laps:
-            found += _quietly(_exits, last, track)
+            found += _quietly(exits, last, track)
         if completes_laps:
-            found += _quietly(_speed, last, track)
-        found += _quietly(_sectors, ticks, track)
+            found += _quietly(speed, last, track)
+        found += _quietly(sectors, ticks, track)
     return [*found, *_actions(ticks)] if completes_laps else found
 
 
@@ -181,18 +180,6 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
     yield Advice(words, try_, lambda: training_progress(ticks), command)
 
 
-def correlation_interval(told: float | None, count: int) -> tuple[float, float]:
-    """Return the 95 % interval of a correlation of so many pairs, by Fisher's transformation.
-
-    >>> [round(end, 2) for end in correlation_interval(0.5, 103)]
-    [0.34, 0.63]
-    """
-    if told is None or count < 4:
-        return -1.0, 1.0
-    middle, half = math.atanh(max(-0.999999, min(0.999999, told))), 1.96 / math.sqrt(count - 3)
-    return math.tanh(middle - half), math.tanh(middle + half)
-
-
 def _mostly_crashes(episodes: pl.DataFrame) -> bool:
     """Tell whether most of the last fifth's failures ran into something."""
     import polars as pl
@@ -230,77 +217,21 @@ def _slow_laps(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
         )
 
 
-def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
-    table = exits_by_segment(ticks, track)
-    worst = table.row(0, named=True)
-    if worst["exits"] >= FEWEST_EXITS and (worst["share"] * table.height > 1.5 or worst["share"] >= 0.25):
-        crashes, place = worst["crashes"] > worst["exits"] / 2, worst["name"]
-        of_them = f", {worst['crashes']} of them crashes" if crashes else ""
-        end, hint = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
-        yield Advice(
-            f"Segment {_place(track, place)} takes {worst['exits']} of {table['exits'].sum()} exits of the last two "
-            f"fifths{of_them}; {100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s "
-            f"where they {end}.",
-            f"Pay for {hint} or less speed in {place}, and start more episodes before it.",
-            lambda: exit_points(ticks, track),
-            "racecraft why RUN",
-        )
-
-
-def _place(track: Track, name: str) -> str:
-    """Return a segment's name with its waypoints, which a reward function knows it by."""
-    for segment in find_segments(track).all:
-        if segment.name == name:
-            ends = (np.abs(track.arc[:, None] - np.array([segment.begin, segment.end]) * track.length)).argmin(axis=0)
-            return f"{name} (waypoints {ends[0]} to {ends[1]})"
-    return name
-
-
-def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
-    table = straights_and_curves(ticks, track).data.drop_nulls("speed_mps")
-    straight = table.filter(table["kind"] == "straight")
-    top = float(ticks["speed_mps"].max() or 0.0)  # type: ignore[arg-type]
-    if straight.height:
-        weight = straight["ticks"] / straight["ticks"].sum()
-        mean = float((straight["speed_mps"] * weight).sum())
-        if mean < 0.8 * top:
-            slow = (
-                "raise the lowest speed of the range"
-                if (ticks["action"] < 0).any()
-                else "make the slow action that points ahead faster"
-            )
-            yield Advice(
-                f"On straights it asks for {mean:.2f} m/s on average, of {top:.2f} m/s it may.",
-                f"Speed is not used: pay for it on straights, or {slow}.",
-                lambda: straights_and_curves(ticks, track),
-                ANEW,
-            )
-
-
-def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
-    table = sector_correlations(ticks, track)
-    worst = table.row(0, named=True)
-    lost = float(table["lost_seconds"].sum())
-    yield Advice(
-        f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
-        f"{_place(track, worst['name'])}.",
-        f"Look at {worst['name']} first: it has the most time to win.",
-        lambda: sector_losses(ticks, track),
-        "racecraft evaluate RUN --laps 5 --video laps.mp4",
-    )
-
-
 def _actions(ticks: pl.DataFrame) -> Iterator[Advice]:
+    import polars as pl
+
     if (ticks["action"] < 0).any():
         return
     last = int(ticks["iteration"].max() or 0)  # type: ignore[arg-type]
     rare = action_table(ticks.filter(ticks["iteration"] >= 0.8 * last))
-    rare = rare.filter(rare["share"] < RARE)
+    steps = int(rare["count"].sum())
+    rare = rare.filter(pl.Series([wilson(count, steps)[1] < RARE for count in rare["count"]], dtype=pl.Boolean))
     if rare.height:
         names = "; ".join(rare["name"].to_list()[:4])
+        most = max(wilson(count, steps)[1] for count in rare["count"])
         yield Advice(
             f"Late in the training {rare.height} action{'s are' if rare.height > 1 else ' is'} chosen in less than one "
-            f"step of a hundred: {names}.",
+            f"step of a hundred (95 %: at most {100 * most:.1f} %): {names}.",
             "An action nobody chooses only dilutes exploration: leave it out of the next car.",
             lambda: action_histogram(ticks),
             "racecraft new my-car",
