@@ -3,12 +3,16 @@
 import contextlib
 import io
 import re
+import urllib.error
+import urllib.parse
 import urllib.request
 import zipfile
 
 from tests.console.conftest import write_run
 
 from racecraft.console.application import make_console
+from racecraft.console.training import begin_training
+from racecraft.console.workspace import Note
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.web.server import ServerThread
 
@@ -42,3 +46,33 @@ def test_a_workspace_is_saved_and_brought_back_through_the_page(tmp_path, monkey
         assert {path.name for path in (tmp_path / "workspace/runs").iterdir()} == {"oval-1", "oval-2"}
     finally:
         server.close()
+
+
+def test_where_messages_go_is_kept_and_given_to_each_training(tmp_path, monkeypatch):
+    begun = []
+    monkeypatch.setattr("racecraft.console.application.keep_warm", lambda home: contextlib.nullcontext())
+    monkeypatch.setattr(
+        "racecraft.console.training.submit_numbered", lambda home, base, spec: begun.append(spec("one"))
+    )
+    home = JobPaths(tmp_path / "jobs", f"sqlite:///{tmp_path}/jobs.sqlite")
+    application = make_console(tmp_path / "workspace", home)
+    server = ServerThread(application, "console")
+    address = f"http://127.0.0.1:{server.start('127.0.0.1', 0)}"
+    try:
+        page = urllib.request.urlopen(f"{address}/settings").read().decode()
+        token = re.search(r'name="form_token" value="([^"]*)"', page)[1]
+
+        def send(notify):
+            body = urllib.parse.urlencode({"form_token": token, "notify": notify}).encode()
+            return urllib.request.urlopen(f"{address}/settings/notify", body).read().decode()
+
+        assert "https://chat.example.org/hook" in send("https://chat.example.org/hook\nmailto:me@example.org")
+        with contextlib.suppress(urllib.error.HTTPError):
+            send("pigeon")
+        model = application.state.console.workspace.create("mint", {}, Note())
+        begin_training(home, model, ["train", ".", "--stop=minutes=1"])
+    finally:
+        server.close()
+    told = ("--notify=https://chat.example.org/hook", "--notify=mailto:me@example.org")
+    assert [word for word in begun[0].command if word.startswith("--notify")] == list(told)
+    assert set(told) <= set(begun[0].resume)

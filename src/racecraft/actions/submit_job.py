@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from racecraft.actions.training_options import TrainingOptions
     from racecraft.jobs.job import Job
 
-KEPT_ON_RESUME = ("--stop", "--cluster")
+KEPT_ON_RESUME = ("--stop", "--cluster", "--notify")
 """Options of a training that it is told again when it goes on, each with a value."""
 FLAGS_ON_RESUME = ("--pictures", "--no-pictures")
 """Those without."""

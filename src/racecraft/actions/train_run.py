@@ -17,6 +17,7 @@ from racecraft.actions.training_options import TrainingOptions
 from racecraft.contract.kinds import find_kind
 from racecraft.contract.progress import Progress, quiet
 from racecraft.training.callbacks import Callbacks, NullCallback, TrainingCallback
+from racecraft.training.notify import notified, require_addresses
 from racecraft.training.signals import SIGTERM, TERMINATED, sigterm_interrupts
 from racecraft.training.trained import Trained
 
@@ -76,6 +77,7 @@ def train_run(
     from racecraft.jobs.tuning.dry_run import PLAN_ONLY
     from racecraft.training import worlds
 
+    require_addresses(options.notify)
     if os.environ.get(PLAN_ONLY):
         worlds.plan(options.request(progress))
         return Planned()
@@ -108,7 +110,10 @@ def _train_here(
         if page is not None:
             until_end.callback(page.close)
             callback = Callbacks(page, callback)
-        with mirrored(callback, place, progress, run) as mirroring:
+        with (
+            notified(callback, options.notify, progress) as telling,
+            mirrored(telling, place, progress, run) as mirroring,
+        ):
             with sigterm_interrupts():
                 trained = _carry_out(options, request, mirroring, spread, progress)
             made = TrainedRun(**vars(trained), page=page)

@@ -15,7 +15,19 @@ if TYPE_CHECKING:
     from racecraft.training.request import TrainRequest
 
 FREE = frozenset(
-    {"stop", "run", "seeds", "resume", "detach", "mirror", "pictures", "metrics_port", "metrics_host", "cluster"}
+    {
+        "stop",
+        "run",
+        "seeds",
+        "resume",
+        "detach",
+        "mirror",
+        "pictures",
+        "metrics_port",
+        "metrics_host",
+        "cluster",
+        "notify",
+    }  # fmt: skip
 )
 """Options of every training that may be given anew when a run is resumed; a run keeps the others."""
 
@@ -59,6 +71,12 @@ class TrainingOptions(Request):
     metrics_port: int | None = option(None, "Serve Prometheus metrics on this port; 0: a free one.", low=0, high=65535)
     metrics_host: str = option("127.0.0.1", "Listen address of the metrics; 0.0.0.0: all interfaces, to anyone.")
 
+    notify: tuple[str, ...] = option(
+        (),
+        "Tell its first lap, a record, an error and its end: desktop, https://HOST/PATH (a webhook) or "
+        "mailto:NAME@HOST (by the server in RACECRAFT_SMTP); may be repeated.",
+        metavar="ADDRESS",
+    )
     cluster: str | None = option(
         None,
         "Carry the worlds by workers: N processes here, or those of a Ray cluster (N@HOST:PORT: so many of it).",

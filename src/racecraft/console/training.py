@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from racecraft.console.workspace import Model
+from racecraft.console.workspace_settings import read_settings
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_folder import RunFolder
 from racecraft.isolation.layers import can_isolate
@@ -52,14 +53,16 @@ def begin_training(home: JobPaths, model: Model, words: Sequence[str]) -> Job:
 
     Raises:
         JobError, DatabaseError: As `racecraft.jobs.submit.submit`.
+        InputFileError: The workspace's settings cannot be read.
         JobError: A racer has MAX_OPEN trainings already, or this machine cannot confine a racer's reward function.
     """
     if home.person:
         _require_guest(home)
-    command = training_command(model, words)
+    told = read_settings(model.path.parent.parent).words()
+    command = training_command(model, (*words, *told))
     run = command.words[-1].partition("=")[2]
     verb = [word for word in words[:2] if re.fullmatch(r"[a-z]+", word)]
-    resume = (*verb, f"--run={run}", "--resume", *(word for word in words if word.startswith("--stop=")))
+    resume = (*verb, f"--run={run}", "--resume", *told, *(word for word in words if word.startswith("--stop=")))
 
     def spec(name: str) -> JobSpec:
         return JobSpec(

@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 from starlette.background import BackgroundTask
@@ -17,9 +18,20 @@ from starlette.routing import BaseRoute, Route
 
 from racecraft.accounts.rights import Verb, may
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, form_with_file, page_routes, person_of
+from racecraft.console.service import (
+    Console,
+    Fields,
+    Page,
+    act_route,
+    form_with_file,
+    one,
+    page_routes,
+    person_of,
+)
 from racecraft.console.workspace_file import restore_workspace, save_workspace
+from racecraft.console.workspace_settings import WorkspaceSettings, read_settings, write_settings
 from racecraft.contract.errors import SettingError
+from racecraft.training.notify import require_addresses
 
 STARTER_VARIABLE = "RACECRAFT_STARTER"
 """Names the page of the start by a double-click, which tells of newer versions (packaging/begin.py)."""
@@ -43,6 +55,7 @@ def routes(console: Console) -> list[BaseRoute]:
 
     return [
         *page_routes(console, "/settings", settings_page),
+        act_route(console, "/settings/notify", choose_notifications),
         Route("/settings/workspace.zip", save),
         Route("/settings/restore", restore, methods=["POST"]),
     ]
@@ -63,12 +76,29 @@ def bring_back(console: Console, file: UploadFile) -> list[str]:
     return restored.models
 
 
+def choose_notifications(console: Console, request: Request, fields: Fields) -> str | Page:
+    """Keep where messages of trainings are sent to; what cannot be used is said beside what was typed."""
+    typed = one(fields, "notify")
+    try:
+        addresses = require_addresses(typed.split())
+    except SettingError as error:
+        return _page(console, request, {"notify": typed, "wrong": str(error)}, 422)
+    write_settings(console.workspace.path, WorkspaceSettings(notify=addresses))
+    return "/settings"
+
+
 def settings_page(console: Console, request: Request) -> Page:
     """Return where everything lies, how much room it takes, and what is kept in the bin."""
+    return _page(console, request, {"notify": "\n".join(read_settings(console.workspace.path).notify)})
+
+
+def _page(console: Console, request: Request, told: Mapping[str, str], status: int = 200) -> Page:
     return Page(
         "settings.html",
         "Settings",
         {
+            "wrong": "",
+            **told,
             **(_places(console) if may(person_of(request), Verb.RUN_MACHINE) else {}),
             "room_gb": shutil.disk_usage(console.workspace.path).free / 1e9,
             "bin": [
@@ -76,6 +106,7 @@ def settings_page(console: Console, request: Request) -> Page:
             ],
         },
         here="/settings",
+        status=status,
     )
 
 
