@@ -87,7 +87,11 @@ def _differences(league: League, race: Race, result: Result, process: DriveProce
     models = tuple(str(league.model(race.id, number).resolve()) for number in result.entries)
     for drive in result.drives:
         order = DriveOrder(
-            rules=race.rules, track=drive.track, seed=drive.seed, models=models, names=tuple(map(str, result.entries))
+            rules=race.rules,
+            track=league.track(race.id, drive.track),
+            seed=drive.seed,
+            models=models,
+            names=tuple(map(str, result.entries)),
         )
         try:
             driven = process.drive(order, (league.folder(race.id) / drive.folder).resolve())

@@ -93,7 +93,7 @@ class DriveProcess:
             "recorded": str(recorded) if recorded else None,
         }
         if not self.layers:
-            places = [*self._readable, *order.models, *([recorded] if recorded else ())]
+            places = [*self._readable, *order.models, *order.files, *([recorded] if recorded else ())]
             told |= {"readable": [str(place) for place in places], "scratch": self._scratch.name}
         head, body = self._ask(told, DRIVE_SECONDS)
         self.layers = self.layers or tuple(head["layers"])

@@ -18,7 +18,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.league.drive_process import DriveError, DriveProcess
 from racecraft.league.heats import Heat, next_heat, remaining
 from racecraft.league.race import Drive, Race, Result
-from racecraft.league.store import League
+from racecraft.league.store import TRACKS, League
 from racecraft.league.world_part import DriveOrder
 
 BITS_DEPEND_ON = ("racecraft", "numpy", "numba", "torch")
@@ -121,7 +121,10 @@ def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -
     try:
         for index, track in enumerate(race.tracks):
             seed = league.seed(race.id, heat.name, index)
-            order = DriveOrder(rules=race.rules, track=track, seed=seed, models=models, names=names)
+            order = DriveOrder(
+                rules=race.rules, track=league.track(race.id, track), seed=seed, models=models, names=names,
+                files=(str((league.folder(race.id) / TRACKS).resolve()),),
+            )  # fmt: skip
             driven = process.drive(order)
             drives.append(Drive(track=track, seed=seed, outcomes=driven.outcomes, folder=f"drives/{heat.name}-{index}"))
             files[index] = driven.files

@@ -4,6 +4,7 @@
     secret                             from which the seeds of drives are made; readable by its owner alone
     seasons/ID.json
     races/ID/race.json
+    races/ID/tracks/NAME.npy           tracks that are the organiser's own, as they were when the race was made
     races/ID/entries/NNNNN/            entry.json, and model/ as the world has copied it
     races/ID/results/HEAT.json         of a judged heat; written last, whole or not at all
     races/ID/drives/HEAT-K/            replay, trace, log and metrics of the heat on track K
@@ -41,7 +42,7 @@ from racecraft.league.race import Entry, Race, Result, Season
 MARK, SECRET = "league.json", "secret"
 RACE, ENTRY, MODEL = "race.json", "entry.json", "model"
 RACES, SEASONS, ENTRIES, RESULTS, DRIVES = "races", "seasons", "entries", "results", "drives"
-WITHDRAWN, PAST = "withdrawn", "past"
+WITHDRAWN, PAST, TRACKS = "withdrawn", "past", "tracks"
 VERSION = 1
 MAX_ENTRIES = 99_999
 SETTLED_NS = 100_000_000
@@ -134,8 +135,12 @@ class League:
         known = [race.id for race in races]
         raise SettingError("{league} has no race {id!r}. {hint}", league=self.path, id=id, hint=nearest(id, known))
 
-    def add_race(self, race: Race) -> Race:
+    def add_race(self, race: Race, tracks: Mapping[str, bytes] | None = None) -> Race:
         """Keep a new race; return it with the id that it got, made from its title.
+
+        Args:
+            race: The race.
+            tracks: Files of its tracks that not everybody has, by name: "mine.npy".
 
         Raises:
             OutputFileError: The folder cannot be written.
@@ -144,6 +149,9 @@ class League:
         race = replace(race, id=taken)
         for name in (ENTRIES, RESULTS, DRIVES):
             make_folder(self.folder(taken) / name)
+        for name, data in (tracks or {}).items():
+            make_folder(self.folder(taken) / TRACKS)
+            write_atomic(self.folder(taken) / TRACKS / name, data)
         self.save_race(race)
         return race
 
@@ -158,6 +166,15 @@ class League:
     def folder(self, race: str) -> Path:
         """Return the folder of a race."""
         return self.path / RACES / race
+
+    def tracks(self, race: str) -> dict[str, bytes]:
+        """Return the files of the tracks that a race has kept, by name."""
+        return {path.name: path.read_bytes() for path in sorted((self.folder(race) / TRACKS).glob("*"))}
+
+    def track(self, race: str, name: str) -> str:
+        """Return what a race's track is loaded by: the file that the race has kept, or its name."""
+        kept = next((self.folder(race) / TRACKS).glob(f"{name}.*"), None)
+        return name if kept is None else str(kept.resolve())
 
     def judging(self, race: str) -> FileLock:
         """Take the right to judge a race; one process has it at a time.

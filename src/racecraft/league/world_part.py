@@ -18,12 +18,15 @@ class DriveOrder:
 
     rules: Mapping[str, Any]
     track: str
+    """Its name; of one that the race has kept, the file."""
     seed: int
     """Not negative."""
     models: tuple[str, ...]
     """Folders that `admit` has filled, one an entry."""
     names: tuple[str, ...]
     """Names of the racers, likewise."""
+    files: tuple[str, ...] = ()
+    """Further files and folders that it reads: tracks that the race has kept."""
 
 
 @dataclass(frozen=True)

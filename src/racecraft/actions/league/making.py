@@ -53,6 +53,7 @@ def make_race(
     ranking: RankingOptions,
     deadline: DeadlineOptions,
     grid: int = 2,
+    own_tracks: Mapping[str, bytes] | None = None,
 ) -> Race:
     """Add a race to a league, which is made where there is none; return it.
 
@@ -66,6 +67,7 @@ def make_race(
         ranking: What decides it.
         deadline: Who may enter, and until when.
         grid: How many meet in a heat.
+        own_tracks: Files of tracks that not everybody has, by name; the race keeps them.
 
     Raises:
         UserInputError: Options contradict each other, or the folder cannot be written.
@@ -107,5 +109,6 @@ def make_race(
             stage=deadline.stage or "",
             qualifier=qualifier,
             qualified=deadline.qualified,
-        )
+        ),
+        own_tracks,
     )

@@ -67,15 +67,16 @@ def copy_race(request: CopyRequest, progress: Progress = quiet) -> ChangedRace:
     Example: racecraft league copy club-evening "Club evening 2"
     """
     league = request.open()
+    before = league.race(request.race)
     race = replace(
-        league.race(request.race),
+        before,
         title=request.title,
         created=time.time(),
         opens=None,
         closes=moment(request.closes, "--closes"),
         is_closed=False,
     )
-    return ChangedRace(league.add_race(race))
+    return ChangedRace(league.add_race(race, league.tracks(before.id)))
 
 
 @action

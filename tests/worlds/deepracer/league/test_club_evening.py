@@ -20,6 +20,8 @@ from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.actions.telemetry import telemetry
 from racecraft.worlds.deepracer.export.exporters import export_car
 from racecraft.worlds.deepracer.logs import local_streams
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.importer import route_file
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 
@@ -156,6 +158,23 @@ def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, h
         assert film.streams.video[0].frames >= round(result.drives[0].outcomes[0].total_seconds * 15)
     with pytest.raises(UserInputError, match="club has 1 tracks, and no number 2"):
         rc.film_race_drive(race.id, 1, league=league, track=2)
+
+
+def test_a_race_keeps_the_organisers_own_track(run, league, tmp_path):
+    file = tmp_path / "home.npy"
+    file.write_bytes(route_file(load_track("Oval_track")))
+    race = rc.create_race("Home", league=league, laps=1, max_resets=1, track=["Oval_track", str(file)]).race
+    assert race.tracks == ("Oval_track", "home")
+    file.unlink()
+    copy = rc.copy_race(race.id, "Again", league=league).race
+    for one in (race, copy):
+        rc.enter_race(one.id, run, league=league)
+        (result,) = rc.judge_race(one.id, league=league).results
+        assert result.failure == ""
+        assert [drive.track for drive in result.drives] == ["Oval_track", "home"]
+        folder = league / "races" / one.id / result.drives[1].folder
+        assert league_world("deepracer").shown(folder, "home")["closed"]
+    assert not rc.audit_races(league=league).different
 
 
 ARCHIVE = """\

@@ -56,7 +56,7 @@ class CreateRaceRequest(LeagueOptions):
     """A new race of cars."""
 
     title: str = argument("Of the race, for people.", metavar="TITLE")
-    track: tuple[str, ...] = option(("reinvent_base",), "Name of a track; several make a cup.")
+    track: tuple[str, ...] = option(("reinvent_base",), "Name of a track, or a file of one; several make a cup.")
     driving: DrivingOptions = group(DrivingOptions)
     car: CarOptions = group(CarOptions)
     ranking: RankingOptions = group(RankingOptions)
@@ -81,7 +81,8 @@ def create_race(request: CreateRaceRequest, progress: Progress = quiet) -> Chang
         UserInputError: No such track, or a rule that cannot be.
     """
     from racecraft.worlds.deepracer.league.rules import CarRules
-    from racecraft.worlds.deepracer.tracks.catalogue import load_track
+    from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track
+    from racecraft.worlds.deepracer.tracks.importer import route_file
 
     meets = request.ranking.format != "solo"
     values = {
@@ -102,9 +103,10 @@ def create_race(request: CreateRaceRequest, progress: Progress = quiet) -> Chang
         )
     if (request.ranking.ranking == "laps") != (rules.race_seconds is not None):
         raise SettingError("--ranking laps and --race-seconds go together; expected both or neither.")
-    tracks = [load_track(name).name for name in request.track]
+    tracks = [load_track(name) for name in request.track]
+    own_tracks = {f"{one.name}.npy": route_file(one) for one in tracks if known_name(one.name) is None}
     race = make_race(
-        request.league, request.title, "deepracer", tracks, rules.laps, rules.as_dictionary(), request.ranking,
-        request.entries,
+        request.league, request.title, "deepracer", [one.name for one in tracks], rules.laps, rules.as_dictionary(),
+        request.ranking, request.entries, own_tracks=own_tracks,
     )  # fmt: skip
     return ChangedRace(race)

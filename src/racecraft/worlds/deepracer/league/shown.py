@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.league.store import TRACKS
 from racecraft.worlds.deepracer.league.replay import REPLAY, read_replay
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -24,7 +25,8 @@ def shown_drive(folder: Path, track: str) -> dict[str, Any]:
         CheckpointError: Its files are missing or damaged.
         TrackError: There is no such track.
     """
-    road = load_track(track)
+    kept = folder.parents[1] / TRACKS / f"{track}.npy"
+    road = load_track(kept if kept.is_file() else track)
     places = [folder] if (folder / REPLAY).is_file() else sorted(folder.glob("car-*"), key=_number)
     cars, seconds = [], 1.0 / 15.0
     for place in places:
