@@ -6,13 +6,16 @@ import re
 import urllib.error
 import urllib.parse
 import urllib.request
+from types import SimpleNamespace
 
 import pytest
 from tests.console.conftest import write_run
 
 from racecraft.console.application import make_console
-from racecraft.console.pages import create, garage
+from racecraft.console.pages import create, garage, races
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.league.race import Drive, Entry, Outcome, Race, Result
+from racecraft.league.store import League
 from racecraft.web.server import ServerThread
 
 JUNK = (
@@ -27,12 +30,20 @@ GETS = (
     "/pictures/deepracer/{}.svg", "/pictures/{}/x.svg", "/models/m0/view/{}",
     "/models/m0/reward/look?speed={}&term={}", "/drafts/{}/reward/look?heading={}",
     "/import/{}", "/models/{}/watch/api/run", "/models/m0/watch/{}",
+    "/races/new?kind={}", "/races/{}", "/races/cup/drives/{}", "/races/cup/drives/00001?track={}&lap={}&against={}",
+    "/races/cup/drives/{}/files.zip?track={}", "/races/cup/drives/00001/film.mp4?track={}", "/races/cup/enter?model={}",
+    "/races/{}/edit", "/races/{}/copy", "/races/cup/drives/00001/{}", "/racers/{}", "/seasons/{}", "/races/{}/show",
 )  # fmt: skip
 POSTS = {
     "/models/act": ("act", "m", "place", "tag"), "/models/first": ("kind",), "/models/m0/note": ("tags", "text"),
     "/models/m1/rename": ("name",), "/models/m0/resume": ("minutes",), "/models/m0/stop": ("x",),
     "/jobs/{}/stop": ("x",), "/models/{}/note": ("text",), "/import": ("archive",), "/models/m0/export": ("to",),
     "/models/m0/why": ("x",),
+    "/races/new": ("kind", "title", "track", "laps", "closes", "season", "go"),
+    "/seasons/new": ("title", "points", "go"),
+    "/races/cup/edit": ("title", "opens", "closes", "submissions", "season"), "/races/cup/copy": ("title", "closes"),
+    "/races/cup/enter": ("model", "which", "racer"), "/races/cup/act": ("act",), "/races/cup/withdraw": ("entry",),
+    "/races/cup/drives/{}/film": ("track",),
     "/drafts/ID/track": ("edits", "writer", "name", "go", "track"), "/drafts/ID/algorithm": ("go", "lr", "num_epochs"),
     "/drafts/ID/car": ("actions", "camera", "go"), "/drafts/ID/reward": ("reward", "go", "minutes"),
 }  # fmt: skip
@@ -66,6 +77,12 @@ def test_no_mutated_request_breaks_the_console(tmp_path, monkeypatch, count):
         write_run(workspace.path / f"runs/r{number}")
         model = workspace.create(f"m{number}", {"reward_function.py": "x = 1"})
         write_run(model.path / "runs/1")
+    league = League.open_or_create(workspace.path / "league")
+    league.add_race(Race(id="", title="Cup", kind="deepracer", tracks=("Oval_track",), rules={}))
+    league.add_entry("cup", lambda folder: Entry(number=0, racer="Bob", model="m", entered=1.0))
+    drive = Drive(track="Oval_track", seed=1, outcomes=(Outcome(laps=(9.0,)),), folder="drives/00001-0")
+    league.save_result("cup", Result(heat="00001", entries=(1,), drives=(drive,), judged=1.0), {0: {"x": b""}})
+    monkeypatch.setattr(races, "judge_of", lambda path: SimpleNamespace(judge=print, expect=print, faults={}))
     server, chance = ServerThread(application, "console"), random.Random(1)
     address = f"http://127.0.0.1:{server.start('127.0.0.1', 0)}"
     _, headers, _ = ask(f"{address}/drafts/new")
@@ -94,5 +111,5 @@ def test_no_mutated_request_breaks_the_console(tmp_path, monkeypatch, count):
     assert broken == []
     assert status == 200
     assert sorted(path.name for path in workspace.path.iterdir() if path.is_dir()) == [
-        "bin", "drafts", "models", "runs", *(["uploads"] if (workspace.path / "uploads").exists() else [])
+        "bin", "drafts", "league", "models", "runs", *(["uploads"] if (workspace.path / "uploads").exists() else [])
     ]  # fmt: skip

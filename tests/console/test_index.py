@@ -1,5 +1,6 @@
 """Rows made from folders and jobs: current, made again when lost, without opening what has not changed."""
 
+import json
 import sqlite3
 import threading
 
@@ -21,6 +22,16 @@ def test_a_run_of_the_command_line_is_a_row(workspace, index):
     row = index.row("oval-1")
     assert (row["status"], row["best_text"], row["iterations"], row["gap_percent"]) == ("ready", "8.25 s", 3, 12.0)
     assert row["curve"][-1] == 1.0
+
+
+def test_an_imported_model_is_ready_though_it_never_trained_here(workspace, index):
+    run = write_run(workspace.create("old", {}).path / "runs/1", rows=0)
+    index.refresh()
+    assert index.row("old")["status"] == "new"
+    job = json.loads((run / "job.json").read_text())
+    (run / "job.json").write_text(json.dumps({**job, "imported": {"from": "old.tar.gz"}}))
+    index.refresh()
+    assert index.row("old")["status"] == "ready"
 
 
 def test_a_model_shows_its_newest_run_and_its_best_lap(workspace, index):

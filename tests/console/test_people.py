@@ -27,7 +27,7 @@ from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.job import new_job
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.submit import environment_here
-from racecraft.league.race import Entry, Race
+from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 from racecraft.league.store import League
 from racecraft.web.access import opened
 from racecraft.web.server import ServerThread
@@ -94,6 +94,9 @@ class Club:
         self.league.add_entry(
             "cup", lambda folder: Entry(number=0, racer="Bob", model="m", entered=1.0, person=bob.owned)
         )
+        drive = Drive(track="Oval_track", seed=1, outcomes=(Outcome(laps=(9.0,)),), folder="drives/00001-0")
+        result = Result(heat="00001", entries=(1,), drives=(drive,), judged=1.0)
+        self.league.save_result("cup", result, {0: {"trace.csv": SECRET.encode()}})
         self.application = make_console(self.root, self.home, opened(TOKEN))
         self.server = ServerThread(self.application, "console")
         self.port = self.server.start("127.0.0.1", 0)
@@ -185,6 +188,9 @@ def tricks(club, ada):
         "the entry's files": "/races/cup/entries/00001/entry.json",
         "a race outside the league": "/races/..%2f..%2fpeople",
         "the league's secret": "/races/cup/drives/..%2f..%2fsecret/0",
+        "the trace of his drive": "/races/cup/drives/00001/files.zip",
+        "a film outside the race": "/races/cup/drives/..%2f..%2fsecret/film.mp4",
+        "the form that changes a race": "/races/cup/edit",
         "two slashes": "//people",
         "a path in capitals": "/PEOPLE",
     }.items():
@@ -204,6 +210,10 @@ def tricks(club, ada):
         ("close a race", "/races/cup/act", {"act": "close"}),
         ("judge a race again", "/races/cup/act", {"act": "reset"}),
         ("make a race", "/races/new", {"kind": "deepracer", "title": "Mine"}),
+        ("change a race", "/races/cup/edit", {"title": "Mine"}),
+        ("copy a race", "/races/cup/copy", {"title": "Mine"}),
+        ("make a season", "/seasons/new", {"title": "Mine"}),
+        ("film another heat", "/races/cup/drives/..%2f..%2fsecret/film", {}),
         ("become owner", f"/people/{club.people['Ada'].id}/role", {"role": "owner"}),
         ("remove Bob", f"/people/{bob.id}/remove", {"name": "Bob"}),
         ("reset Bob's password", f"/people/{bob.id}/reset", {}),

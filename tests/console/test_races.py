@@ -81,6 +81,6 @@ def test_a_board_its_season_and_its_organisers_acts(console, browser):
     browser.page.click("button:has-text('Open')")
     assert league.race("one").is_open(0.0)
     browser.open(f"{address}/races/one/enter")
-    assert "No model of this world is ready" in browser.page.inner_text("main")
+    assert "None of your models is ready" in browser.page.inner_text("main")
     browser.open(f"{address}/races/none")
     assert "has no race 'none'" in browser.page.inner_text("main")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlalchemy as sql
 
-VERSION = 1
+VERSION = 2
 """Another version's tables are dropped and filled again from the folders."""
 
 TABLES = sql.MetaData()

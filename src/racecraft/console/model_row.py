@@ -73,6 +73,6 @@ def _status(runs: Sequence[RunRow], jobs: Sequence[Job], is_held: Callable[[str]
         return ERROR, job.reason, job
     if runs and runs[-1].fault:
         return ERROR, runs[-1].fault, job
-    if any(run.iterations for run in runs):
+    if any(run.iterations or run.is_imported for run in runs):
         return READY, "", job
     return NEW, "", job

@@ -10,6 +10,7 @@ from typing import Any
 from racecraft.console.parts import Card, parts_of
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.kinds import find_kind
+from racecraft.formats.checkpoint import IMPORTED
 from racecraft.formats.run_folder import JOB, METRICS, RunFolder, last_stops
 from racecraft.formats.run_lock import LOCK
 
@@ -36,6 +37,8 @@ class RunRow:
     """Scores between 0 and 1, at most CURVE_POINTS."""
     iterations: int = 0
     steps: int = 0
+    is_imported: bool = False
+    """Another program trained it: it drives, and has no iterations here."""
     seconds: float = 0.0
     """Time trained."""
     speed: float | None = None
@@ -74,6 +77,7 @@ def read_run(path: Path, mark: str) -> RunRow:
         algorithm=str(job.get("algorithm", "")),
         curve=_curve(str(job["kind"]), metrics),
         iterations=int(last.get("iteration") or 0),
+        is_imported=IMPORTED in job,
         steps=int(last.get("steps") or 0),
         seconds=float(last.get("seconds") or 0.0),
         speed=last.get("steps_per_second"),

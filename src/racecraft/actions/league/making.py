@@ -19,7 +19,9 @@ class DeadlineOptions(Request):
 
     PANEL: ClassVar[str] = "Entries"
     opens: str | None = option(None, "Entries are accepted from then on: 2026-12-01T18:00, or +2h.")
-    closes: str | None = option(None, "Entries are accepted until then, likewise; by default without end.")
+    closes: str | None = option(
+        None, "Entries are accepted until then: 2026-12-01T18:00, or +3h; by default without end."
+    )
     submissions: int | None = option(None, "Entries of one racer; by default any number.", low=1)
     practice: bool = option(False, "A practice race: always open, in no season.")
     season: str | None = option(None, "The season that its points count for.")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import SettingError
+from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.analysis.telemetry_page import telemetry_data
 from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
@@ -34,7 +35,8 @@ def drive_page(
         rules: Of the race.
         track: Where it was driven.
         drives: Racer and folder: of the drive itself, and of the others, the leader's first.
-        asked: `lap`, counted from 1, the fastest first; `against`: OWN, or the place of another drive among them.
+        asked: `lap`, counted from 1, the fastest first; `against`: OWN, or the place of a drive among them, 0 for
+            this one; `beside`: which of its laps, counted likewise.
 
     Raises:
         SettingError: There is no such lap or drive.
@@ -42,29 +44,41 @@ def drive_page(
     """
     reverse = bool(rules.get("reverse"))
     timing = _timing(_car_folder(drives[0][1]), track, reverse)
-    others = list(enumerate(drives[1 : CHOICES + 1], start=1))
-    against = asked.get("against", "1" if others else OWN)
+    others = drives[: CHOICES + 1]
+    against = asked.get("against", "1" if len(others) > 1 else OWN)
     choices = [
-        (OWN, "the best corners of this drive"),
-        *((str(k), f"{racer}, fastest lap") for k, (racer, _) in others),
-    ]
+        (OWN, "the best corners of this drive"), ("0", "another lap of this drive"),
+        *((str(k), racer) for k, (racer, _) in enumerate(others[1:], start=1)),
+    ]  # fmt: skip
+    shown: dict[str, Any] = {
+        "told": None, "lap": "1", "against": against, "beside": "1", "lap_choices": [], "against_choices": choices,
+        "beside_choices": [],
+    }  # fmt: skip
     if timing is None:
-        return {"told": None, "lap": "1", "against": against, "lap_choices": [], "against_choices": choices}
+        return shown
     order = np.argsort(timing.laps.lap_seconds, kind="stable")
     lap = _number(asked.get("lap", "1"), len(order))
-    reference = of_best_zones(timing)
+    reference, beside, beside_choices = of_best_zones(timing), 1, []
     if against != OWN:
-        racer, folder = dict(others)[_number(against, len(others))]
+        racer, folder = others[_number(against, len(others) - 1, 0)]
         other = _timing(_car_folder(folder), track, reverse)
         if other is None:
             raise SettingError("{racer} has driven no full lap; expected a drive with one.", racer=racer)
-        reference = of_lap(other.laps, int(np.argmin(other.laps.lap_seconds)), f"{racer}'s fastest lap")
+        fastest = np.argsort(other.laps.lap_seconds, kind="stable")
+        beside_choices = _lap_choices(other, fastest)
+        text = asked.get("beside", "1")  # of the drive that was chosen before, it may have none here
+        beside = int(text) if text in dict(beside_choices) else 1
+        reference = of_lap(other.laps, int(fastest[beside - 1]), f"{racer}'s lap {beside_choices[beside - 1][1]}")
     compared = compare_lap(timing, int(order[lap - 1]), reference)
-    lap_choices = [(str(k), f"{k}: {timing.laps.lap_seconds[row]:.3f} s") for k, row in enumerate(order, start=1)]
     return {
-        "told": telemetry_data(compared), "lap": str(lap), "against": against, "lap_choices": lap_choices,
-        "against_choices": choices,
+        **shown, "told": telemetry_data(compared), "lap": str(lap), "lap_choices": _lap_choices(timing, order),
+        "beside": str(beside), "beside_choices": beside_choices,
     }  # fmt: skip
+
+
+def _lap_choices(timing: LapTiming, order: Array) -> list[tuple[str, str]]:
+    """Return what choosing a lap says: the fastest first."""
+    return [(str(k), f"{k}: {timing.laps.lap_seconds[row]:.3f} s") for k, row in enumerate(order, start=1)]
 
 
 def _car_folder(folder: Path) -> str:
@@ -80,7 +94,8 @@ def _timing(folder: str, track: str, reverse: bool) -> LapTiming | None:
     return time_laps(laps) if len(laps) else None
 
 
-def _number(text: str, count: int) -> int:
-    if not text.isdigit() or not 1 <= int(text) <= count:
-        raise SettingError("found {text!r}; expected a number from 1 to {count}.", text=text[:20], count=count)
+def _number(text: str, count: int, low: int = 1) -> int:
+    if not (text.isascii() and text.isdigit()) or not low <= int(text) <= count:
+        raise SettingError("found {text!r}; expected a number from {low} to {count}.", text=text[:20], low=low,
+                           count=count)  # fmt: skip
     return int(text)
