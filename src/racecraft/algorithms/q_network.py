@@ -109,6 +109,10 @@ class QPolicy:
         best = self.act(observations, action_mask)
         return np.eye(self.network.count, dtype=np.float32)[best]
 
+    def sample(self, observations: Mapping[str, Array], action_mask: Array | None, generator: torch.Generator) -> Array:
+        """Return the best allowed choice of each row, int64 (R,): it is the only probable one."""
+        return self.act(observations, action_mask)
+
     def reset_state(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 

@@ -139,6 +139,12 @@ class StackedPolicy:
         actions: Array = self.policy.act({**observations, **stacks}, action_mask)
         return actions
 
+    def sample(self, observations: Mapping[str, Array], action_mask: Array | None, generator: torch.Generator) -> Array:
+        """Return actions (R, ...) drawn by their probability; each row's observation becomes part of its past."""
+        stacks, _ = self.frames.push(observations)
+        actions: Array = self.policy.sample({**observations, **stacks}, action_mask, generator)
+        return actions
+
     def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return how likely each of A choices is, float32 (R, A), were this seen next; nothing is remembered."""
         stacks, _ = self.frames.push(observations, keep=False)

@@ -16,11 +16,12 @@ from racecraft.algorithms.learner import Compilable, Learner, greedy_policy_of
 from racecraft.algorithms.multi_policy import MultiPolicy, of_member
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.registry import find_algorithm
+from racecraft.algorithms.sampling import Sampler, sample_actions
 from racecraft.algorithms.stacking import load_stacked
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.contract.policy import Policy
-from racecraft.contract.world import Array, ArraySpec, DiscreteActions
+from racecraft.contract.world import Array, ArraySpec
 from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
 from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
@@ -78,13 +79,13 @@ class TrainedPolicy:
             observations: Arrays (R, …) by name; what the policy does not know is ignored. A bare observation: parts by
                 name without rows, or the only part itself; of a one-hot part also the number that it stands for.
             action_mask: bool (R, A), or (A,) beside a bare observation.
-            sample: Draw each choice by its probability with this generator, instead of taking the most probable one.
+            sample: Draw each action by its probability with this generator, instead of taking the most probable one.
 
         Returns:
             (R, *action shape); for a bare observation (*action shape).
 
         Raises:
-            SettingError: One array for several parts, or actions that are no single choices are to be sampled.
+            SettingError: One array for several parts, or a policy that draws nothing is to be sampled.
         """
         rows, is_bare = rows_of(observations, self.spec.observations)
         if is_bare and action_mask is not None:
@@ -95,15 +96,13 @@ class TrainedPolicy:
         return chosen[0] if is_bare else chosen
 
     def _sampled(self, rows: Mapping[str, Array], action_mask: Array | None, sample: np.random.Generator) -> Array:
-        if not isinstance(self.spec.actions, DiscreteActions):
+        if not isinstance(self.policy, Sampler):
             raise SettingError(
-                "actions of this policy are {actions}; expected single choices to sample. Leave out `sample`: it then "
-                "gives the most probable action.",
-                actions=self.spec.actions,
+                "a policy of {algorithm} knows no probabilities; expected one that draws its actions. Leave out "
+                "`sample`: it then gives the action that it holds best.",
+                algorithm=self.spec.algorithm,
             )
-        likely = self.probabilities(rows, action_mask).astype(float).cumsum(axis=1)
-        draws = sample.random(len(likely))[:, None] * likely[:, -1:]
-        return np.asarray((likely <= draws).sum(axis=1), np.int64)
+        return sample_actions(self.policy, rows, action_mask, sample)
 
     def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool, (R,)) whose episode ended."""
