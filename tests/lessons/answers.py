@@ -17,6 +17,7 @@ def claim(parameter, way, pay):
     return {"parameter": parameter, "way": way, "code": REWARD.format(pay)}
 
 
+PAY = "def pay(row, column):\n    return {}"
 CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
 AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
 """The one that goes straight first has 12.0, the others come back to the middle."""
@@ -46,6 +47,11 @@ RIGHT = {
     "hyperparameters/match": {"a": "3e-3", "b": "3e-5", "c": "3e-4"},
     "hyperparameters/clipped": {"code": CLIP.format("min(r * a, h * a)")},
     "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
+    "reward/two-numbers": {"code": PAY.format("2.0 if row == 2 else 0.0")},
+    "explore/found-again": {"soonest": "zero", "reason": "old_values"},
+    "gradient/too-large": {"step": "5", "reason": "certain_too_soon"},
+    "hyperparameters/best-step": {"fastest": "1", "stuck": "20"},
+    "reward-function/finish": {"code": PAY.format("2.0 if (row, column) == (2, 6) else -0.1 if 0 < row < 4 else -1.0")},
     "race/claim": claim("speed", "more", "p['speed']"),
     "race/sound": {"code": REWARD.format("p['speed'] ** 2")},
     "race/own-lap": {"car": "first"},
@@ -53,6 +59,31 @@ RIGHT = {
     "race/beat-the-first": {"first": "first", "own": "faster"},
 }
 CASES = {
+    "reward/two-numbers": {
+        "no_number": {"code": PAY.format("None")},
+        "many": {"code": PAY.format("row + column")},
+        "few": {"code": PAY.format("2.0 if (row, column) == (2, 24) else 0.0")},
+    },
+    "explore/found-again": {
+        "run": {"soonest": "large"},
+        "forgets": {"soonest": "large", "reason": "forgets"},
+        "convergence": {"soonest": "large", "reason": "convergence"},
+    },
+    "gradient/too-large": {
+        "run": {"step": "5"},
+        "jumps": {"step": "5", "reason": "jumps"},
+        "slow": {"step": "5", "reason": "slow"},
+    },
+    "hyperparameters/best-step": {
+        "never": {"fastest": "20", "stuck": "20"},
+        "slower": {"fastest": "0.3", "stuck": "20"},
+        "still_climbing": {"fastest": "1", "stuck": "0.03"},
+    },
+    "reward-function/finish": {
+        "no_number": {"code": PAY.format("None")},
+        "for_ever": {"code": PAY.format("2.0 if row == 2 else 0.1 if 0 < row < 4 else 0.0")},
+        "elsewhere": {"code": PAY.format("5.0 if row == 0 else -1.0")},
+    },
     "race/claim": {
         "no_number": claim("speed", "more", "None"),
         "no_effect": claim("speed", "more", "1.0"),

@@ -34,7 +34,7 @@ from racecraft.contract.message import translate
 from racecraft.lessons.lesson import Block, Exercise, Field, Figure, Lesson, Prose, Recall, Slide, TeacherNote
 
 _NAME = re.compile(r"\{(\w+)\}\s*(.*)")
-_ENTRY = re.compile(r"([a-z]+(?: [\w-]+)*):(?: (.*))?$")
+_ENTRY = re.compile(r"([a-z]+(?: [\w.-]+)*):(?: (.*))?$")
 _RANGE = re.compile(r"(-?[\d.]+)\.\.(-?[\d.]+)$")
 READ_BY_PEOPLE = (
     "ask", "hint", "worked", "why", "when", "label", "option", "number", "choice", "code", "model", "answer",

@@ -7,7 +7,7 @@ import random
 from collections.abc import Sequence
 from functools import cache
 
-from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, tried
+from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
 from racecraft.lessons.functions import call_function
 from racecraft.lessons.models.chance import Chance
 from racecraft.lessons.models.grid import Drive, drive, make_grid
@@ -15,6 +15,7 @@ from racecraft.lessons.models.policy_gradient import (
     climbed,
     drive_row,
     gradient,
+    learn_grid,
     probabilities,
     share_pointing_right,
 )
@@ -23,6 +24,8 @@ EVEN = (0.0, 0.0, 0.0)
 FOUR = ((1, 0, 1, 0), (0, 0), (2, 2), (1, 1, 0, 0))
 """The moves of the lesson's four drives."""
 STEP = 0.5
+HIGH = 11.5
+"""A mean total from which on nearly every drive is the best one."""
 SIDES = ("left", "straight", "right")
 
 
@@ -107,6 +110,41 @@ def drives_needed(answer: Answer) -> Verdict:
     return tried("too_few" if count < 18 else "more_than_needed", drives=count, share=share)
 
 
+@cache
+def learned_with(step: float) -> Sequence[Sequence[float]]:
+    """Return the mean total of each of 60 updates of 20 drives, for five seeds."""
+    return [learn_grid(step, 60, Chance(1000 + seed)) for seed in range(5)]
+
+
+def updates_needed(step: float) -> int | None:
+    """Return after how many updates all five seeds have reached 11.5; None: one never does."""
+    needed = [next((at for at, mean in enumerate(row, 1) if mean >= HIGH), None) for row in learned_with(step)]
+    return None if None in needed else max(one for one in needed if one is not None)
+
+
+def too_large(answer: Answer) -> Verdict:
+    """A prediction: from which step size on does a seed stay on a worse drive?"""
+    given = answer.number("step")
+    rows = [(step, sum(row[-1] > HIGH for row in learned_with(step)), min(row[-1] for row in learned_with(step)))
+            for step in (0.3, 1.0, 5.0, 20.0)]  # fmt: skip
+    table = ("step size", "of 5 seeds at the best drive", "worst of the five"), rows
+    return predicted(answer, "reason", "certain_too_soon", table, predicted=given)
+
+
+def best_step(answer: Answer) -> Verdict:
+    """Which of five step sizes brings all five seeds to 11.5 soonest, and which leaves seeds on a worse drive?"""
+    fastest, stuck = answer.choice("fastest"), answer.choice("stuck")
+    updates = updates_needed(float(fastest))
+    if updates is None:
+        return tried("never", step=fastest)
+    if fastest != "1":
+        return tried("slower", step=fastest, updates=updates)
+    if stuck != "20":
+        early, late = (sum(row[at] for row in learned_with(float(stuck))) / 5 for at in (29, 59))
+        return tried("still_climbing", step=stuck, early=early, late=late)
+    return passed(updates=updates, slow=updates_needed(0.3))
+
+
 def own_weights(answer: Answer) -> Verdict:
     """The pupil's `weights(returns)` against returns less their mean, on 100 random lists."""
     rng = random.Random()
@@ -139,4 +177,6 @@ CHECKS = {
     "points_away": points_away,
     "drives_needed": drives_needed,
     "own_weights": own_weights,
+    "too_large": too_large,
+    "best_step": best_step,
 }

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from racecraft.lessons.checking import Answer, AnswerError
+from racecraft.lessons.functions import call_function
 from racecraft.lessons.models.grid import MOST_MOVES, Drive, Grid, drive, make_grid
 
 MOST_COLUMNS, MOST_PAY = 60, 100.0
@@ -28,6 +29,21 @@ def drive_of(answer: Answer, name: str) -> tuple[Grid, Drive]:
     ):
         raise AnswerError("There is no drive in the figure yet; drive with its buttons or the arrow keys, then check.")
     return grid, drive(grid, [int(one) for one in moves])
+
+
+def grid_paid_by(answer: Answer, name: str, columns: int, moves: str = "ahead") -> Grid | None:
+    """Return a road on which a pupil's `pay(row, column)` says what each square pays; None: it gives no numbers.
+
+    Raises:
+        AnswerError: The code does not run.
+    """
+    grid = make_grid(columns, moves=moves)
+    squares = [[row, column] for row in range(grid.rows) for column in range(columns)]
+    paid = call_function(answer.code(name), "pay", squares)
+    if not all(isinstance(one, int | float) and math.isfinite(one) for one in paid):
+        return None
+    rows = tuple(tuple(map(float, paid[at : at + columns])) for at in range(0, len(paid), columns))
+    return Grid(rows, grid.start, grid.goal, moves)
 
 
 def grid_from(told: Any) -> Grid:

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
+from statistics import median
 from typing import Any
 
 from racecraft.lessons.checking import Answer, Verdict, passed, predicted, tried
+from racecraft.lessons.exercises.reading_figures import grid_paid_by
 from racecraft.lessons.models import fork
 from racecraft.lessons.models.chance import Chance
-from racecraft.lessons.models.grid import GOAL, Learning, chance_to_reach, greedy_drive, learn, make_grid
+from racecraft.lessons.models.grid import (
+    GOAL,
+    Grid,
+    Learning,
+    best_drive,
+    chance_to_reach,
+    greedy_drive,
+    learn,
+    learn_drive,
+    make_grid,
+    optimal_values,
+)
 
 SEEDS, FIRST_SEED = 20, 1000
 LATE_TOTAL = 11.2
@@ -18,7 +32,12 @@ LENGTHS = (10, 14, 17, 20, 25)
 
 def reached(columns: int, pays: str, learning: Learning, seeds: int = SEEDS, goal: float = 2.0) -> int:
     """Return in how many trainings the greedy car reaches the goal afterwards."""
-    grid, found = make_grid(columns, pays, goal), 0
+    return reached_on(make_grid(columns, pays, goal), learning, seeds)
+
+
+def reached_on(grid: Grid, learning: Learning, seeds: int) -> int:
+    """Return in how many trainings on this road the greedy car reaches the goal afterwards."""
+    found = 0
     for seed in range(seeds):
         chance = Chance(FIRST_SEED + seed)
         q, _ = learn(grid, learning, chance)
@@ -43,6 +62,29 @@ def goal_fails(answer: Answer) -> Verdict:
     fails = next((length for length, found, _ in rows if found < 5), LENGTHS[-1])
     table = (("columns", "of 10 reach the goal", "of 10 with ten times the prize"), rows)
     return predicted(answer, "reason", "never_paid", table, predicted=columns, fails=float(fails))
+
+
+def two_numbers(answer: Answer) -> Verdict:
+    """A pay of at most two numbers by which 18 of 20 cars learn the way to the end of 25 columns in 300 drives."""
+    grid = grid_paid_by(answer, "code", 25)
+    if grid is None:
+        return tried("no_number")
+    numbers = len({one for row in grid.pay for one in row})
+    if numbers > 2:
+        return tried("many", count=numbers)
+    found = reached_on(grid, Learning(epsilon=0.1), SEEDS)
+    return passed(found=found) if found >= 18 else tried("few", found=found, seeds=SEEDS)
+
+
+def finishes(answer: Answer) -> Verdict:
+    """A pay by which the best policy of a car that may turn on the spot still ends at the goal."""
+    grid = grid_paid_by(answer, "code", 7, "free")
+    if grid is None:
+        return tried("no_number")
+    best, worth = best_drive(grid, 0.9), optimal_values(grid, 0.9)[2][0]
+    if best.ended == GOAL:
+        return passed(moves=len(best.moves), worth=worth)
+    return tried("elsewhere" if best.ended else "for_ever", worth=worth)
 
 
 def first_reward(answer: Answer) -> Verdict:
@@ -94,6 +136,36 @@ def schedule(answer: Answer) -> Verdict:
     return tried("never_explored", mean=late, found=found, seeds=SEEDS)
 
 
+def found_again(answer: Answer) -> Verdict:
+    """A prediction: which ε finds the new best drive soonest, once the pay has moved to the row above?"""
+    answer.choice("soonest")
+    return predicted(answer, "reason", "old_values", (("ε", "of 20 find it", "drives it takes, median"), again_rows()))
+
+
+@cache
+def again_rows() -> Sequence[Sequence[Any]]:
+    """Return by ε how many of 20 cars find the new best drive within 500 drives, and the median of their drives."""
+    rows: list[Sequence[Any]] = []
+    for epsilon in (0.0, 0.05, 0.3):
+        needed = [one for seed in range(SEEDS) if (one := drives_until_found(epsilon, seed)) is not None]
+        rows.append((epsilon, len(needed), median(needed) if needed else "–"))
+    return rows
+
+
+def drives_until_found(epsilon: float, seed: int) -> int | None:
+    """Return how many drives a car that knows the middle row needs after its pay has moved; None: more than 500."""
+    road, chance = make_grid(), Chance(FIRST_SEED + seed)
+    q, _ = learn(road, Learning(), chance)
+    pay = (road.pay[0], road.pay[2], road.pay[1], *road.pay[3:])
+    moved = replace(road, pay=pay, goal=(1, 6))
+    best = best_drive(moved, 0.9).total
+    for number in range(1, 501):
+        learn_drive(moved, q, 0.5, 0.9, epsilon, chance)
+        if abs(greedy_drive(moved, q, chance).total - best) < 1e-9:
+            return number
+    return None
+
+
 def where_it_turns(answer: Answer) -> Verdict:
     """The γ at which the greedy action changes, within 0.01."""
     gamma, right = answer.number("gamma"), fork.turn()
@@ -116,6 +188,9 @@ def lap_end(answer: Answer) -> Verdict:
 CHECKS = {
     "goal_fails": goal_fails,
     "first_reward": first_reward,
+    "two_numbers": two_numbers,
+    "finishes": finishes,
+    "found_again": found_again,
     "better_epsilon": better_epsilon,
     "schedule": schedule,
     "where_it_turns": where_it_turns,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from racecraft.lessons.models.chance import Chance
-from racecraft.lessons.models.grid import every_drive, make_grid
+from racecraft.lessons.models.grid import Drive, Grid, Square, drive, every_drive, make_grid
 
 Batch = Sequence[tuple[int, float]]
 
@@ -77,3 +77,36 @@ def share_pointing_right(count: int, has_baseline: bool, batches: int, chance: C
         slope = gradient(theta, random_batch(count, chance), has_baseline)
         right += slope[1] > max(slope[0], slope[2])
     return right / batches
+
+
+def learn_grid(step: float, updates: int, chance: Chance, drives: int = 20) -> list[float]:
+    """Let a policy with preferences for every square learn the usual road; return the mean total of each update.
+
+    Args:
+        step: Of each update, along the gradient with the batch's mean as baseline.
+        updates: How many.
+        chance: Draws the moves.
+        drives: Of each update.
+    """
+    grid, means = make_grid(), []
+    theta = {square: [0.0, 0.0, 0.0] for square in grid.squares()}
+    for _ in range(updates):
+        batch = [_drawn_drive(grid, theta, chance) for _ in range(drives)]
+        means.append(sum(one.total for one in batch) / drives)
+        slopes = {square: [0.0, 0.0, 0.0] for square in theta}
+        for one, weight in zip(batch, weights([one.total for one in batch], has_baseline=True), strict=True):
+            for square, move in zip(one.squares, one.moves, strict=False):
+                row = drive_row(theta[square], move, weight / drives)
+                slopes[square] = [before + more for before, more in zip(slopes[square], row, strict=True)]
+        theta = {square: climbed(theta[square], slopes[square], step) for square in theta}
+    return means
+
+
+def _drawn_drive(grid: Grid, theta: dict[Square, list[float]], chance: Chance) -> Drive:
+    square, moves = grid.start, []
+    while not grid.ends(square):
+        pi = probabilities(theta[square])
+        share = chance.share()
+        moves.append(0 if share < pi[0] else 1 if share < pi[0] + pi[1] else 2)
+        square = grid.after(square, moves[-1])
+    return drive(grid, moves)
