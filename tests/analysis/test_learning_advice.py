@@ -172,7 +172,7 @@ def test_what_a_car_that_gets_round_did_while_it_explored_is_no_fault(tmp_path):
         assert not told(same, words, ROUND)
     (found,) = told(same, "It laps", ROUND)
     assert found.found.startswith(
-        "Judged without exploration, its last 2 evaluations came to 100 % and 100 % of a lap; its best lap took "
+        "Judged without exploration, its last 2 evaluations came to 100 % and 100 % of a lap. Its best lap took "
         "21.50 s. While it explored, mean progress went from 30 % in"
     )
     assert not told(same, "It laps", SHORT)

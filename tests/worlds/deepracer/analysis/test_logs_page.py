@@ -15,6 +15,8 @@ from tests.worlds.deepracer.logs import makers
 
 from racecraft.pages.parts import page as document
 from racecraft.worlds.deepracer.analysis import logs as analysis
+from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
+from racecraft.worlds.deepracer.analysis.logs.judged import best_lap_seconds, judged_in_log
 from racecraft.worlds.deepracer.analysis.logs.page import MODULES, STYLES, Extras, _explorer, _headline, write_logs_page
 from racecraft.worlds.deepracer.analysis.logs.page_data import _start_line, page_data
 from racecraft.worlds.deepracer.logs import read
@@ -68,12 +70,26 @@ def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
 
 def test_workers_are_counted_and_rounds_told_where_there_are_several(ticks):
     def told(**columns):
-        return _headline(ticks.with_columns(**columns))
+        return _headline(ticks.with_columns(**columns), None)
 
     number = pl.col("unique_episode").cast(pl.Int32)
     assert ">worker<" in told()
     assert ">workers<" in told(worker=number % 2)
     assert ">workers, 3 rounds<" in told(round=1 + number % 3)
+
+
+def test_the_best_lap_is_one_wherever_it_is_told(ticks):
+    """The metrics know an evaluation whose steps nobody kept; its lap is the best of the page, in tile and advice."""
+    metrics = pl.DataFrame(
+        {"phase": ["training", "evaluation"], "round": 1, "stream": "", "iteration": 0, "progress_share": [0.4, 1.0],
+         "seconds": [2.0, 1.25]}
+    )  # fmt: skip
+    assert "1.25 s" in _headline(ticks, metrics)
+    assert judged_in_log(ticks, metrics).words().endswith("Its best lap took 1.25 s.")
+    slower = metrics.with_columns(seconds=99.0)
+    best = f"{best_lap_seconds(simulation_agg(ticks), slower):.2f} s"
+    assert best in _headline(ticks, slower)
+    assert judged_in_log(ticks, slower).words().endswith(f"Its best lap took {best}.")
 
 
 def test_titles_and_damage_are_escaped_and_told(ticks, tmp_path):

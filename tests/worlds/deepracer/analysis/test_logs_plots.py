@@ -326,11 +326,11 @@ def test_a_real_car_that_laps_when_it_is_judged_is_not_told_that_it_fails():
     assert (len(judged.shares), judged.shares[-6:], judged.best_lap_seconds) == (
         28,
         (1.0,) * 6,
-        pytest.approx(14.6, abs=0.01),
+        pytest.approx(14.13, abs=0.01),
     )
     told = advice(logs.training.collect(), analysis.find_track(logs.training), judged=judged)
     assert told[0].try_.startswith("It laps: ask for more speed")
-    assert "its last 2 evaluations came to 100 % and 100 % of a lap; its best lap took 14.60 s." in told[0].found
+    assert "its last 2 evaluations came to 100 % and 100 % of a lap. Its best lap took 14.13 s." in told[0].found
     assert not any("exits" in one.found or "still learning" in one.try_ for one in told)
 
 

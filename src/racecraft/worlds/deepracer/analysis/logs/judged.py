@@ -29,7 +29,7 @@ class Judged:
     shares: tuple[float, ...] = ()
     """Mean progress of each, share of a lap."""
     best_lap_seconds: float | None = None
-    """The fastest full lap of all; None: there was none, or times are not told."""
+    """The fastest full lap, as `best_lap_seconds` has it; None: there was none, or times are not told."""
 
     @property
     def completes_laps(self) -> bool:
@@ -44,15 +44,15 @@ class Judged:
         """Return a sentence of what the latest evaluations came to; "" where there was none.
 
         >>> Judged((0.2, 1.0, 0.98), 14.5).words()
-        'Judged without exploration, its last 2 evaluations came to 100 % and 98 % of a lap; its best lap took 14.50 s.'
+        'Judged without exploration, its last 2 evaluations came to 100 % and 98 % of a lap. Its best lap took 14.50 s.'
         """
         if not self.shares:
             return ""
         last = self.shares[-LATEST:]
         came = " and ".join(f"{PER_CENT * share:.0f} %" for share in last)
         count = f"last {len(last)} evaluations" if len(last) > 1 else "evaluation"
-        lap = f"; its best lap took {self.best_lap_seconds:.2f} s" if self.best_lap_seconds else ""
-        return f"Judged without exploration, its {count} came to {came} of a lap{lap}."
+        lap = f" Its best lap took {self.best_lap_seconds:.2f} s." if self.best_lap_seconds else ""
+        return f"Judged without exploration, its {count} came to {came} of a lap.{lap}"
 
 
 def judged_in_run(metrics: Sequence[Mapping[str, Any]]) -> Judged:
@@ -74,17 +74,27 @@ def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Judged:
     """
     import polars as pl
 
-    share, seconds = pl.col("progress_share"), pl.col("seconds")
-    lap = seconds.filter(share >= FULL).min()
+    share = pl.col("progress_share")
     asked = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "evaluation")
     trained = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "training")
     if asked.height and trained.height:
         latest = asked.filter(pl.col("round") == asked["round"].max())
-        rows = latest.group_by("iteration", maintain_order=True).agg(share.mean(), lap).sort("iteration")
+        rows = latest.group_by("iteration", maintain_order=True).agg(share.mean()).sort("iteration")
     else:
         driven = ticks.filter(pl.col("phase") == "evaluation")
         if not driven.height:
             return Judged()
-        rows = simulation_agg(driven).group_by("round", "stream", maintain_order=True).agg(share.mean(), lap)
-    best = rows["seconds"].min()
-    return Judged(tuple(rows["progress_share"].to_list()), None if best is None else float(best))  # type: ignore[arg-type]
+        rows = simulation_agg(driven).group_by("round", "stream", maintain_order=True).agg(share.mean())
+    return Judged(tuple(rows["progress_share"].to_list()), best_lap_seconds(simulation_agg(ticks), metrics))
+
+
+def best_lap_seconds(episodes: pl.DataFrame, metrics: pl.DataFrame | None) -> float | None:
+    """Return the fastest full lap that a log tells of, explored or judged, by its steps or by its metrics files.
+
+    Args:
+        episodes: `simulation_agg` of its steps.
+        metrics: Its table of metrics files; None: there are none.
+    """
+    tables = [episodes] if metrics is None else [episodes, metrics]
+    laps = [table["seconds"].filter(table["progress_share"] >= FULL).min() for table in tables]
+    return min((float(lap) for lap in laps if lap is not None), default=None)  # type: ignore[arg-type]

@@ -51,6 +51,7 @@ from racecraft.worlds.deepracer.analysis.logs import (
     waypoints,
 )  # fmt: skip
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
+from racecraft.worlds.deepracer.analysis.logs.judged import best_lap_seconds
 from racecraft.worlds.deepracer.analysis.logs.page_data import page_data
 from racecraft.worlds.deepracer.analysis.logs.segments import segments_plot
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -118,7 +119,7 @@ def _parts(ticks: pl.DataFrame, track: Track | None, extras: Extras) -> Pieces:
 
     training = ticks.filter(pl.col("phase") == "training")
     main = training if training.height else ticks
-    yield _headline(ticks)
+    yield _headline(ticks, extras.metrics)
     yield from _advice(extras.advice)
     if track is not None:
         yield from _explorer(ticks, track)
@@ -138,12 +139,13 @@ def _parts(ticks: pl.DataFrame, track: Track | None, extras: Extras) -> Pieces:
     yield from _damage(extras.damaged)
 
 
-def _headline(ticks: pl.DataFrame) -> Markup:
+def _headline(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Markup:
     episodes = simulation_agg(ticks)
     full = episodes.filter(episodes["complete"])
     workers = episodes.select("round", "worker").unique().height
     rounds = episodes["round"].n_unique()
-    best = f"{full['seconds'].to_numpy().min():.2f} s" if full.height else "none yet"
+    seconds = best_lap_seconds(episodes, metrics)
+    best = "none yet" if seconds is None else f"{seconds:.2f} s"
     return tiles(
         [
             (best, "best full lap"),
