@@ -232,6 +232,10 @@ class WorldParts:
         """Return the words behind `racecraft` that make a run of another program's model; none: it cannot."""
         return []
 
+    def log_words(self, log: Path, page: Path) -> list[str]:
+        """Return the words behind `racecraft` that write a page about a log alone, without a model; none: it cannot."""
+        return []
+
     def values_of(self, run: RunFolder) -> dict[str, Any]:
         """Return the values of the form that a run was made with, as far as it tells: a clone begins with them.
 

@@ -42,6 +42,8 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/lessons/words": ALL,
     "/lessons/{lesson}": ALL,
     "/lessons/{lesson}/{exercise}": ALL,
+    "/logs/{name}": MODELS,
+    "/logs/{name}/laps": MODELS,
     "/models": MODELS,
     "/models/act": MODELS,
     "/models/first": MODELS,

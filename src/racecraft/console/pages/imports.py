@@ -1,18 +1,21 @@
-"""Bring another program's model into the workspace: an archive dropped on any page becomes a model."""
+"""What is dropped on any page: another program's model becomes a model here, a log or trace alone shows its laps."""
 
 from __future__ import annotations
 
 import re
+import shlex
 import shutil
 from pathlib import Path
+from urllib.parse import quote
 
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import FileResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.console.commands import CommandError, run_command
+from racecraft.console.pages.kept import ALONE
 from racecraft.console.pages.model import address
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
@@ -20,9 +23,14 @@ from racecraft.console.service import Console, Page, form_with_file, page_routes
 from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
+from racecraft.web.errors import WebError
 
 UPLOADS = "uploads"
 PIECE = 2**20
+LOGS, LAPS = "logs", "laps.html"
+"""Folder of a workspace in which logs lie that came without a model, and the page about one."""
+ENDS_OF_LOGS = (".csv", ".log", ".txt", ".jsonl", ".json")
+"""Files that hold no weights."""
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -37,7 +45,13 @@ def routes(console: Console) -> list[BaseRoute]:
             return RedirectResponse(answer, 303)
         return await run_in_threadpool(shown, console, request, answer)
 
+    def laps(request: Request) -> Response:
+        page = console.workspace.path / LOGS / _log_of(console, request) / LAPS
+        return FileResponse(page, media_type="text/html", headers={"Content-Security-Policy": ALONE})
+
     return [
+        *page_routes(console, "/logs/{name}", log_page),
+        Route("/logs/{name}/laps", laps),
         *page_routes(console, "/import", import_page),
         Route("/import", take, methods=["POST"]),
         *page_routes(console, "/import/{name}", imported_page),
@@ -57,11 +71,69 @@ def take_in(console: Console, archive: UploadFile) -> str | Page:
     try:
         with open(place, "wb") as out:
             shutil.copyfileobj(archive.file, out, PIECE)
-        return _imported(console, place, file)
+        return _taken(console, place, file)
     except CommandError as error:
         return Page("import.html", "Import", {"wrong": str(error).replace(str(place), file), "file": file}, status=422)
     finally:
         place.unlink(missing_ok=True)
+
+
+def _taken(console: Console, place: Path, file: str) -> str:
+    """Make a model of a file, or where it holds none the page of a log."""
+    if place.suffix.lower() in ENDS_OF_LOGS:
+        return _logged(console, place, file)
+    try:
+        return _imported(console, place, file)
+    except CommandError as no_model:
+        try:
+            return _logged(console, place, file)
+        except CommandError:
+            raise no_model from None
+
+
+def _logged(console: Console, place: Path, file: str) -> str:
+    """Keep a log and the page about its laps, or nothing."""
+    name, number = file, 1
+    while (folder := console.workspace.path / LOGS / name).exists():
+        number += 1
+        name = f"{number}-{file}"
+    folder.mkdir(parents=True)
+    try:
+        log = Path(shutil.copy(place, folder / file))
+        run_command(_log_words(log, folder / LAPS), folder)
+    except CommandError:
+        shutil.rmtree(folder)
+        raise
+    return f"/logs/{quote(name)}"
+
+
+def _log_words(log: Path, page: Path) -> list[str]:
+    for kind in kinds():
+        if words := parts_of(kind.name).log_words(log, page):
+            return words
+    raise CommandError("No installed world reads logs; expected DeepRacer.")
+
+
+def log_page(console: Console, request: Request) -> Page:
+    """Return where a log lies that came without a model, and the way to its laps."""
+    name = _log_of(console, request)
+    folder = console.workspace.path / LOGS / name
+    file = next(path for path in folder.iterdir() if path.name != LAPS)
+    words = shlex.join(_log_words(file, folder / LAPS))
+    return Page("log.html", name, {"name": name, "file": str(file), "command": f"racecraft {words}"})
+
+
+def _log_of(console: Console, request: Request) -> str:
+    """Return the name of a log that is there.
+
+    Raises:
+        WebError: There is none of that name.
+    """
+    name: str = request.path_params["name"]
+    logs = console.workspace.path / LOGS
+    if name not in {path.parent.name for path in logs.glob(f"*/{LAPS}")}:
+        raise WebError(404, "no_such_log", f"There is no log {name[:80]!r}; expected one that was dropped here.")
+    return name
 
 
 def _imported(console: Console, place: Path, file: str) -> str:

@@ -148,6 +148,10 @@ class CarParts(WorldParts):
         """Return `import` and its words."""
         return ["import", str(archive), str(run)]
 
+    def log_words(self, log: Path, page: Path) -> list[str]:
+        """Return `telemetry` and its words."""
+        return ["telemetry", str(log), f"--page={page}"]
+
     def values_of(self, run: RunFolder) -> dict[str, Any]:
         """Return the track, race, actions, sensors and reward function of a car's run."""
         return car_values.values_of(run)
