@@ -49,6 +49,19 @@ def test_a_workspace_comes_back_file_by_file(full, tmp_path):
     assert saved.files == len(files_of(full.path))
 
 
+def test_what_is_left_out_is_named_and_can_be_saved_by_itself(full, tmp_path):
+    assert save_workspace(full, tmp_path / "all.zip").left_out == []
+    ada = Workspace.open(full.path / "people/Ada-1")
+    ada.create("secret", {"reward_function.py": "x = 1\n"}, Note())
+    (full.path / "league").mkdir()
+    saved = save_workspace(full, tmp_path / "all.zip")
+    assert saved.left_out == [str(ada.path), str(full.path / "league")]
+    with zipfile.ZipFile(saved.file) as archive:
+        assert not [name for name in archive.namelist() if "secret" in name]
+    there = restore_workspace(save_workspace(ada, tmp_path / "ada.zip").file, Workspace.open(tmp_path / "elsewhere"))
+    assert there.models == ["secret"]
+
+
 def test_nothing_that_is_there_is_written_over(full, tmp_path):
     saved = save_workspace(full, tmp_path / "all.zip")
     before = files_of(full.path)

@@ -31,6 +31,8 @@ def save(
         print_json(saved)
     else:
         print(f"{saved.file}: {saved.files} files, {saved.bytes / 1e6:.1f} MB before packing")
+        for name in saved.left_out:
+            print(f"left out: {name}")
         print(f"What to try next, on another machine:\n  racecraft workspace restore {output.name}")
 
 

@@ -43,10 +43,10 @@ from racecraft.console.parts import parts_of
 from racecraft.console.personal import PersonalConsoles, workspace_of
 from racecraft.console.race_watch import LOOK_SECONDS, RaceWatch
 from racecraft.console.section import Section
-from racecraft.console.service import LEAGUE, Console
+from racecraft.console.service import Console
 from racecraft.console.tasks import Tasks
 from racecraft.console.watcher import Watcher
-from racecraft.console.workspace import Workspace
+from racecraft.console.workspace import LEAGUE, Workspace
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.kinds import kinds
 from racecraft.jobs.job_paths import JobPaths

@@ -20,12 +20,10 @@ from racecraft.accounts.people import LOCAL_OWNER, Person
 from racecraft.accounts.rights import NotAllowedError, require
 from racecraft.console.rights import verb_of
 from racecraft.console.service import Console
+from racecraft.console.workspace import PEOPLE
 from racecraft.contract.loading import refuses_own_code
 from racecraft.web.access import NOT_SIGNED_IN
 from racecraft.web.errors import WebError
-
-PEOPLE = "people"
-"""Folder of the owner's workspace in which the others have theirs."""
 
 
 def workspace_of(root: Path, person: Person) -> Path:

@@ -29,14 +29,13 @@ from racecraft.console.rights import may_open
 from racecraft.console.section import Section
 from racecraft.console.tasks import Tasks
 from racecraft.console.watcher import Watcher
-from racecraft.console.workspace import Workspace
+from racecraft.console.workspace import LEAGUE, Workspace
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.errors import WebError
 from racecraft.web.push import Topic
 
 TEMPLATES = "racecraft.console"
-LEAGUE = "league"
 Fields = Mapping[str, list[str]]
 """What a form sent: every value of each field."""
 

@@ -28,6 +28,8 @@ from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import JOB
 
 MODELS, RUNS, DRAFTS, BIN = "models", "runs", "drafts", "bin"
+PEOPLE, LEAGUE = "people", "league"
+"""Of the owner's workspace: the workspaces of the others, and the races that all see."""
 MODEL_FILE = "model.json"
 FORMAT, VERSION = "racecraft model", 1
 LEGAL_NAME = re.compile(r"\w[\w .+-]{0,62}\w|\w")

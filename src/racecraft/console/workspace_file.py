@@ -2,7 +2,8 @@
 
 The file is a zip. It holds models, runs, drafts and driven laps as they lie in the folder, and before them
 `racecraft-workspace.json`: {"format", "version", "racecraft", "python", "saved", "files", "bytes"}. The index is made
-again from the folders, so it stays behind; so do locks, the bin, other people's workspaces and links.
+again from the folders, so it stays behind; so do locks, the bin, links, races and other people's workspaces, each of
+which can be saved by itself.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft import __version__
-from racecraft.console.workspace import DRAFTS, MODELS, RUNS, Workspace
+from racecraft.console.workspace import DRAFTS, LEAGUE, MODELS, PEOPLE, RUNS, Workspace
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.message import Message
 from racecraft.formats.archive import ArchiveError, Limits, unpack
@@ -45,6 +46,8 @@ class SavedWorkspace:
     files: int
     bytes: int
     """Of the files, before they were packed."""
+    left_out: list[str]
+    """Folders of other people's workspaces, and of races."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ def save_workspace(workspace: Workspace, file: Path) -> SavedWorkspace:
         for path, name in found:
             packed = path.suffix.lower() in PACKED
             archive.write(path, name, zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED)
-    return SavedWorkspace(file, len(found), total)
+    return SavedWorkspace(file, len(found), total, _left_out(workspace.path))
 
 
 def restore_workspace(file: Path, workspace: Workspace) -> RestoredWorkspace:
@@ -97,6 +100,11 @@ def restore_workspace(file: Path, workspace: Workspace) -> RestoredWorkspace:
             if not _move_new(path, workspace.path / place / path.name)
         ]
     return RestoredWorkspace(workspace.path, models, left_out)
+
+
+def _left_out(folder: Path) -> list[str]:
+    races = [folder / LEAGUE] if (folder / LEAGUE).is_dir() else []
+    return [str(path) for path in (*(one for one in _entries(folder / PEOPLE) if one.is_dir()), *races)]
 
 
 def _files(folder: Path, target: Path) -> Iterator[Path]:

@@ -68,7 +68,11 @@ def drive_page(
         beside_choices = _lap_choices(other, fastest)
         text = asked.get("beside", "1")  # of the drive that was chosen before, it may have none here
         beside = int(text) if text in dict(beside_choices) else 1
-        reference = of_lap(other.laps, int(fastest[beside - 1]), f"{racer}'s lap {beside_choices[beside - 1][1]}")
+        reference = of_lap(
+            other.laps,
+            int(fastest[beside - 1]),
+            f"{racer}'s {'fastest lap' if beside == 1 else f'lap {beside} by time'}",
+        )
     compared = compare_lap(timing, int(order[lap - 1]), reference)
     return {
         **shown, "told": telemetry_data(compared), "lap": str(lap), "lap_choices": _lap_choices(timing, order),
