@@ -97,6 +97,19 @@ def test_a_workshops_template_becomes_folders_and_outputs(sandbox, tmp_path):
     assert "rests on Net, not here" in out
 
 
+def test_a_notebook_instance_holds_the_notebooks_that_its_script_fetches_and_we_have(sandbox, tmp_path):
+    text = WORKSHOP.replace("drive.ipynb", "rl_deepracer_robomaker_coach.ipynb")
+    (tmp_path / "course.yaml").write_text(text)
+    _, out, _ = sandbox("course.yaml")
+    (notebook,) = (tmp_path / "course" / "Desk-course").iterdir()
+    assert notebook.name == "rl_deepracer_robomaker_coach.ipynb"
+    assert json.loads(notebook.read_text())["nbformat"] == 4
+    assert "(rl_deepracer_robomaker_coach.ipynb)" in out
+    (tmp_path / "none.yaml").write_text(text.replace("LifecycleConfigName:", "Other:"))
+    sandbox("none.yaml")
+    assert list((tmp_path / "none" / "Desk-none").iterdir()) == [], "an instance without the script"
+
+
 def test_json_tells_all_of_it_and_the_folder_keeps_it(sandbox, tmp_path):
     code, out, _ = sandbox("workshop.yaml", "here", "--parameter", "MakeBucket=False", "--json")
     told = json.loads(out)

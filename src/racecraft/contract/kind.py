@@ -164,6 +164,10 @@ class WorldKind:
     """A subclass of `racecraft.console.parts.WorldParts`: what its runs show in lists, and the form in which a model
     is made. Default: score and curves, and no form."""
 
+    notebooks: str = ""
+    """Function (folder: Path, names: Collection[str]) -> list[Path]: writes those notebooks of these names that this
+    world brings, for `racecraft sandbox`. Default: it brings none."""
+
     lessons: str = ""
     """A package as `racecraft.lessons.own`: TEXTS, CHECKS and MODULES of lessons about this world. Default: none."""
 

@@ -19,7 +19,8 @@ def _print(made: Sandbox) -> None:
     for name, bucket in made.buckets.items():
         print(f"made     bucket {name}: {bucket}" + (" (stood already; kept)" if name in made.kept_buckets else ""))
     for name, notebook in made.notebooks.items():
-        print(f"made     notebook {name}: {notebook} (empty: copy the course's files there)")
+        files = ", ".join(sorted(path.name for path in notebook.iterdir())) or "empty: copy the course's files there"
+        print(f"made     notebook {name}: {notebook} ({files})")
     for fate in made.plan.fates:
         if fate.made is None:
             print(f"ignored  {fate.resource} ({fate.type}): {fate.why}")

@@ -1,6 +1,6 @@
 """A plan becomes folders: the buckets among this account's, the notebooks in a folder of their own. Begin with `make`.
 
-    FOLDER/NOTEBOOK/       an empty folder
+    FOLDER/NOTEBOOK/       the notebooks that its start-up script fetches and a world here brings; else empty
     FOLDER/sandbox.json    what was asked, what became of each resource, the outputs
     JOBS/buckets/NAME/     a bucket; what stands in it already stays
     JOBS/stacks/NAME.json  a copy of sandbox.json, by which boto3's names find the stack inside `racecraft run`
@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.kinds import kinds
 from racecraft.formats.atomic import OutputFileError, make_folder, output_letter, write_atomic
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.sandbox.addresses import localised
@@ -98,6 +99,9 @@ def make(plan: Plan, folder: Path, home: JobPaths) -> Sandbox:
     with _in_one_move(folder) as part:
         for name in plan.notebooks:
             make_folder(part / name)
+            for kind in kinds():
+                if write := kind.piece("notebooks"):
+                    write(part / name, plan.notebook_files[name])
         buckets = {name: buckets_of(home) / name for name in plan.buckets}
         kept = tuple(name for name, path in buckets.items() if path.is_dir())
         made = Sandbox(plan, folder, buckets, kept, notebooks, outputs)

@@ -5,6 +5,7 @@ Buckets and notebooks are made; every other resource is listed as not here. Noth
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ from racecraft.sagemaker.session import ACCOUNT, REGION, ROLE
 
 BUCKET_NAME = re.compile(r"[a-z0-9][a-z0-9.-]{1,61}[a-z0-9]")
 NOTEBOOK_NAME = re.compile(r"[A-Za-z0-9](?:-*[A-Za-z0-9]){0,62}")
+NOTEBOOK_FILE = re.compile(r"[\w-]+\.ipynb")
 STACK_NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,127}")
 BUCKET, NOTEBOOK, ROLE_TYPE = "AWS::S3::Bucket", "AWS::SageMaker::NotebookInstance", "AWS::IAM::Role"
 NAME_KEYS = {BUCKET: "BucketName", NOTEBOOK: "NotebookInstanceName"}
@@ -67,6 +69,8 @@ class Plan:
     """As they may be shown."""
     buckets: list[str] = field(default_factory=list)
     notebooks: list[str] = field(default_factory=list)
+    notebook_files: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Names of the .ipynb files that the start-up script of each fetches."""
     fates: list[SkippedResource] = field(default_factory=list)
     outputs: list[Told] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -234,4 +238,13 @@ class _Stack:
                 Message("one {kind} of a name", kind=kind),
             )
         made.append(name)
+        if resource.type == NOTEBOOK:
+            self._whole.notebook_files[name] = self._fetched_by(resource)
         return f"{kind} {name}", ""
+
+    def _fetched_by(self, notebook: Resource) -> tuple[str, ...]:
+        """Return the names of the notebooks in the start-up script that a notebook instance names."""
+        named = json.dumps(notebook.properties.get("LifecycleConfigName"), default=str)
+        scripts = [one for name, one in self._template.resources.items() if re.search(rf"\b{re.escape(name)}\b", named)]
+        text = " ".join(json.dumps(one.properties, default=str) for one in scripts)
+        return tuple(dict.fromkeys(NOTEBOOK_FILE.findall(text)))

@@ -84,6 +84,7 @@ KIND = WorldKind(
     race_commands=(Command("create", f"{CLI}.create_race:create"),),
     league="racecraft.worlds.deepracer.league.races:CarLeague",
     console="racecraft.worlds.deepracer.console.parts:CarParts",
+    notebooks="racecraft.worlds.deepracer.notebooks.write:write_named",
     lessons="racecraft.worlds.deepracer.lessons",
     pictures=f"{ACTIONS}.train:leave_pictures",
     exporters={

@@ -77,6 +77,13 @@ def _beginnings(logs: str, run: str, track: str) -> dict[str, str]:
     return {"<LOGS>": logs, "<RUN>": run, "<RUNS>": str(Path(logs).parent), "<TRACK>": track}
 
 
+def write_named(folder: Path, names: Collection[str]) -> list[Path]:
+    """Write those notebooks of these names that are NOTEBOOKS, in any case of letters, with what they import."""
+    asked = {name.casefold() for name in names}
+    known = [name for name in NOTEBOOKS if name.casefold() in asked]
+    return write_notebooks(folder, names=known) if known else []
+
+
 def newest_run(root: str | Path = "runs") -> Path:
     """Return the run folder that was written last; a name to fill in where there is none."""
     runs = [path.parent for path in Path(root).glob(f"*/{JOB}")]
