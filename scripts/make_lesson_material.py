@@ -2,6 +2,7 @@
 
     curves.json     3 learning rates × 3 seeds: progress of each iteration (lesson 9)
     tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
+    drive.json      one of them with what was commanded and what was driven (lesson 7)
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
 
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
@@ -11,6 +12,7 @@ is not trained again. About 25 minutes on two cores. Versions, machine and seeds
 from __future__ import annotations
 
 import json
+import math
 import platform
 import subprocess
 import sys
@@ -21,6 +23,7 @@ from typing import Any
 import polars as pl
 
 import racecraft
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 TARGET = Path(__file__).resolve().parents[1] / "src/racecraft/worlds/deepracer/lessons/material"
 RATES, SEEDS, ITERATIONS = ("3e-5", "3e-4", "3e-3"), (1, 2, 3), 20
@@ -41,6 +44,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     write("curves.json", curves(folder))
     write("learning.json", learning(folder / f"rate-{RATES[1]}-1"))
+    write("drive.json", driven(folder / f"rate-{RATES[1]}-1"))
     write("tracks.json", tracks(folder))
 
 
@@ -77,6 +81,27 @@ def learning(run: Path) -> dict[str, Any]:
             "x": xy[:, 0].tolist(), "y": xy[:, 1].tolist(), "status": last["status"],
         })  # fmt: skip
     return {"track": "reinvent_base", "tick_seconds": 1 / 15, "drives": drives}
+
+
+def driven(run: Path) -> dict[str, Any]:
+    """Return the furthest drive of a run, tick by tick: what a reward function is told, and the speed really driven."""
+    table = pl.concat([pl.read_parquet(path) for path in (run / "episodes").glob("*.parquet")])
+    last = table.filter(pl.col("done")).sort("progress_share").row(-1, named=True)
+    one = table.filter((pl.col("world") == last["world"]) & (pl.col("episode") == last["episode"])).sort("tick")
+
+    def column(name: str, factor: float = 1.0, digits: int = 2) -> list[float]:
+        return [round(factor * float(value), digits) for value in one[name]]
+
+    return {
+        "track": "reinvent_base", "width": 0.76, "tick_seconds": 1 / 15,
+        "centre": load_track("reinvent_base").centre.round(2).tolist(),
+        "x": column("x_m"), "y": column("y_m"), "heading": column("yaw_rad", 180 / math.pi, 1),
+        "steering": column("steering_rad", 180 / math.pi, 1), "commanded": column("speed_mps"),
+        "driven": column("velocity_mps"), "progress": column("progress_share", 100, 1),
+        "distance": column("distance_from_center_m", 1.0, 3),
+        "on_track": [bool(on) for on in one["all_wheels_on_track"]],
+        "waypoint": [int(at) for at in one["closest_waypoint"]],
+    }  # fmt: skip
 
 
 def tracks(folder: Path) -> dict[str, Any]:

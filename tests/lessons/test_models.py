@@ -13,6 +13,9 @@ from racecraft.lessons.models import fork
 from racecraft.lessons.models import grid as g
 from racecraft.lessons.models import policy_gradient as pg
 from racecraft.lessons.models.chance import Chance
+from racecraft.worlds.deepracer import lessons as deepracer_lessons
+from racecraft.worlds.deepracer.files import reward_samples
+from racecraft.worlds.deepracer.files.reward_file import load_reward_function
 
 MODULES = Path(racecraft.lessons.__file__).parent / "modules"
 NODE = shutil.which("node")
@@ -141,3 +144,25 @@ def test_a_step_by_hand_has_the_numbers_of_the_sheet():
         assert found[1] == pytest.approx(slope, abs=1e-4)
         assert pg.probabilities(pg.climbed((0, 0, 0), found, 0.5))[1] == pytest.approx(after, abs=1e-4)
     assert fork.turn() == pytest.approx(0.579, abs=5e-4)
+
+
+SAMPLES_SCRIPT = """
+import { samples } from "CARS/samples.js";
+import { readFileSync } from "node:fs";
+console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(samples)));
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_pays_as_the_sample_rewards_do():
+    rng, cars = random.Random(9), Path(deepracer_lessons.__file__).parent / "modules"
+    cases = [{"distance": rng.uniform(0, 0.6), "width": rng.uniform(0.6, 1.2), "onTrack": rng.random() < 0.8}
+             for _ in range(1000)]  # fmt: skip
+    rewards = [
+        load_reward_function(Path(reward_samples.__file__).parent / f"{name}.py")
+        for name in ("inside_borders", "centre_line", "constant")
+    ]
+    for case, theirs in zip(cases, in_node(SAMPLES_SCRIPT.replace("CARS", cars.as_uri()), cases), strict=True):
+        told = {"distance_from_center": case["distance"], "track_width": case["width"],
+                "all_wheels_on_track": case["onTrack"]}  # fmt: skip
+        assert [reward.call(told) for reward in rewards] == pytest.approx(theirs), case

@@ -15,6 +15,7 @@ CHECKS: Mapping[str, Check] = {**checks.CHECKS, **racing.CHECKS}
 MODULES: Mapping[str, str] = {
     "learning": "racecraft.worlds.deepracer.lessons/rc_learning.js",
     "rates": "racecraft.worlds.deepracer.lessons/rc_rates.js",
+    "params": "racecraft.worlds.deepracer.lessons/rc_params.js",
     "laps": "racecraft.worlds.deepracer.lessons/rc_laps.js",
     "matrix": "racecraft.worlds.deepracer.lessons/rc_matrix.js",
 }
