@@ -6,6 +6,7 @@ asked for again.
 
 from __future__ import annotations
 
+import contextvars
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -68,7 +69,8 @@ class Tasks:
             self._tasks[key] = Task(what=what, began=time.time())
             for old in list(self._tasks)[:-REMEMBERED]:
                 del self._tasks[old]
-        self._workers.submit(self._work, model, key, words, folder, then)
+        here = contextvars.copy_context()  # whose code is refused holds in the other thread as well
+        self._workers.submit(here.run, self._work, model, key, words, folder, then)
         self._told(model)
 
     def of(self, model: str, what: str) -> dict[str, Any] | None:

@@ -29,6 +29,7 @@ ALONE = (
     "img-src data: blob:; media-src data: blob:; font-src data:; frame-ancestors 'none'"
 )
 """What a page that lies in a run may do: nothing but show itself, in an origin of its own."""
+EXPORTING = "Exporting"
 EXPORTS = "export"
 """Folder of a run in which files for other programs lie."""
 
@@ -123,17 +124,24 @@ def files_page(console: Console, request: Request) -> Page:
         for path, stat in told[:MOST_FILES]
     ]
     exporters = sorted(parts_of(row["kind"]).kind.exporters) if row["kind"] and row["run"] else []
-    data = {"files": files, "count": len(told), "bytes": sum(stat.st_size for _, stat in told), "exporters": exporters}
+    task = console.tasks.of(row["name"], EXPORTING)
+    data = {
+        "task": task,
+        "files": files,
+        "count": len(told),
+        "bytes": sum(stat.st_size for _, stat in told),
+        "exporters": exporters,
+    }
     return _page(row, "Files", "files.html", data)
 
 
 def export(console: Console, request: Request, fields: Fields) -> str:
-    """Write the best checkpoint for another program; the file is among the model's files then."""
+    """Begin to write the best checkpoint for another program; the file is among the model's files then."""
     row, run = _run_of(console, request)
     to = one(fields, "to")
     if to not in parts_of(row["kind"]).kind.exporters:
         raise SettingError("{to!r}: is no program to export to.", to=to[:20])
-    run_command(["export", str(run.path), "--to", to], console.workspace.path)
+    console.tasks.begin(row["name"], EXPORTING, ["export", str(run.path), "--to", to], console.workspace.path)
     return address(row["name"], "/files")
 
 
