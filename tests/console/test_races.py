@@ -10,6 +10,7 @@ from tests.browser import Browser, needs_chromium
 from racecraft.console.application import make_console
 from racecraft.console.pages import races
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.league.race import Drive, Entry, Outcome, Result
 from racecraft.league.store import League
 from racecraft.web.server import ServerThread
 
@@ -84,3 +85,22 @@ def test_a_board_its_season_and_its_organisers_acts(console, browser):
     assert "None of your models is ready" in browser.page.inner_text("main")
     browser.open(f"{address}/races/none")
     assert "has no race 'none'" in browser.page.inner_text("main")
+
+
+def test_a_race_of_snakes_has_a_form_a_board_and_a_page_for_each_heat(console, browser):
+    address, workspace, _ = console
+    browser.open(f"{address}/races/new?kind=battlesnake")
+    browser.page.fill("#title", "Snakes")
+    browser.page.click("#create-race")
+    browser.page.wait_for_url("**/races/snakes")
+    league = League(workspace / "league")
+    for name in ("Ann", "Bob"):
+        league.add_entry("snakes", lambda folder, name=name: Entry(number=0, racer=name, model="m", entered=1.0))
+    outcomes = (Outcome(place=2, places=(2, 1)), Outcome(place=1, places=(1, 2)))
+    drive = Drive(track="standard", seed=1, outcomes=outcomes, folder="drives/meeting-00001-0")
+    league.save_result("snakes", Result(heat="meeting-00001", entries=(1, 2), drives=(drive,), judged=1.0), {0: {}})
+    browser.open(f"{address}/races/snakes")
+    browser.page.click("text=Watch >> nth=0")
+    assert "2, 1" in browser.page.inner_text(".strip")
+    assert browser.page.locator("#film").count() == 1
+    assert browser.shut_out() == []

@@ -172,7 +172,7 @@ class WorldParts:
     def drive_page(
         self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
     ) -> tuple[str, dict[str, Any]]:
-        """Return the template and the data of a drive in a race.
+        """Return the template and the data of a drive in a race; by default its places, film and files.
 
         Args:
             race: The race.
@@ -183,7 +183,7 @@ class WorldParts:
         Raises:
             UserInputError: A drive cannot be read.
         """
-        raise SettingError("{title} shows no drives of races.", title=self.kind.title)
+        return "drive.html", {}
 
     has_pictures = False
     """Whether `picture` draws the places of races."""

@@ -19,7 +19,7 @@ from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes, person_of
 from racecraft.league.board import board_of
-from racecraft.league.race import Entry, Race, Result
+from racecraft.league.race import SOLO, Entry, Race, Result
 from racecraft.league.store import League
 from racecraft.web.errors import WebError
 
@@ -166,8 +166,7 @@ def _key(driven: Driven) -> str:
 def _commands(driven: Driven, request: Request) -> str:
     folder = shown_folder(request, driven.folder)
     return "\n".join((
-        f"racecraft logs {folder}",
-        f"racecraft telemetry {folder}",
+        *([f"racecraft logs {folder}", f"racecraft telemetry {folder}"] if driven.race.format == SOLO else []),
         f"racecraft league film {driven.race.id} {driven.result.entries[0]} --heat {driven.result.heat}",
     ))  # fmt: skip
 
