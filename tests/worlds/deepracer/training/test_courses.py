@@ -85,6 +85,18 @@ def test_workers_of_both_directions_make_four_courses(tmp_path):
     assert laid == [("reinvent_base", False), ("reinvent_base", True), ("Oval_track", False), ("Oval_track", True)]
 
 
+def test_workers_that_drive_nothing_are_named(tmp_path):
+    """DR_WORKERS without courses changes nothing; a worker file beyond DR_WORKERS neither."""
+    single = plan_car(RaceRequest(folder_with(tmp_path, "DR_WORKERS=12"), overrides=FOUR_CARS))
+    assert any(
+        note.startswith("DR_WORKERS=12: not used, as DR_TRAIN_MULTI_CONFIG is not True") for note in single.notes
+    )
+    files = {f"worker_{number}": "DR_WORLD_NAME=Oval_track\n" for number in (2, 3)}
+    several = plan_car(RaceRequest(folder_with(tmp_path, *MULTI, **files), overrides=FOUR_CARS))
+    assert "worker-3.env: not driven, as DR_WORKERS is 2" in several.notes
+    assert not any("worker-2.env" in note for note in several.notes)
+
+
 WRONG = [  # lines of run.env, worker-2.env, file, what the message holds
     (MULTI, None, "run.env:1", "DR_WORKERS asks for 2 courses and there is no worker-2.env"),
     ((*MULTI[:1], "DR_WORKERS=1.5"), None, "run.env:2", "DR_WORKERS: '1.5'; expected a whole number"),

@@ -63,7 +63,7 @@ def courses_asked(
     """
     courses = [Course(other_way=way, env=whole.run) for way in _ways(whole.run, whole.run)]
     if whole.run.flag("DR_TRAIN_MULTI_CONFIG"):
-        for number in range(2, _workers(whole.run) + 1):
+        for number in range(2, workers_asked(whole.run) + 1):
             if number not in whole.workers:
                 raise whole.run.error_at(
                     "DR_TRAIN_MULTI_CONFIG",
@@ -71,7 +71,7 @@ def courses_asked(
                     "Write it, lower DR_WORKERS, or set DR_TRAIN_MULTI_CONFIG=False.",
                     found=Message(
                         "DR_WORKERS asks for {workers} courses and there is no worker-{number}.env",
-                        workers=_workers(whole.run),
+                        workers=workers_asked(whole.run),
                         number=number,
                     ),
                 )
@@ -79,6 +79,18 @@ def courses_asked(
             told = overrides_of(env)
             courses += [Course(number, env.values.get(track_variable), told, way, env) for way in _ways(env, whole.run)]
     return tuple(courses) if len(courses) > 1 else ()
+
+
+def workers_asked(env: RunEnv) -> int:
+    """Return DR_WORKERS, 1 to `MAX_WORKERS`; 1 where it is not said.
+
+    Raises:
+        RunEnvError: It is no whole number of that range.
+    """
+    workers = env.number("DR_WORKERS", 1, 1, MAX_WORKERS)
+    if workers != int(workers):
+        raise env.error_at("DR_WORKERS", Message("a whole number from 1 to {max_workers}", max_workers=MAX_WORKERS))
+    return int(workers)
 
 
 def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_variable: str) -> tuple[LaidCourse, ...]:
@@ -153,10 +165,3 @@ def _with_overrides(settings: Settings, course: Course) -> Settings:
 def _ways(env: RunEnv, run: RunEnv) -> tuple[bool, ...]:
     alternates = env.flag(ALTERNATES, run.flag(ALTERNATES))
     return (False, True) if alternates else (False,)
-
-
-def _workers(env: RunEnv) -> int:
-    workers = env.number("DR_WORKERS", 1, 1, MAX_WORKERS)
-    if workers != int(workers):
-        raise env.error_at("DR_WORKERS", Message("a whole number from 1 to {max_workers}", max_workers=MAX_WORKERS))
-    return int(workers)

@@ -20,7 +20,7 @@ from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder, default_tex
 from racecraft.worlds.deepracer.files.racer_files import METADATA, REWARD
 from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv, read_env_folder
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, USED, WITHOUT
-from racecraft.worlds.deepracer.training.courses import Course, courses_asked
+from racecraft.worlds.deepracer.training.courses import Course, courses_asked, workers_asked
 from racecraft.worlds.deepracer.training.race_objects import belongs_to, objects_overrides
 from racecraft.worlds.deepracer.training.race_rules import judging_asked, whole_number
 
@@ -260,12 +260,17 @@ def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:
 
 
 def _notes_of_workers(whole: EnvFolder) -> list[str]:
-    """Say what was noticed in worker files that count, and name those that do not."""
-    if not whole.workers:
-        return []
+    """Say what was noticed in worker files that count, and name what does not."""
     if not whole.run.flag("DR_TRAIN_MULTI_CONFIG"):
-        return ["worker-N.env: not used, as DR_TRAIN_MULTI_CONFIG is not True; every car races as run.env says"]
-    return [note for worker in whole.workers.values() for note in worker.notes]
+        written = whole.run.values.get("DR_WORKERS", "1")
+        unused = [f"DR_WORKERS={written}"] * (written != "1") + ["worker-N.env"] * bool(whole.workers)
+        reason = "not used, as DR_TRAIN_MULTI_CONFIG is not True; every car races as run.env says"
+        return [f"{one}: {reason}; cars side by side are rollout.num_worlds" for one in unused]
+    asked = workers_asked(whole.run)
+    beyond = [
+        f"worker-{number}.env: not driven, as DR_WORKERS is {asked}" for number in whole.workers if number > asked
+    ]
+    return beyond + [note for number, worker in whole.workers.items() if number <= asked for note in worker.notes]
 
 
 def _unused_notes(env: RunEnv, race: str) -> list[str]:
