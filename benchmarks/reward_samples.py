@@ -2,6 +2,7 @@
 
     python benchmarks/reward_samples.py OUT.json [--only NAME …] [--seeds 3] [--steps 60000]
     python benchmarks/reward_samples.py OUT.json --table
+    python benchmarks/reward_samples.py OUT.json --picture ../docs/pictures/reward-samples.png
 
 Every sample trains on re:Invent 2018 with the car and settings of `racecraft new`, in one thread; samples for objects
 train among boxes, those for cars behind bots. Curve and judging are those of `racing.py`. A finished row stays in
@@ -16,6 +17,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from racecraft.analysis.plot import sheet
+from racecraft.pages.colours import BLUE, ORANGE, QUIET
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.driving.reward.check import check_reward
 from racecraft.worlds.deepracer.files.reward_samples import FOLDER, read_sample, sample_names
@@ -23,6 +26,8 @@ from racecraft.worlds.deepracer.training.new_model import new_model
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 from racing import Curve, judged
 
+COLUMNS = 5
+"""Of the picture."""
 RACES = {"free_lane": "OBJECT_AVOIDANCE", "pass_cars": "HEAD_TO_BOT"}
 """The race of a sample that is no time trial."""
 
@@ -35,10 +40,14 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=60_000)
     parser.add_argument("--table", action="store_true", help="Train nothing; print OUT.json as a Markdown table.")
+    parser.add_argument("--picture", type=Path, help="Train nothing; draw OUT.json's curves into this PNG.")
     asked = parser.parse_args()
     rows = json.loads(asked.out.read_text())["rows"] if asked.out.is_file() else []
     if asked.table:
         print_table(rows)
+        return
+    if asked.picture is not None:
+        draw_curves(rows, asked.picture)
         return
     for seed in range(1, asked.seeds + 1):
         for name in asked.only:
@@ -76,6 +85,26 @@ def print_table(rows: list[dict[str, Any]]) -> None:
             ", ".join(f"{row['steering_change_degrees_per_second']:.0f}" for row in seeds) or "–",
         )
         print(f"| {name} | {'–' if verdict is None else verdict.teaches} | {' | '.join(cells)} |")
+
+
+def draw_curves(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw of each sample the median lap of the judged starts over steps, a line a seed; hollow where not all lap."""
+    names = sample_names()
+    figure, axes = sheet(-(-len(names) // COLUMNS), COLUMNS, names, (2.6, 1.9))
+    for name, one in zip(names, axes, strict=True):
+        for row, colour in zip((row for row in rows if row["sample"] == name), (BLUE, ORANGE, QUIET), strict=False):
+            laps = [point for point in row["curve"] if point["median_lap_seconds"] is not None]
+            steps = [point["steps"] / 1000 for point in laps]
+            one.plot(steps, [point["median_lap_seconds"] for point in laps], color=colour, lw=1.2)
+            some = [point for point in laps if point["full_share"] < 1]
+            one.scatter(
+                [point["steps"] / 1000 for point in some], [point["median_lap_seconds"] for point in some], s=9,
+                facecolor="white", edgecolor=colour, linewidth=0.8, zorder=3,
+            )  # fmt: skip
+        one.set(xlim=(0, 62), ylim=(5.5, 14.5))
+    figure.supxlabel("1,000 steps", fontsize=10)
+    figure.supylabel("median lap of the judged starts (s)", fontsize=10)
+    figure.savefig(path, dpi=110)
 
 
 if __name__ == "__main__":
