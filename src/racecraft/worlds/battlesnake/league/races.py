@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.errors import SettingError
 from racecraft.league.race import Race
 from racecraft.league.world_part import Driven, DriveOrder
 
@@ -85,6 +86,18 @@ class SnakeLeague:
         game = next(one for one in games if one.seated[0] == seen_from)
         names = {f"s{seat}": order.names[player] for seat, player in enumerate(game.seated)}
         film_game(game.played.boards, replace(game.played.card, names=names), video)
+
+    def shown(self, folder: Path, track: str) -> dict[str, Any]:
+        """Refuse: a game has no road that is seen from above.
+
+        Raises:
+            SettingError: Always; it names what shows the game.
+        """
+        raise SettingError(
+            "{folder} holds games of snakes; expected a drive on a road. `racecraft league film` shows them, and so "
+            "does `racecraft snakes watch` with its game-1.jsonl.",
+            folder=folder.name,
+        )
 
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Play again by recorded moves."""
