@@ -15,6 +15,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.console.index_tables import MODELS
+from racecraft.console.model_row import READY
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, form_with_file, one, page_routes, shown
 from racecraft.console.training import job_name
@@ -55,7 +56,8 @@ def routes(console: Console) -> list[BaseRoute]:
 def endpoints_page(console: Console, request: Request) -> Page:
     """Return every endpoint of this account, and what can become one."""
     chosen = request.query_params.get("m", "")
-    named = sql.select(MODELS.c.name).where(MODELS.c.run != "", MODELS.c.iterations > 0, MODELS.c.archived.is_(False))
+    can_answer = sql.or_(MODELS.c.status == READY, MODELS.c.iterations > 0)
+    named = sql.select(MODELS.c.name).where(MODELS.c.run != "", can_answer, MODELS.c.archived.is_(False))
     models = [row["name"] for row in console.index.query(named.order_by(MODELS.c.changed.desc()))]
     data = {"endpoints": [_row(console, job) for job in _jobs(console)], "models": models, "chosen": chosen}
     return Page("endpoints.html", "Endpoints", data, here="/jobs")

@@ -39,6 +39,8 @@ from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.errors import WebError
 
+OWN_ENTRIES = 20
+"""Of one's own entries, the newest, that the page of a race lists."""
 RECORDS = 20
 ROWS = 200
 """Of a board on its page, besides one's own; the CSV has all."""
@@ -94,7 +96,8 @@ def race_page(console: Console, request: Request) -> Page:
     race, board = race_and_board(league, request.path_params["id"])
     person, now = person_of(request), time.time()
     judge, entries = judge_of(league.path), league.entries(race.id)
-    own = {entry.racer for entry in entries.values() if entry.person == person.owned}
+    mine = sorted((one for one in entries.values() if one.person == person.owned), key=lambda one: -one.entered)
+    own = {entry.racer for entry in mine}
     own = own if len(own) == 1 else set()  # the owner of the machine may have entered several people's cars
     score, gap = titles_of(race)
     rows = [
@@ -121,11 +124,8 @@ def race_page(console: Console, request: Request) -> Page:
         "season": _season_title(league, race),
         "picture": race.tracks[0] if parts_of(race.kind).has_pictures else "",
         "path": f"/races/{race.id}",
-        "own_entries": [
-            {"number": entry.number, "model": entry.model, "entered": entry.entered}
-            for entry in entries.values()
-            if entry.person == person.owned
-        ],
+        "own_entries": [{"number": entry.number, "model": entry.model} for entry in mine[:OWN_ENTRIES]],
+        "older_entries": max(0, len(mine) - OWN_ENTRIES),
         "command": _commands(race, organises(request), shown_folder(request, league.path)),
     }
     return Page("race.html", race.title, data, here="/races")
