@@ -22,6 +22,30 @@ CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
 AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
 """The one that goes straight first has 12.0, the others come back to the middle."""
 
+SNAKE_MOVE = """STEPS = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
+def move(head, body, side):
+    for name, (dx, dy) in STEPS.items():
+        at = [head[0] + dx, head[1] + dy]
+        if CONDITION:
+            return name
+    return "up"
+"""
+ON_BOARD = "0 <= at[0] < side and 0 <= at[1] < side"
+
+
+def snake(letters):
+    """Moves by their first letters, as the figure gives them."""
+    names = {name[0]: name for name in ("up", "down", "left", "right")}
+    return {"moves": [names[letter] for letter in letters]}
+
+
+def snake_code(condition):
+    return {"code": SNAKE_MOVE.replace("CONDITION", condition)}
+
+
+THIRTY, EQUAL = "rdluuldrrdlurdllurruururrdrdlu", "rruullddrruulldldrururr"
+LONGER = "uuruuldrdldlurruldrdrrrruulu"
+
 RIGHT = {
     "grid/early-drive": drive(1, 0, 1, 0),
     "grid/best-drive": drive(1, 1, 1, 1, 1, 1),
@@ -57,8 +81,33 @@ RIGHT = {
     "race/own-lap": {"car": "first"},
     "race/one-change": {"before": "first", "after": "faster", "expected": "undo", "reason": "keep"},
     "race/beat-the-first": {"first": "first", "own": "faster"},
+    "snake-board/thirty-turns": snake(THIRTY),
+    "snake-board/hunger": snake("rdlu" * 5),
+    "snake-board/head-to-head": snake(LONGER),
+    "snake-move/safe-move": snake_code(f"{ON_BOARD} and at not in body"),
 }
 CASES = {
+    "snake-board/thirty-turns": {
+        "goes_on": snake("rd"),
+        "wall": snake("dd"),
+        "itself": snake("ud"),
+        "body": snake("uurrdrru"),
+        "head": snake("rrurur"),
+        "hunger": snake("rdlu" * 5),
+    },
+    "snake-board/hunger": {"goes_on": snake("rdlu"), "other_end": snake("dd")},
+    "snake-board/head-to-head": {
+        "not_met": snake("r"),
+        "shorter": snake("rrurur"),
+        "both": snake(EQUAL),
+        "other_end": snake("dd"),
+    },
+    "snake-move/safe-move": {
+        "no_move": {"code": "def move(head, body, side):\n    return None"},
+        "wall": snake_code("at not in body"),
+        "neck": snake_code("at == body[1]"),
+        "body": snake_code(f"{ON_BOARD} and at != body[1]"),
+    },
     "reward/two-numbers": {
         "no_number": {"code": PAY.format("None")},
         "many": {"code": PAY.format("row + column")},
@@ -227,6 +276,8 @@ def random_take(exercise, name, rng):
             [rng.randrange(1, 4), rng.randrange(6), round(rng.uniform(-4, 4), 1)] for _ in range(rng.randint(0, 3))
         ]
         return road
+    if name == "moves":
+        return [rng.choice(("up", "down", "left", "right")) for _ in range(40)]
     if name == "batch":
         return [ended_drive(rng) for _ in range(4)]
     return {"grid": road, "moves": [rng.randrange(3) for _ in range(6)]}

@@ -95,6 +95,14 @@ class Pupil:
         for move in value["moves"]:
             self.browser.press("lsr"[move])
 
+    def take_moves(self, figure, value):
+        """Begin a new game and move the snake by the arrow keys."""
+        self.go(f"{figure} .keys button:last-child")
+        self.browser.press("Enter")
+        self.go(f"{figure} table")
+        for move in value:
+            self.browser.press(f"Arrow{move.capitalize()}")
+
     def take_grid(self, figure, value):
         """Change squares, tenth by tenth."""
         self.go(f"{figure} td[tabindex='0']")

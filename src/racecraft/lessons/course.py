@@ -28,8 +28,8 @@ PATHS: Mapping[str, tuple[Message, Message]] = {
         Message("Ninety minutes alone: a car that learns, a grid world, rewards, exploring, a step by hand, a race."),
     ),
     "snake": (
-        Message("A snake that learns"),
-        Message("From the board and ten lines of code to a snake that plays the official arena."),
+        Message("Battlesnake"),
+        Message("The rules of the board by playing and losing, then a snake in ten lines of code."),
     ),
     "unity": (
         Message("A Unity scene"),

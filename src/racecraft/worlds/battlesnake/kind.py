@@ -28,5 +28,6 @@ KIND = WorldKind(
     race_commands=(Command("create-snakes", "racecraft.worlds.battlesnake.cli.create_race:create"),),
     league="racecraft.worlds.battlesnake.league.races:SnakeLeague",
     console="racecraft.worlds.battlesnake.console:SnakeParts",
+    lessons="racecraft.worlds.battlesnake.lessons",
     as_typed="racecraft.worlds.battlesnake.analysis.account:as_typed",
 )
