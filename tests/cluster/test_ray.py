@@ -179,7 +179,7 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
             training.kill()
         cluster.shutdown()
     assert "was lost" in run.with_suffix(".log").read_text()
-    assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": asked, "workers": 2}
+    assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": asked, "workers": 2, "machines": 1}
     assert_same(undisturbed, run)
     until(lambda: are_gone(training.pid, os.getsid(0)), "the end of every process")
 

@@ -230,7 +230,7 @@ def test_more_workers_than_worlds_are_not_asked(tmp_path):
     assert any("6 workers, and rollout.num_worlds is 4" in line for line in told)
     assert transport.asked.count("open") == 4
     job = json.loads((tmp_path / "run" / "job.json").read_text())
-    assert job["cluster"] == {"asked": "6", "workers": 4}
+    assert job["cluster"] == {"asked": "6", "workers": 4, "machines": 1}
 
 
 def test_what_cannot_be_spread_is_named_before_anything_is_begun(tmp_path):

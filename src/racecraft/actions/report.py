@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from racecraft.actions.action import action
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
+
+if TYPE_CHECKING:
+    from racecraft.analysis.aws_cost import ServiceCost
 
 PAGE = "report.html"
 
@@ -24,9 +28,12 @@ class ReportRequest(Request):
 
 @dataclass(frozen=True)
 class Reported:
-    """The page that was written."""
+    """The page that was written, and the bill on it."""
 
     report: Path
+    aws_usd: float
+    """What the run would have cost on AWS, US dollars: an estimate; the sum of `aws_costs` whose price is known."""
+    aws_costs: tuple[ServiceCost, ...]
 
 
 @action
@@ -35,10 +42,15 @@ def report(request: ReportRequest, progress: Progress = quiet) -> Reported:
 
     Example: racecraft report runs/reinvent_base-1
     """
+    from racecraft.analysis.aws_cost import run_costs, total_usd
     from racecraft.analysis.report import write_report
+    from racecraft.analysis.run_facts import read_facts
     from racecraft.formats.run_folder import RunFolder
 
-    return Reported(write_report(RunFolder.open(request.run), request.output or request.run / PAGE, request.plots))
+    run = RunFolder.open(request.run)
+    page = write_report(run, request.output or request.run / PAGE, request.plots)
+    costs = run_costs(read_facts(run))
+    return Reported(page, total_usd(costs), costs)
 
 
 def leave_report(run: Path, progress: Callable[[str], None]) -> dict[str, str]:

@@ -1,7 +1,8 @@
 """A run on one web page that can be e-mailed: nothing on it is fetched from anywhere. Begin with `write_report`.
 
 read what the folder holds → tiles → what was asked, what happened, what to try next → learning → evaluations →
-settings, versions, meaning of the figures; a world's own parts stand behind learning and behind the evaluations
+what it would have cost on AWS → settings, versions, meaning of the figures; a world's own parts stand behind learning
+and behind the evaluations
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from markupsafe import Markup
 from racecraft.analysis import figures
 from racecraft.analysis.account import advice_of
 from racecraft.analysis.advice import Advice
+from racecraft.analysis.aws_cost import cost_part
 from racecraft.analysis.evaluations import return_table
 from racecraft.analysis.metrics import METRICS
 from racecraft.analysis.page import figure_part
@@ -72,6 +74,7 @@ def _page(facts: RunFacts, own: Sequence[PagePart], advice: Sequence[Advice]) ->
     yield from _behind(LEARNING, own)
     yield from _evaluations(facts)
     yield from _behind(EVALUATIONS, own)
+    yield from cost_part(facts).pieces()
     yield from _small_print(facts)
 
 

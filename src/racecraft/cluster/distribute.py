@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -106,7 +107,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_second
                 experiment,
                 gatherer=gatherer,
                 after_update=after_update,
-                job={**experiment.job, "cluster": {"asked": str(asked), "workers": len(crew.opened)}},
+                job={**experiment.job, "cluster": _recorded(crew, asked)},
             )
             _tell_traffic(gatherer, say)
 
@@ -137,6 +138,12 @@ def _require_spreadable(experiment: Experiment) -> None:
             others=", ".join(name for name, one in ALGORITHMS.items() if not one.stays),
             stays=experiment.algorithm.stays,
         )
+
+
+def _recorded(crew: WorkerPool, asked: ClusterOptions) -> dict[str, Any]:
+    """Return what job.json keeps of a cluster; `machines` counts the learner's, which may carry no worker."""
+    machines = {socket.gethostname(), *(opened.host for opened in crew.opened)}
+    return {"asked": str(asked), "workers": len(crew.opened), "machines": len(machines)}
 
 
 def _tell(crew: WorkerPool, asked: ClusterOptions, say: MessageCallback) -> None:

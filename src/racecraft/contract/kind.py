@@ -140,6 +140,9 @@ class WorldKind:
     report_parts: str = ""
     """Function (facts: RunFacts, plots: Sequence[Path]) -> Iterable[PagePart], the world's own parts of a run's report;
     `plots` are files with the user's own plots. Default: none."""
+    aws_use: str = ""
+    """Function (facts: RunFacts) -> analysis.aws_cost.AwsUse, what a run with metrics would have used of AWS's
+    services. Default: an instance for each machine, and a notebook, for as long as it took."""
     evaluation_table: str = ""
     """Function (evaluations: list of evaluations/*.json) -> EvaluationTable | None. Default: one of mean returns."""
     advice: str = ""

@@ -78,6 +78,7 @@ KIND = WorldKind(
     ),
     facts="racecraft.worlds.deepracer.analysis.run_facts:car_facts",
     report_parts="racecraft.worlds.deepracer.analysis.report:report_parts",
+    aws_use="racecraft.worlds.deepracer.analysis.aws_use:aws_use",
     evaluation_table="racecraft.worlds.deepracer.analysis.evaluations:lap_table",
     advice="racecraft.worlds.deepracer.analysis.account:car_advice",
     watch="racecraft.worlds.deepracer.serving.watch:watch",

@@ -17,7 +17,7 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.drive import as_drive
-from racecraft.worlds.deepracer.analysis.report import car_parts, console_cost
+from racecraft.worlds.deepracer.analysis.report import car_parts
 from racecraft.worlds.deepracer.env import race
 
 
@@ -79,8 +79,9 @@ def test_the_page_holds_the_numbers_and_fetches_nothing(run, tmp_path):
     words = " ".join(reader.words)
     for expected in ("re:Invent 2018", "run try <1>", "12.34 s", "28,800", "5 of 5", "90.0 %", "ppo.learning_rate"):
         assert expected in words
-    assert "28,800 steps ÷ 8 steps a second ÷ 3,600 = 1.00 h; 1.00 h × 3.50 USD an hour" in words
-    assert "3.50 USD" in words
+    assert "28,800 steps ÷ 8 steps a second ÷ 3,600 = 1.00 h of simulation: 1 h 0 min of training" in words
+    assert "About 4.10 USD on AWS." in words  # 0.60 + 6 x 0.40 + 1.00 + 10 x 0.010
+    assert "one price, 3.50 USD an hour: 3.50 USD" in words
     assert text.count("<img") == 2
     assert 'alt="Best training episode: lap complete 3.00 s"' in text
 
@@ -180,7 +181,3 @@ def test_bad_folders_are_answered_in_letters(run, tmp_path):
     with pytest.raises(ReportError, match=r"2\.json: cannot be read .*expected an evaluation"):
         write(run, tmp_path)
     assert not (tmp_path / "report.html").exists()
-
-
-def test_the_console_billed_by_the_hour_of_steps():
-    assert console_cost(57_600) == (2.0, 7.0)  # 57,600 / 8 = 7,200 s

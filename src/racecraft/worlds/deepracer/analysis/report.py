@@ -1,4 +1,4 @@
-"""The parts that a car adds to a report: its laps, exits, actions and bill. Begin with `report_parts`."""
+"""The parts that a car adds to a report: its laps, exits and actions. Begin with `report_parts`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from racecraft.analysis.video import film_title, small_film
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.parts import Bar, card, commands, details, grid, paragraph, source, table
-from racecraft.pages.words import duration
 from racecraft.worlds.deepracer.analysis import path_picture, tables
 from racecraft.worlds.deepracer.analysis.account import own_plots_of
 from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, incidents
@@ -43,10 +42,6 @@ if TYPE_CHECKING:
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
 WHY: dict[str, int] = {"starts": 12, "places": 2, "failures": 4, "seconds": 10}
 """How much is driven for the report's word on why it fails; `racecraft why` drives more."""
-CONSOLE_USD_PER_HOUR = 3.50
-"""What training on the AWS console cost."""
-CONSOLE_STEPS_PER_SECOND = 8.0
-"""What the original trains, everything in (facts: its own logs, 10,693 steps in 1,338 s)."""
 MOST_EXITS = 400
 """Crosses on the map of exits; the latest."""
 MOST_TICKS = 2_000_000
@@ -129,7 +124,6 @@ def car_parts(
     yield from _reward(facts)
     yield from _track_by_track(facts.run)
     yield from own_plots_part(own)
-    yield PagePart("What it would have cost", [_cost(facts.metrics[-1])], EVALUATIONS)
 
 
 def _on_the_track(
@@ -191,34 +185,6 @@ def _track_by_track(run: RunFolder) -> Iterator[PagePart]:
     if told is not None:
         shown = card(table(told.heads, told.rows, (2, 3, 5)))
         yield PagePart("Track by track", [paragraph(told.words), shown], EVALUATIONS)
-
-
-def _cost(last: Mapping[str, Any]) -> Markup:
-    """Return what as many steps as the last iteration counts took and cost on the AWS console."""
-    hours, dollars = console_cost(last["steps"])
-    steps_per_second = f"{CONSOLE_STEPS_PER_SECOND:g}"
-    sum_ = f"{last['steps']:,} steps ÷ {steps_per_second} steps a second ÷ 3,600 = {hours:.2f} h"
-    told = (
-        f"{dollars:,.2f} USD and {duration(3600 * hours)} on the AWS console; here it took {duration(last['seconds'])}."
-    )
-    how = (
-        f"{sum_}; {hours:.2f} h × {CONSOLE_USD_PER_HOUR:.2f} USD an hour. The console billed by the "
-        f"hour of training; the original simulator trains {steps_per_second} steps a second, pauses for updates in, as "
-        "its own logs show. Equal steps are compared, not equal skill; evaluations do not count as steps."
-    )
-    return card(paragraph(told, "strong"), paragraph(how, "quiet"))
-
-
-def console_cost(steps: float) -> tuple[float, float]:
-    """Return hours and US dollars that so many steps would have taken on the AWS console.
-
-    hours = steps / CONSOLE_STEPS_PER_SECOND / 3600, dollars = hours x CONSOLE_USD_PER_HOUR.
-
-    >>> console_cost(28_800)
-    (1.0, 3.5)
-    """
-    hours = steps / CONSOLE_STEPS_PER_SECOND / 3600.0
-    return hours, hours * CONSOLE_USD_PER_HOUR
 
 
 def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:
