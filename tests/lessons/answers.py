@@ -85,8 +85,20 @@ RIGHT = {
     "snake-board/hunger": snake("rdlu" * 5),
     "snake-board/head-to-head": snake(LONGER),
     "snake-move/safe-move": snake_code(f"{ON_BOARD} and at not in body"),
+    "unity-basic/best": {"actions": [2] * 7},
+    "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
 }
 CASES = {
+    "unity-basic/best": {
+        "not_ended": {"actions": [2, 2]},
+        "near_prize": {"actions": [1, 1, 1]},
+        "detour": {"actions": [0, 1, 2, *[2] * 7]},
+    },
+    "unity-basic/fresh-agent": {
+        "run": {"earns": "low"},
+        "half": {"earns": "low", "reason": "half"},
+        "never": {"earns": "middle", "reason": "never"},
+    },
     "snake-board/thirty-turns": {
         "goes_on": snake("rd"),
         "wall": snake("dd"),
@@ -278,6 +290,8 @@ def random_take(exercise, name, rng):
         return road
     if name == "moves":
         return [rng.choice(("up", "down", "left", "right")) for _ in range(40)]
+    if name == "actions":
+        return [rng.randrange(3) for _ in range(40)]
     if name == "batch":
         return [ended_drive(rng) for _ in range(4)]
     return {"grid": road, "moves": [rng.randrange(3) for _ in range(6)]}

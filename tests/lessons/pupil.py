@@ -103,6 +103,14 @@ class Pupil:
         for move in value:
             self.browser.press(f"Arrow{move.capitalize()}")
 
+    def take_actions(self, figure, value):
+        """Begin a new episode and move the agent of Basic by the arrow keys."""
+        self.go(f"{figure} .keys button:last-child")
+        self.browser.press("Enter")
+        self.go(f"{figure} table")
+        for action in value:
+            self.browser.press(("ArrowDown", "ArrowLeft", "ArrowRight")[action])
+
     def take_grid(self, figure, value):
         """Change squares, tenth by tenth."""
         self.go(f"{figure} td[tabindex='0']")

@@ -33,7 +33,7 @@ PATHS: Mapping[str, tuple[Message, Message]] = {
     ),
     "unity": (
         Message("A Unity scene"),
-        Message("A scene solved by hand, then by an agent, and back into Unity."),
+        Message("A scene by hand, as its agent has it."),
     ),
 }
 """Title and sentence of each path, in the order of the page."""

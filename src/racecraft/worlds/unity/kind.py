@@ -14,6 +14,7 @@ KIND = WorldKind(
     demonstration_suffix=".demo",
     demonstrations="racecraft.worlds.unity.training.shown:read_demonstration_batch",
     commands=(Command("unity", "racecraft.worlds.unity.cli.unity:app"),),
+    lessons="racecraft.worlds.unity.lessons",
     look="What a Unity scene looks like is seen in Unity; its curves are here.",
     exporters={"unity": "racecraft.worlds.unity.export.exporters:export_unity"},
     as_typed="racecraft.worlds.unity.training.account:as_typed",

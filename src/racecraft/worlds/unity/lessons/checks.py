@@ -1,0 +1,53 @@
+"""Checks of the lessons about Unity: they play a pupil's actions in the stand-in of Basic.
+
+The scene is imported where it is needed: the first page of the course shall not wait for it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
+
+if TYPE_CHECKING:
+    from racecraft.worlds.unity.lessons.basic import Episode
+
+BEST = 0.93
+"""Of an episode: seven steps at 0.01, and 1.0."""
+CLOSE = 1e-6
+
+
+def best_episode(answer: Answer) -> Verdict:
+    """An episode that no other beats."""
+    from racecraft.worlds.unity.env.basic_scene import LARGE_GOAL
+
+    episode = _played(answer)
+    told = {"total": episode.total, "steps": episode.steps}
+    if not episode.ended:
+        return tried("not_ended", **told)
+    if episode.total >= BEST - CLOSE:
+        return passed(**told)
+    return tried("detour" if episode.place == LARGE_GOAL else "near_prize", **told)
+
+
+def _played(answer: Answer) -> Episode:
+    from racecraft.worlds.unity.lessons.basic import ACTIONS, MOST_STEPS, play
+
+    actions = answer.taken("actions")
+    if not isinstance(actions, list) or len(actions) > MOST_STEPS or not all(one in ACTIONS for one in actions):
+        raise AnswerError("The steps of the figure cannot be read; begin a new episode in it.")
+    return play([int(one) for one in actions])
+
+
+def random_agent(answer: Answer) -> Verdict:
+    """A prediction: what does an agent that knows nothing earn in an episode?"""
+    from racecraft.worlds.unity.lessons.basic import random_episodes
+
+    answer.choice("earns")
+    rows = random_episodes()
+    table = (("ended", "of 1,000 episodes", "steps, mean", "return, mean"), rows)
+    (_, left, _, _), (_, right, _, _), (_, _, steps, total) = rows
+    return predicted(answer, "reason", "near_and_long", table, near=left, far=right, steps=steps, total=total)
+
+
+CHECKS = {"best_episode": best_episode, "random_agent": random_agent}

@@ -1,0 +1,47 @@
+"""Basic by hand: the browser plays it as the stand-in does, and a random agent earns what can be worked out."""
+
+import json
+import random
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from racecraft.worlds.unity import lessons
+from racecraft.worlds.unity.lessons import basic
+
+NODE = shutil.which("node")
+MODULE = Path(lessons.__file__).parent / "modules/basic.js"
+SCRIPT = """
+import { play } from "MODULE";
+import { readFileSync } from "node:fs";
+console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(play)));
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_plays_basic_as_the_stand_in_does():
+    rng = random.Random(5)
+    games = [rng.choices(basic.ACTIONS, k=rng.randint(1, 60)) for _ in range(1000)]
+    code = SCRIPT.replace("MODULE", MODULE.as_uri())
+    done = subprocess.run(
+        [NODE, "--input-type=module", "-e", code], input=json.dumps(games), capture_output=True, text=True, check=True
+    )
+    ends = set()
+    for actions, theirs in zip(games, json.loads(done.stdout), strict=True):
+        ours = basic.play(actions)
+        assert (ours.place, ours.steps, ours.ended) == (theirs["place"], theirs["steps"], theirs["ended"])
+        assert ours.total == pytest.approx(theirs["total"])
+        ends.add(ours.place if ours.ended else None)
+    assert ends == {None, 7, 17}
+
+
+def test_a_random_agent_earns_what_can_be_worked_out():
+    """Three places to the left, seven to the right: 7 of 10 end left, after 3 * 7 moves; every third step stays."""
+    (_, left, _, of_left), (_, right, _, _), (_, count, steps, total) = basic.random_episodes()
+    assert count == left + right == basic.EPISODES
+    assert left / count == pytest.approx(0.7, abs=0.05)
+    assert steps == pytest.approx(1.5 * 3 * 7, abs=3)
+    assert of_left < 0.1
+    assert total == pytest.approx(0.7 * 0.1 + 0.3 * 1.0 - 0.01 * 31.5, abs=0.05)
