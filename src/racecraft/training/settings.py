@@ -12,6 +12,9 @@ from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
 
+JUDGING_SHARE = 0.25
+"""Steps of evaluations for each step of training: a fifth of all."""
+
 
 @dataclass(frozen=True)
 class EvaluationConfig:

@@ -18,6 +18,7 @@ from racecraft.rollout.collector import Collector
 from racecraft.settings.overrides import with_values
 from racecraft.training.callbacks import IterationReport
 from racecraft.training.opponent_pool import OpponentPool
+from racecraft.training.settings import JUDGING_SHARE
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.env.dice import StreamDice
@@ -35,13 +36,13 @@ from racecraft.worlds.battlesnake.players.trained import load_trained_snake
 from racecraft.worlds.battlesnake.training.evaluator import count, rating_among
 from racecraft.worlds.battlesnake.training.self_play import ANCHOR, PAST, SELF, SelfPlayWorld, deal, world_settings
 from racecraft.worlds.battlesnake.training.settings import SelfPlayConfig
-from racecraft.worlds.battlesnake.training.trainer import SnakeRequest, default_settings
+from racecraft.worlds.battlesnake.training.trainer import SnakeRequest, default_settings, plan
 
 DUEL = GameSettings(7, 7, 2)
 TINY = (
     "rollout.num_worlds=16", "rollout.horizon=16", "network.image_units=16", "network.hidden_units=32",
-    "ppo.batch_size=128", "evaluation.every=2", "evaluation.episodes=6", "selfplay.pool_every=1",
-    "selfplay.pool_size=2", "snake.max_turns=60", "runtime.threads=1",
+    "ppo.batch_size=128", "evaluation.every=2", "evaluation.share=none", "evaluation.episodes=6",
+    "selfplay.pool_every=1", "selfplay.pool_size=2", "snake.max_turns=60", "runtime.threads=1",
 )  # fmt: skip
 
 
@@ -383,3 +384,8 @@ def test_runs_of_other_things_are_refused(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(Exception, match="empty"):
         find_player(str(tmp_path / "empty"))
+
+
+def test_judging_takes_a_fifth_of_the_steps_at_most_unless_told_otherwise():
+    assert plan(SnakeRequest(DUEL)).settings.evaluation.share == JUDGING_SHARE == 0.25
+    assert plan(SnakeRequest(DUEL, overrides=("evaluation.share=none",))).settings.evaluation.share is None

@@ -27,7 +27,7 @@ from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import MessageCallback, open_to_resume
-from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.settings import JUDGING_SHARE, EvaluationConfig, RuntimeConfig, composed
 from racecraft.training.stopping import RATING, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
@@ -49,7 +49,7 @@ WORLD_SETTINGS = Settings(
     network=NetworkConfig(
         conv_filters=(), conv_kernels=(), conv_strides=(), image_units=(128,), hidden_units=(128, 128)
     ),
-    evaluation=EvaluationConfig(every=10, episodes=50),
+    evaluation=EvaluationConfig(every=10, episodes=50, share=JUDGING_SHARE),
     runtime=RuntimeConfig(),
 )
 SEARCHED_SETTINGS = (

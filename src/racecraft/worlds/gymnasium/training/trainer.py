@@ -32,7 +32,7 @@ from racecraft.training.plain import SMALL_WORLDS
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import MessageCallback, open_to_resume
 from racecraft.training.return_evaluator import CONFIRMING_EPISODES, ReturnEvaluator
-from racecraft.training.settings import EvaluationConfig, composed
+from racecraft.training.settings import JUDGING_SHARE, EvaluationConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld
@@ -47,8 +47,6 @@ from racecraft.worlds.gymnasium.evaluation import (
 KIND = "gymnasium"
 """What job.json calls a run of a Gymnasium environment."""
 JUDGING_WORLDS = 20
-JUDGING_SHARE = 0.25
-"""Steps of evaluations for each step of training: a fifth of all."""
 SEEDS_APART = 1_000
 """Between the seeds of groups that learn side by side."""
 

@@ -25,7 +25,7 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import open_to_resume
-from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.settings import JUDGING_SHARE, EvaluationConfig, RuntimeConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.worlds.unity.env.behaviors import Behavior
 from racecraft.worlds.unity.env.builds import Build, find_build
@@ -44,7 +44,7 @@ TRAINER_FILE = "trainer.yaml"
 WORLD_SETTINGS = Settings(
     rollout=RolloutConfig(num_worlds=32, horizon=64),
     network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
-    evaluation=EvaluationConfig(every=5, episodes=20, stable_after=1),
+    evaluation=EvaluationConfig(every=5, episodes=20, stable_after=1, share=JUDGING_SHARE),
     runtime=RuntimeConfig(threads=1),
 )
 """Settings for small scenes. One thread: networks this small only wait for a second one."""
