@@ -3,6 +3,7 @@
     curves.json     3 learning rates × 3 seeds: progress of each iteration (lesson 9)
     tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
     drive.json      one of them with what was commanded and what was driven (lesson 7)
+    sight.json      what a car's network decides at pictures of its lap, whole, partly covered and mirrored (lesson 8)
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
 
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
@@ -20,9 +21,20 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
+import torch
 
 import racecraft
+from racecraft.algorithms.explainable import Explainable
+from racecraft.analysis.attribution import SeeingPolicy, transparent
+from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.drive import Drive
+from racecraft.worlds.deepracer.analysis.look import Look, look_at
+from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
+from racecraft.worlds.deepracer.evaluation.laps import judge_laps
+from racecraft.worlds.deepracer.lessons.sight import patches
+from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 TARGET = Path(__file__).resolve().parents[1] / "src/racecraft/worlds/deepracer/lessons/material"
@@ -36,6 +48,9 @@ TRAINED = {
 JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "China_track")
 MATRIX_ITERATIONS = {"three tracks": 60}
 STARTS = 5
+PICTURES = 8
+CELLS = (6, 8)
+"""Rows and columns of squares into which a picture is cut; patches and heat are told in them."""
 
 
 def main() -> None:
@@ -46,6 +61,7 @@ def main() -> None:
     write("learning.json", learning(folder / f"rate-{RATES[1]}-1"))
     write("drive.json", driven(folder / f"rate-{RATES[1]}-1"))
     write("tracks.json", tracks(folder))
+    write("sight.json", sight(folder / "on-reinvent_base"))
 
 
 def curves(folder: Path) -> dict[str, Any]:
@@ -116,6 +132,52 @@ def tracks(folder: Path) -> dict[str, Any]:
             "progress": [round(judged[one]["mean_progress_percent"], 1) for one in JUDGED],
         })  # fmt: skip
     return {"columns": JUDGED, "starts": STARTS, "rows": rows}
+
+
+def sight(run: Path) -> dict[str, Any]:
+    """Return what the network of a run decides along one lap, and at some of its pictures in detail."""
+    car, keeper = load_trained_car(run), DriveKeeper()
+    eyes = SeeingPolicy(car.policy)
+    judge_laps(eyes, car.world(car.trained_on, num_cars=1, start_shares=[0.0], laps=1), 1, [keeper])
+    look = look_at(car.policy, eyes.seen, car.policy.spec.actions)
+    network, fed = transparent(car.policy), eyes.seen.inputs[look.name]
+    sure, lap = look.confidence, Drive.from_reports(keeper.drive)
+    chosen = np.linspace(0, len(look) - 1, PICTURES).round().astype(int)
+    return {
+        "track": car.trained_on.name, "lap": round(float(lap.progress_percent[-1]), 1), "rows": CELLS[0],
+        "columns": CELLS[1], "height": look.frames.shape[1], "width": look.frames.shape[2], "actions": look.labels,
+        "steps": [[int(best), int(second), *percents([one, other])] for best, second, one, other
+                  in zip(sure.best, sure.second, sure.share, sure.second_share, strict=True)],
+        "pictures": [seen_at(network, look, fed, int(at)) for at in chosen],
+    }  # fmt: skip
+
+
+def seen_at(network: Explainable, look: Look, fed: torch.Tensor, at: int) -> dict[str, Any]:
+    """Return a picture, its heat by square, and what is decided at it, whole, covered and mirrored."""
+    whole = fed[at : at + 1]
+    covered = whole.repeat(len(patches(*CELLS)), 1, 1, 1)
+    high, wide = whole.shape[1] // CELLS[0], whole.shape[2] // CELLS[1]
+    for row, (top, left, height, width) in enumerate(patches(*CELLS)):
+        hole = covered[row, top * high : (top + height) * high, left * wide : (left + width) * wide]
+        hole[:] = whole.mean(dim=(0, 1, 2))
+    heat = look.cam[at].reshape(CELLS[0], high, CELLS[1], wide).sum(axis=(1, 3))
+    shares = decided(network, look.name, torch.cat([whole, whole.flip(2), covered]))
+    return {
+        "step": at + 1, "grey": look.frames[at].ravel().tolist(), "heat": percents(heat.ravel() / heat.sum()),
+        "shares": percents(shares[0]), "mirrored": percents(shares[1]),
+        "covered": shares[2:].argmax(axis=1).tolist(), "share": percents(shares[2:].max(axis=1)),
+    }  # fmt: skip
+
+
+def decided(network: Explainable, name: str, fed: torch.Tensor) -> Array:
+    """Return the probability of each action (R, A)."""
+    with torch.no_grad():
+        return torch.softmax(network.scores({name: fed}).branches[0], dim=1).numpy()
+
+
+def percents(shares: Any) -> list[float]:
+    """Return shares in per cent, to a tenth."""
+    return [round(100 * float(one), 1) for one in shares]
 
 
 def train(run: Path, iterations: int, seed: int, *words: str) -> Path:

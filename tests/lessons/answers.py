@@ -19,6 +19,12 @@ def claim(parameter, way, pay):
 
 PAY = "def pay(row, column):\n    return {}"
 CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
+
+
+def patch(*squares, picture=7):
+    return {"patch": {"picture": picture, "patch": list(squares)}}
+
+
 AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
 """The one that goes straight first has 12.0, the others come back to the middle."""
 
@@ -70,6 +76,10 @@ RIGHT = {
     "reward-function/nearer-is-more": {"code": REWARD.format("1 - p['distance_from_center'] / p['track_width']")},
     "hyperparameters/match": {"a": "3e-3", "b": "3e-5", "c": "3e-4"},
     "hyperparameters/clipped": {"code": CLIP.format("min(r * a, h * a)")},
+    "sight/patch": patch(2, 1, 1, 3),
+    "sight/hottest": {"changes": "all", "reason": "still_enough"},
+    "sight/undecided": {"step": "39"},
+    "sight/mirrored": {"steers": "right", "reason": "never_driven"},
     "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
     "reward/two-numbers": {"code": PAY.format("2.0 if row == 2 else 0.0")},
     "explore/found-again": {"soonest": "zero", "reason": "old_values"},
@@ -119,6 +129,22 @@ CASES = {
         "wall": snake_code("at not in body"),
         "neck": snake_code("at == body[1]"),
         "body": snake_code(f"{ON_BOARD} and at != body[1]"),
+    },
+    "sight/patch": {
+        "other_picture": patch(2, 1, 1, 3, picture=3),
+        "same": patch(0, 4, 2, 2),
+        "too_large": patch(0, 0, 6, 8),
+    },
+    "sight/hottest": {
+        "run": {"changes": "few"},
+        "wrong_map": {"changes": "few", "reason": "wrong_map"},
+        "no_picture": {"changes": "few", "reason": "no_picture"},
+    },
+    "sight/undecided": {"close": {"step": "43"}, "sure": {"step": "53"}},
+    "sight/mirrored": {
+        "run": {"steers": "left"},
+        "no_sides": {"steers": "left", "reason": "no_sides"},
+        "same_picture": {"steers": "left", "reason": "same_picture"},
     },
     "reward/two-numbers": {
         "no_number": {"code": PAY.format("None")},
@@ -292,6 +318,9 @@ def random_take(exercise, name, rng):
         return [rng.choice(("up", "down", "left", "right")) for _ in range(40)]
     if name == "actions":
         return [rng.randrange(3) for _ in range(40)]
+    if name == "patch":
+        top, left = rng.randrange(6), rng.randrange(8)
+        return patch(top, left, rng.randint(1, 6 - top), rng.randint(1, 8 - left))["patch"]
     if name == "batch":
         return [ended_drive(rng) for _ in range(4)]
     return {"grid": road, "moves": [rng.randrange(3) for _ in range(6)]}

@@ -130,3 +130,12 @@ class Pupil:
             self.browser.press("Control+A")
             self.page.keyboard.type("".join("lsr"[move] for move in moves))
             self.browser.press("Tab")
+
+    def take_patch(self, figure, value):
+        """Move the sliders: picture, row, column, height, width."""
+        (top, left, height, width), number = value["patch"], value["picture"]
+        for at, wanted in enumerate((number - 1, top, left, height, width - 1), 1):
+            self.go(f"{figure} .tools label:nth-child({at}) input")
+            self.browser.press("Home")
+            for _ in range(wanted):
+                self.browser.press("ArrowRight")

@@ -16,6 +16,7 @@ from racecraft.lessons.models.chance import Chance
 from racecraft.worlds.deepracer import lessons as deepracer_lessons
 from racecraft.worlds.deepracer.files import reward_samples
 from racecraft.worlds.deepracer.files.reward_file import load_reward_function
+from racecraft.worlds.deepracer.lessons.sight import patches
 
 MODULES = Path(racecraft.lessons.__file__).parent / "modules"
 NODE = shutil.which("node")
@@ -166,3 +167,18 @@ def test_the_browser_pays_as_the_sample_rewards_do():
         told = {"distance_from_center": case["distance"], "track_width": case["width"],
                 "all_wheels_on_track": case["onTrack"]}  # fmt: skip
         assert [reward.call(told) for reward in rewards] == pytest.approx(theirs), case
+
+
+PLACES_SCRIPT = """
+import { placeOf } from "CARS/sight.js";
+import { readFileSync } from "node:fs";
+console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(one => placeOf(...one))));
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_finds_every_patch_where_python_put_it():
+    cars = Path(deepracer_lessons.__file__).parent / "modules"
+    cases = [[rows, columns, one] for rows, columns in ((1, 1), (3, 2), (6, 8)) for one in patches(rows, columns)]
+    places = [place for rows, columns in ((1, 1), (3, 2), (6, 8)) for place in range(len(patches(rows, columns)))]
+    assert in_node(PLACES_SCRIPT.replace("CARS", cars.as_uri()), cases) == places

@@ -67,6 +67,8 @@ WORDS = _words(
     ("learning rate", Message("How far one step of the learner goes.")),
     ("hyperparameter", Message("A setting of the learning; the training does not change it.")),
     ("neural network", Message("A function from observation to action probabilities, with weights that learn.")),
+    ("convolution", Message("A small filter that is slid over a picture and answers where its pattern is.")),
+    ("heat map (Grad-CAM)", Message("Where in a picture the last convolution found what a decision was made by.")),
     ("weights", Message("The numbers inside a neural network.")),
     ("checkpoint", Message("A saved state of a training.")),
     ("model", Message("What a training leaves: the policy and its settings.")),

@@ -6,16 +6,18 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 from racecraft.lessons.checking import Check
-from racecraft.worlds.deepracer.lessons import checks, racing
+from racecraft.worlds.deepracer.lessons import checks, racing, sight
 
 HERE = files(__name__)
 TEXTS = HERE / "texts"
 MATERIAL = HERE / "material"
-CHECKS: Mapping[str, Check] = {**checks.CHECKS, **racing.CHECKS}
+CHECKS: Mapping[str, Check] = {**checks.CHECKS, **racing.CHECKS, **sight.CHECKS}
 MODULES: Mapping[str, str] = {
     "learning": "racecraft.worlds.deepracer.lessons/rc_learning.js",
     "rates": "racecraft.worlds.deepracer.lessons/rc_rates.js",
     "params": "racecraft.worlds.deepracer.lessons/rc_params.js",
     "laps": "racecraft.worlds.deepracer.lessons/rc_laps.js",
+    "sight": "racecraft.worlds.deepracer.lessons/rc_sight.js",
+    "sureness": "racecraft.worlds.deepracer.lessons/rc_sureness.js",
     "matrix": "racecraft.worlds.deepracer.lessons/rc_matrix.js",
 }

@@ -1,0 +1,152 @@
+"""Checks of lesson 8, what the network sees: they read what one decided at whole, covered and mirrored pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
+from racecraft.worlds.deepracer.lessons.checks import material
+
+Patch = tuple[int, int, int, int]
+"""Top, left, height, width, in squares of the picture."""
+UNDECIDED, CLOSE = 1.0, 5.0
+"""Points between the two likeliest actions below which a step counts as undecided, or as close."""
+HOT = (2, 2)
+"""Height and width of the patch that is put over the hottest place."""
+
+
+@cache
+def patches(rows: int, columns: int) -> tuple[Patch, ...]:
+    """Return every rectangle of squares; modules/sight.js has the same order.
+
+    >>> patches(1, 2)
+    ((0, 0, 1, 1), (0, 0, 1, 2), (0, 1, 1, 1))
+    """
+    return tuple(
+        (top, left, height, width)
+        for top in range(rows)
+        for left in range(columns)
+        for height in range(1, rows - top + 1)
+        for width in range(1, columns - left + 1)
+    )
+
+
+def patch_changes(answer: Answer) -> Verdict:
+    """A small patch on one picture after which the network chooses another action."""
+    seen = material("sight.json")
+    number, patch = _covered(answer.taken("patch"), seen)
+    asked, most = int(answer.arguments["picture"]), int(answer.arguments["most"])
+    if number != asked:
+        return tried("other_picture", picture=number, asked=asked)
+    picture = seen["pictures"][number - 1]
+    before, after = _whole(picture), _behind(seen, picture, patch)
+    squares = patch[2] * patch[3]
+    told = {"before": seen["actions"][before], "after": seen["actions"][after], "squares": squares, "most": most}
+    if before == after:
+        return tried("same", **told, share=picture["share"][_place(seen, patch)])
+    if squares > most:
+        return tried("too_large", **told)
+    return passed(**told, heat=_heat(seen, picture, patch))
+
+
+def undecided(answer: Answer) -> Verdict:
+    """A step of the lap at which the two likeliest actions are nearly as likely."""
+    seen = material("sight.json")
+    step = round(answer.number("step"))
+    best, second, share, other = seen["steps"][step - 1]
+    gap = share - other
+    told = {"step": step, "gap": gap, "share": share, "other": other,
+            "best": seen["actions"][best], "second": seen["actions"][second]}  # fmt: skip
+    if gap < UNDECIDED:
+        return passed(**told)
+    return tried("close" if gap < CLOSE else "sure", **told)
+
+
+def hottest(answer: Answer) -> Verdict:
+    """A prediction: at how many pictures does a patch over the hottest place change the choice?"""
+    answer.choice("changes")
+    seen = material("sight.json")
+    rows = [_hottest_covered(seen, picture) for picture in seen["pictures"]]
+    heads = ("step", "heat under the patch, %", "chosen", "chosen when it is covered")
+    count = sum(row[2] != row[3] for row in rows)
+    return predicted(answer, "reason", "still_enough", (heads, rows), count=count, all=len(rows))
+
+
+def mirrored(answer: Answer) -> Verdict:
+    """A prediction: where does the network steer if a picture is mirrored?"""
+    answer.choice("steers")
+    seen = material("sight.json")
+    rows = [
+        [
+            picture["step"],
+            *(side for shares in ("shares", "mirrored") for side in _sides(seen["actions"], picture[shares])),
+        ]
+        for picture in seen["pictures"]
+    ]
+    heads = ("step", "left, %", "right, %", "mirrored: left, %", "mirrored: right, %")
+    return predicted(answer, "reason", "never_driven", (heads, rows))
+
+
+def _covered(told: Any, seen: Mapping[str, Any]) -> tuple[int, Patch]:
+    """Return the number of a picture and the patch on it, as the figure gives them."""
+    number: Any
+    patch: Any
+    number, patch = (told.get("picture"), told.get("patch")) if isinstance(told, dict) else (None, None)
+    if (
+        not isinstance(number, int)
+        or number not in range(1, len(seen["pictures"]) + 1)
+        or not isinstance(patch, list)
+        or not all(isinstance(one, int) for one in patch)
+        or tuple(patch) not in patches(seen["rows"], seen["columns"])
+    ):
+        raise AnswerError("The figure's patch cannot be read; load the page again.")
+    top, left, height, width = patch
+    return number, (top, left, height, width)
+
+
+def _place(seen: Mapping[str, Any], patch: Patch) -> int:
+    return patches(seen["rows"], seen["columns"]).index(patch)
+
+
+def _whole(picture: Mapping[str, Any]) -> int:
+    """Return the action that is chosen at the whole picture."""
+    shares: list[float] = picture["shares"]
+    return shares.index(max(shares))
+
+
+def _behind(seen: Mapping[str, Any], picture: Mapping[str, Any], patch: Patch) -> int:
+    """Return the action that is chosen with a patch on the picture."""
+    return int(picture["covered"][_place(seen, patch)])
+
+
+def _heat(seen: Mapping[str, Any], picture: Mapping[str, Any], patch: Patch) -> float:
+    """Return the share of the picture's heat under a patch, per cent."""
+    top, left, height, width = patch
+    squares = [
+        row * seen["columns"] + column for row in range(top, top + height) for column in range(left, left + width)
+    ]
+    return float(sum(picture["heat"][square] for square in squares))
+
+
+def _hottest_covered(seen: Mapping[str, Any], picture: Mapping[str, Any]) -> list[Any]:
+    """Return step, heat under the hottest patch, and what is chosen without and with it."""
+    patch = max((one for one in patches(seen["rows"], seen["columns"]) if one[2:] == HOT),
+                key=lambda one: _heat(seen, picture, one))  # fmt: skip
+    chosen = [seen["actions"][one] for one in (_whole(picture), _behind(seen, picture, patch))]
+    return [picture["step"], round(_heat(seen, picture, patch), 1), *chosen]
+
+
+def _sides(actions: Sequence[str], shares: Sequence[float]) -> list[float]:
+    """Return the probability of steering left and of steering right, per cent."""
+    return [round(sum(share for action, share in zip(actions, shares, strict=True) if action.startswith(side)))
+            for side in ("left", "right")]  # fmt: skip
+
+
+CHECKS = {
+    "patch_changes": patch_changes,
+    "undecided": undecided,
+    "hottest": hottest,
+    "mirrored": mirrored,
+}
