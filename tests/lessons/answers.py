@@ -49,6 +49,29 @@ def snake_code(condition):
     return {"code": SNAKE_MOVE.replace("CONDITION", condition)}
 
 
+ROOMY = """STEPS = {"up": (0, 1), "down": (0, -1), "left": (-1, 0), "right": (1, 0)}
+def room(start, taken, side):
+    seen, todo = {start}, [start]
+    while todo:
+        x, y = todo.pop()
+        for dx, dy in STEPS.values():
+            at = (x + dx, y + dy)
+            if 0 <= at[0] < side and 0 <= at[1] < side and at not in taken and at not in seen:
+                seen.add(at)
+                todo.append(at)
+    return len(seen)
+def move(data):
+    board, head = data["board"], data["you"]["head"]
+    taken = {(p["x"], p["y"]) for snake in board["snakes"] for p in snake["body"][:-1]}
+    def worth(name):
+        at = (head["x"] + STEPS[name][0], head["y"] + STEPS[name][1])
+        if at in taken or not (0 <= at[0] < board["width"] and 0 <= at[1] < board["height"]):
+            return -1
+        food = min((abs(f["x"] - at[0]) + abs(f["y"] - at[1]) for f in board["food"]), default=0)
+        return 100 * min(room(at, taken, board["width"]), len(data["you"]["body"])) - food
+    return max(STEPS, key=worth)
+"""
+"""Goes where there is room for its body, and of such squares to the one nearest to food."""
 THIRTY, EQUAL = "rdluuldrrdlurdllurruururrdrdlu", "rruullddrruulldldrururr"
 LONGER = "uuruuldrdldlurruldrdrrrruulu"
 
@@ -94,6 +117,7 @@ RIGHT = {
     "snake-board/thirty-turns": snake(THIRTY),
     "snake-board/hunger": snake("rdlu" * 5),
     "snake-board/head-to-head": snake(LONGER),
+    "snake-move/beat-random": {"code": ROOMY},
     "snake-move/safe-move": snake_code(f"{ON_BOARD} and at not in body"),
     "unity-basic/best": {"actions": [2] * 7},
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
@@ -123,6 +147,11 @@ CASES = {
         "shorter": snake("rrurur"),
         "both": snake(EQUAL),
         "other_end": snake("dd"),
+    },
+    "snake-move/beat-random": {
+        "fails": {"code": "def move(data):\n    return None"},
+        "at_once": {"code": "def move(data):\n    return 'up'"},
+        "few": {"code": ROOMY.replace("key=worth", "key=lambda name: -worth(name) if worth(name) >= 0 else -1e9")},
     },
     "snake-move/safe-move": {
         "no_move": {"code": "def move(head, body, side):\n    return None"},
