@@ -57,6 +57,15 @@ def test_the_ninety_minutes_are_walked_to_their_end_by_keyboard(browser, serve, 
         assert progress.done(lesson.id) == len(lesson.exercises)
 
 
+@pytest.mark.parametrize("path", ["snake", "unity"])
+def test_a_path_is_walked_as_far_as_it_goes_by_keyboard(browser, serve, progress, path):
+    pupil = Pupil(browser, serve(), {})
+    for lesson in course().of_path(path):
+        assert pupil.walk(lesson) == []
+        assert browser.sideways() == 0
+        assert progress.done(lesson.id) == len(lesson.exercises)
+
+
 @pytest.mark.parametrize("lesson", course().lessons, ids=lambda lesson: lesson.id)
 def test_a_lesson_is_read_by_everybody(browser, serve, lesson):
     address = serve()
