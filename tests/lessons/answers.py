@@ -103,6 +103,11 @@ RIGHT = {
     "sight/hottest": {"changes": "all", "reason": "still_enough"},
     "sight/undecided": {"step": "39"},
     "sight/mirrored": {"steers": "right", "reason": "never_driven"},
+    "family/dqn-update": {"value": "1.2"},
+    "family/priority": {"largest": "44", "smallest": "7"},
+    "family/temperature": {"temperature": "1.73"},
+    "family/evolution": {"slope": "6"},
+    "family/tried-next": {"prior": "0.38"},
     "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
     "reward/two-numbers": {"code": PAY.format("2.0 if row == 2 else 0.0")},
     "explore/found-again": {"soonest": "zero", "reason": "old_values"},
@@ -123,6 +128,25 @@ RIGHT = {
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
 }
 CASES = {
+    "family/dqn-update": {
+        "local_network": {"value": "1.65"},
+        "no_discount": {"value": "1.25"},
+        "whole_step": {"value": "1.4"},
+        "other": {"value": "3"},
+    },
+    "family/priority": {
+        "no_exponent": {"largest": "55.6", "smallest": "2.8"},
+        "all_alike": {"largest": "25", "smallest": "25"},
+        "other": {"largest": "90", "smallest": "1"},
+    },
+    "family/temperature": {"too_even": {"temperature": "5"}, "too_sure": {"temperature": "0.2"}},
+    "family/evolution": {
+        "difference": {"slope": "3"},
+        "no_width": {"slope": "1.5"},
+        "turned_round": {"slope": "-6"},
+        "other": {"slope": "10"},
+    },
+    "family/tried-next": {"still_first": {"prior": "0.35"}, "more_than_needed": {"prior": "0.6"}},
     "unity-basic/best": {
         "not_ended": {"actions": [2, 2]},
         "near_prize": {"actions": [1, 1, 1]},

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import racecraft.lessons
-from racecraft.lessons.models import fork
+from racecraft.lessons.models import family, fork
 from racecraft.lessons.models import grid as g
 from racecraft.lessons.models import policy_gradient as pg
 from racecraft.lessons.models.chance import Chance
@@ -145,6 +145,36 @@ def test_a_step_by_hand_has_the_numbers_of_the_sheet():
         assert found[1] == pytest.approx(slope, abs=1e-4)
         assert pg.probabilities(pg.climbed((0, 0, 0), found, 0.5))[1] == pytest.approx(after, abs=1e-4)
     assert fork.turn() == pytest.approx(0.579, abs=5e-4)
+
+
+def test_the_family_has_the_numbers_of_its_lesson():
+    for temperature, share in ((0.2, 0.9999), (1, 0.77), (5, 0.42)):
+        assert family.at_temperature((12, 10.1, 10.1), temperature)[0] == pytest.approx(share, abs=5e-3)
+    scores = family.search_scores((0.5, 0.4, 0.1), (0.5, 0.3, 0.2), (6, 3, 1), 1.5)
+    assert scores == pytest.approx([0.839, 0.756, 0.574], abs=5e-4)
+    assert [round(100 * one) for one in family.priorities((2, 1, 0.5, 0.1), 0.6)] == [44, 29, 19, 7]
+    assert family.slope_by_trying(lambda theta: -((theta - 3) ** 2), 0, 0.5) == pytest.approx(6)
+
+
+FAMILY_SCRIPT = """
+import { atTemperature, searchScores } from "MODULES/family.js";
+import { readFileSync } from "node:fs";
+console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(({ values, priors, visits, c }) =>
+  [...atTemperature(values, c), ...searchScores(values, priors, visits, c)])));
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_computes_the_family_as_python_does():
+    rng = random.Random(10)
+    cases = [
+        {"values": [rng.uniform(-5, 12) for _ in range(3)], "priors": [rng.random() for _ in range(3)],
+         "visits": [rng.randint(1, 40) for _ in range(3)], "c": rng.uniform(0.1, 5)}
+        for _ in range(1000)
+    ]  # fmt: skip
+    for case, theirs in zip(cases, in_node(FAMILY_SCRIPT, cases), strict=True):
+        ours = family.at_temperature(case["values"], case["c"]) + family.search_scores(**case)
+        assert ours == pytest.approx(theirs)
 
 
 SAMPLES_SCRIPT = """

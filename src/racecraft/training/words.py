@@ -79,6 +79,8 @@ WORDS = _words(
     ("self-play", Message("Learning by playing against oneself.")),
     ("deep Q-network (DQN)", Message("Q-learning with a neural network and a replay buffer.")),
     ("target network", Message("A slow copy of the network that gives the targets.")),
+    ("temperature", Message("How even a choice by values is; near 0 the best is always taken.")),
+    ("evolution strategy", Message("Learning by trying changed weights and moving towards what scored better.")),
     ("PPO", Message("A policy gradient with a limit on each step.")),
     ("sparse reward", Message("A reward paid rarely, for example only at the goal.")),
     ("reward shaping", Message("Adding small rewards that guide.")),

@@ -1,0 +1,88 @@
+"""Checks of lesson 10, the family: one number by hand of DQN, replay, SAC, evolution and search each, computed anew."""
+
+from __future__ import annotations
+
+from racecraft.lessons.checking import Answer, Verdict, passed, tried
+from racecraft.lessons.models.family import at_temperature, priorities, search_scores, slope_by_trying
+
+Q, REWARD, GAMMA, STEP = 1.0, 0.5, 0.9, 0.5
+LOCAL, TARGET = 2.0, 1.0
+"""Best value of the next state, as the local and as the target network tell it."""
+ERRORS, EXPONENT = (2.0, 1.0, 0.5, 0.1), 0.6
+VALUES = (10.1, 12.0, 10.1)
+ASKED = 0.6
+SIGMA = 0.25
+VISITS, WORTHS, PRIORS, C = (6, 3, 1), (0.5, 0.4, 0.1), (0.5, 0.3, 0.2), 1.5
+NEAR = 0.02
+
+
+def dqn_update(answer: Answer) -> Verdict:
+    """One update of Q-learning whose target is told by the target network."""
+    given = answer.number("value")
+    right = _updated(TARGET)
+    wrong = {
+        "local_network": _updated(LOCAL), "no_discount": Q + STEP * (REWARD + TARGET - Q),
+        "whole_step": REWARD + GAMMA * TARGET,
+    }  # fmt: skip
+    if abs(given - right) <= 0.005:
+        return passed(value=right, local=wrong["local_network"])
+    return tried(next((case for case, value in wrong.items() if abs(given - value) <= 0.005), "other"), value=given)
+
+
+def _updated(best_next: float) -> float:
+    return Q + STEP * (REWARD + GAMMA * best_next - Q)
+
+
+def priority(answer: Answer) -> Verdict:
+    """How often the step with the largest error is replayed, and the one with the smallest, per cent."""
+    given = answer.number("largest"), answer.number("smallest")
+    for case, exponent in (("", EXPONENT), ("no_exponent", 1.0), ("all_alike", 0.0)):
+        shares = [100 * share for share in priorities(ERRORS, exponent)]
+        if abs(given[0] - shares[0]) <= 1 and abs(given[1] - shares[-1]) <= 1:
+            told = {"largest": shares[0], "smallest": shares[-1]}
+            return tried(case, **told) if case else passed(**told)
+    return tried("other")
+
+
+def temperature(answer: Answer) -> Verdict:
+    """The temperature at which the best action has 60 %."""
+    given = answer.number("temperature")
+    share = max(at_temperature(VALUES, given))
+    if abs(share - ASKED) <= 0.01:
+        return passed(temperature=given, share=100 * share)
+    return tried("too_even" if share < ASKED else "too_sure", temperature=given, share=100 * share)
+
+
+def evolution(answer: Answer) -> Verdict:
+    """The slope of F = -(θ - 3)² at θ = 0 from a pair of tries at ±0.25."""
+    given, right = answer.number("slope"), slope_by_trying(_fitness, 0.0, SIGMA)
+    if abs(given - right) <= 0.02:
+        return passed(slope=right)
+    difference = _fitness(SIGMA) - _fitness(-SIGMA)
+    wrong = {"difference": difference, "no_width": difference / 2, "turned_round": -right}
+    return tried(next((case for case, value in wrong.items() if abs(given - value) <= 0.02), "other"), slope=given)
+
+
+def _fitness(theta: float) -> float:
+    return -((theta - 3) ** 2)
+
+
+def tried_next(answer: Answer) -> Verdict:
+    """The smallest prior of the second move at which search tries it next."""
+    given = answer.number("prior")
+    first, second, _ = search_scores(WORTHS, (PRIORS[0], given, PRIORS[2]), VISITS, C)
+    _, smaller, _ = search_scores(WORTHS, (PRIORS[0], given - NEAR, PRIORS[2]), VISITS, C)
+    if second <= first:
+        return tried("still_first", first=first, second=second)
+    if smaller > first:
+        return tried("more_than_needed", first=first, second=second)
+    return passed(first=first, second=second)
+
+
+CHECKS = {
+    "dqn_update": dqn_update,
+    "priority": priority,
+    "temperature": temperature,
+    "evolution": evolution,
+    "tried_next": tried_next,
+}
