@@ -58,8 +58,48 @@ def test_models_in_one_folder_are_told_apart_each_with_its_track_and_advice(race
     said = racecraft("logs", "all")
     assert "of 2 models" in said.out
     assert said.out.index("ahead (round 1), on Oval_track:") < said.out.index("stuck (round 2), on reinvent_base:")
+
+
+def write_metrics(model):
+    """Write metrics of one episode into a model's folder."""
+    row = {"metric_time": 2500, "start_time": 500, "completion_percentage": 50, "trial": 1, "episode": 1,
+           "phase": "training", "episode_status": "Off track", "reward_score": 7}  # fmt: skip
+    (model / "metrics").mkdir(parents=True)
+    (model / "metrics" / "TrainingMetrics.json").write_text(json.dumps({"metrics": [row]}))
+
+
+def test_each_model_of_a_folder_has_the_page_of_its_folder_alone(racecraft, tmp_path):
+    """To the byte what its folder gives by itself: no tick, metric or damage of the model beside it."""
+    for name, track in (("ahead", "Oval_track"), ("nested/stuck", "reinvent_base")):
+        part = makers.iteration(range(3), share=0.5, track=load_track(track))
+        makers.write(tmp_path / "all" / name / "training-simtrace" / "0-iteration.csv", part)
+        write_metrics(tmp_path / "all" / name)
+    with (tmp_path / "all" / "ahead" / "training-simtrace" / "0-iteration.csv").open("a") as log:
+        log.write("1,2\n")
     said = racecraft("logs", "all", "--page", "logs.html")
-    assert (said.code, "holds 2 models (ahead, stuck)" in said.err) == (2, True)
+    assert said.out.index("page: logs-ahead.html") < said.out.index("nested/stuck (round 2)")
+    assert "add --page" not in said.err
+    assert not (tmp_path / "logs.html").exists()
+    assert "2 values where 17 are expected" in (tmp_path / "logs-ahead.html").read_text()
+    assert racecraft("logs", "all/nested/stuck", "--page", "alone.html").code == 0
+    together, alone = ((tmp_path / one).read_text() for one in ("logs-nested-stuck.html", "alone.html"))
+    assert together.replace("nested/stuck", "stuck") == alone
+
+
+def test_a_page_holds_no_metrics_of_a_model_beside(racecraft, tmp_path):
+    """The other model has metrics alone, and no page."""
+    makers.write(tmp_path / "all" / "a" / "training-simtrace" / "0-iteration.csv", makers.iteration(range(5)))
+    write_metrics(tmp_path / "all" / "b")
+    assert racecraft("logs", "all", "--page", "logs.html").code == 0
+    assert "What the metrics files say" not in (tmp_path / "logs.html").read_text()
+
+
+def test_two_models_never_share_a_page(racecraft, tmp_path):
+    for name in ("a-b", "a/b"):
+        makers.write(tmp_path / "all" / name / "training-simtrace" / "0-iteration.csv", makers.iteration(range(20)))
+    said = racecraft("logs", "all", "--page", "logs.html")
+    assert (said.code, "two models would be written to logs-a-b.html" in said.err) == (2, True)
+    assert not list(tmp_path.glob("*.html"))
 
 
 def test_what_is_no_log_ends_with_a_letter(racecraft, tmp_path):

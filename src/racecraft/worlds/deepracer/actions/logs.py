@@ -32,7 +32,10 @@ class LogsRequest(Request):
     paths: tuple[Path, ...] = argument(
         "Run folder, DeepRacer model or log folder, .tar.gz, log, trace or metrics; several: rounds."
     )
-    page: Path | None = option(None, "Write one interactive page (.html) that works offline.")
+    page: Path | None = option(
+        None,
+        "Write one interactive page (.html) that works offline; of several models one each, their names behind its.",
+    )
     csv: Path | None = option(None, "Write every step into this CSV file.")
     parquet: Path | None = option(None, "Write every step into this Parquet file.")
     track: str | None = option(None, "The track it was driven on, or its waypoint file; by default it is found.")
@@ -64,9 +67,8 @@ def logs(request: LogsRequest, progress: Progress = quiet) -> Figures:
     if not ticks.height and not found.metrics.collect().height:
         found.require_ticks()
     models = _models(found, ticks, request.track)
-    circuit = models[0].circuit if len(models) == 1 else None
-    facts = _facts(found, ticks, circuit) | {
-        "models": [model.as_dictionary() for model in models],
+    alone = models[0] if len(models) == 1 else None
+    facts = _facts(found, ticks, alone.circuit if alone else None) | {
         "advice": [
             {"found": one.found, "try": one.try_, "model": model.name} for model in models for one in model.advice
         ],
@@ -77,16 +79,8 @@ def logs(request: LogsRequest, progress: Progress = quiet) -> Figures:
         progress(f"and {len(found.damaged) - MAX_SHOWN_DAMAGE} more; --json names them all")
     if request.page is None and (request.reward is not None or request.plots):
         raise SettingError("--reward and --plots are of the page; expected --page with them, such as --page logs.html.")
-    if request.page is not None and len(models) > 1:
-        names = ", ".join(model.name for model in models)
-        raise SettingError(
-            "{path} holds {count} models ({names}); expected one on a page. Name its folder.",
-            path=request.paths[0],
-            count=len(models),
-            names=names,
-        )
-    told = models[0].advice if models else ()
-    files = {} if request.page is None else {"page": _page(request, found, circuit, told)}
+    files = {} if request.page is None or len(models) > 1 else {"page": _page(request, request.page, found, alone)}
+    facts["models"] = _pages(request, found, models) if len(models) > 1 else [one.as_dictionary() for one in models]
     return Figures(facts, files | _written(found, request.csv, request.parquet))
 
 
@@ -96,6 +90,8 @@ class _Model:
 
     name: str
     """Its folder below the one that was named; "" where there is but one."""
+    root: str
+    """The same, as `Logs.models` calls it."""
     rounds: tuple[int, ...]
     circuit: Track | None
     advice: Sequence[Advice]
@@ -113,7 +109,7 @@ def _models(found: Logs, ticks: pl.DataFrame, track: str | None) -> list[_Model]
         if own.height:
             about = found.about_rounds(rounds)
             circuit = _circuit(own, track, about.get("world"))
-            models.append(_Model(root.strip("/") or ".", rounds, circuit, _advice(found, own, circuit, about)))
+            models.append(_Model(root.strip("/") or ".", root, rounds, circuit, _advice(found, own, circuit, about)))
     return [replace(models[0], name="")] if len(models) == 1 else models
 
 
@@ -183,23 +179,52 @@ def _metrics(found: Logs) -> list[dict[str, Any]]:
     return table.with_columns(pl.col("phase").cast(pl.String)).collect().to_dicts()
 
 
-def _page(request: LogsRequest, found: Logs, circuit: Track | None, told: Sequence[Advice]) -> Path:
-    """Write the page; return its path."""
+def _pages(request: LogsRequest, found: Logs, models: Sequence[_Model]) -> list[dict[str, Any]]:
+    """Return what is told of several models; where pages are asked for, each has its own, and its path is told.
+
+    Raises:
+        SettingError: Two pages would have one name.
+    """
+    if request.page is None:
+        return [model.as_dictionary() for model in models]
+    paths = [_path_of(request.page, model) for model in models]
+    if twice := [str(path) for k, path in enumerate(paths) if path in paths[:k]]:
+        raise SettingError(
+            "--page {page}: two models would be written to {path}; expected folders whose names differ. Name one "
+            "model's folder.",
+            page=request.page,
+            path=twice[0],
+        )
+    return [
+        model.as_dictionary() | {"page": str(_page(request, path, found, model))}
+        for path, model in zip(paths, models, strict=True)
+    ]
+
+
+def _path_of(page: Path, model: _Model) -> Path:
+    """Return where a model's page lies: logs.html, of cars/ahead logs-cars-ahead.html."""
+    return page if model.name == "." else page.with_stem(f"{page.stem}-{model.name.replace('/', '-')}")
+
+
+def _page(request: LogsRequest, path: Path, found: Logs, model: _Model | None) -> Path:
+    """Write the page of a model's logs; None: of logs that tell of none, which is refused. Return its path."""
     from racecraft.worlds.deepracer.analysis.logs import own_plots
     from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
     from racecraft.worlds.deepracer.env.reward_process import open_reward
 
-    assert request.page is not None
-    metrics = found.metrics.collect()
-    title = ", ".join(path.resolve().name for path in request.paths)
+    own = found.of_model(model.root) if model is not None else found
+    ticks, metrics = own.require_ticks(), own.metrics.collect()
+    assert model is not None  # there are ticks
+    named = ", ".join(one.resolve().name for one in request.paths)
+    title = named if model.name in ("", ".") else model.name
     extras = Extras(
-        damaged=tuple(str(damage) for damage in found.damaged),
+        damaged=tuple(str(damage) for damage in own.damaged),
         metrics=metrics if metrics.height else None,
         reward=None if request.reward is None else open_reward(request.reward, sys.stderr).call,
         own=own_plots(request.plots),
-        advice=told,
+        advice=model.advice,
     )
-    return Path(write_logs_page(request.page, found.require_ticks(), circuit, title, extras))
+    return Path(write_logs_page(path, ticks, model.circuit, title, extras))
 
 
 def _written(found: Logs, csv: Path | None, parquet: Path | None) -> dict[str, Any]:

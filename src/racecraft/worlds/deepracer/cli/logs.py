@@ -29,11 +29,13 @@ def show(facts: Figures) -> None:
             print("Before the next training:" if several else "\nBefore the next training:")
         for number, one in enumerate(advice, 1):
             print(f"{number}. {one['found']}\n   {one['try']}")
+        if "page" in model:
+            print(f"page: {model['page']}")
     if facts["damaged"]:
         print(f"{len(facts['damaged'])} thing(s) in the files could not be taken as they stand; see above.")
     for kind, path in facts.files.items():
         print(f"{kind}: {path}")
-    if "page" not in facts and facts["ticks"]:
+    if facts["ticks"] and "page" not in facts and not any("page" in model for model in facts["models"]):
         print("Every plot, to click through: add --page logs.html", file=sys.stderr)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -41,6 +41,20 @@ class Logs:
         for source in self.sources:
             rounds.setdefault("" if self.is_one_training else source.root, set()).add(source.round)
         return {root: tuple(sorted(numbers)) for root, numbers in rounds.items()}
+
+    def of_model(self, root: str) -> Logs:
+        """Return the logs of one of `models` alone, as if only its folder had been read.
+
+        Where there are others, its files are read anew.
+        """
+        models = self.models()
+        if len(models) == 1:
+            return self
+        rounds = models[root]
+        own = (source for source in self.sources if source.round in rounds)
+        return replace(
+            self, sources=tuple(source.placed(1 + rounds.index(source.round), source.stream) for source in own)
+        )
 
     def about_rounds(self, rounds: Collection[int]) -> RawRow:
         """Return what the files of some rounds say beside the ticks, as `about` does of all."""
