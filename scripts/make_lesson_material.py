@@ -4,6 +4,7 @@
     tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
     drive.json      one of them with what was commanded and what was driven (lesson 7)
     sight.json      what a car's network decides at pictures of its lap, whole, partly covered and mirrored (lesson 8)
+    real.json       a car's laps under each disturbance by itself (lesson 12)
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
 
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
@@ -48,6 +49,7 @@ TRAINED = {
 JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "China_track")
 MATRIX_ITERATIONS = {"three tracks": 60}
 STARTS = 5
+TRIES = 20
 PICTURES = 8
 CELLS = (6, 8)
 """Rows and columns of squares into which a picture is cut; patches and heat are told in them."""
@@ -61,6 +63,7 @@ def main() -> None:
     write("learning.json", learning(folder / f"rate-{RATES[1]}-1"))
     write("drive.json", driven(folder / f"rate-{RATES[1]}-1"))
     write("tracks.json", tracks(folder))
+    write("real.json", real(folder / "on-reinvent_base"))
     write("sight.json", sight(folder / "on-reinvent_base"))
 
 
@@ -132,6 +135,17 @@ def tracks(folder: Path) -> dict[str, Any]:
             "progress": [round(judged[one]["mean_progress_percent"], 1) for one in JUDGED],
         })  # fmt: skip
     return {"columns": JUDGED, "starts": STARTS, "rows": rows}
+
+
+def real(run: Path) -> dict[str, Any]:
+    """Return a car's full laps under each disturbance by itself, with the interval of their share in per cent."""
+    found = racecraft_json("evaluate", str(run), "--under", "strong", "--each", "--tries", str(TRIES), "--json")
+    rows = [
+        {"disturbance": bar["disturbance"], "laps": bar["full_laps"],
+         "low": round(100 * bar["full_laps_share_low"]), "high": round(100 * bar["full_laps_share_high"])}
+        for bar in found["bars"]
+    ]  # fmt: skip
+    return {"track": "reinvent_base", "tries": TRIES, "rows": rows}
 
 
 def sight(run: Path) -> dict[str, Any]:

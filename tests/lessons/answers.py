@@ -108,6 +108,8 @@ RIGHT = {
     "family/temperature": {"temperature": "1.73"},
     "family/evolution": {"slope": "6"},
     "family/tried-next": {"prior": "0.38"},
+    "real/worst-disturbance": {"worst": "light", "reason": "acts_late"},
+    "real/surely-worse": {"count": "3"},
     "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
     "reward/two-numbers": {"code": PAY.format("2.0 if row == 2 else 0.0")},
     "explore/found-again": {"soonest": "zero", "reason": "old_values"},
@@ -128,6 +130,12 @@ RIGHT = {
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
 }
 CASES = {
+    "real/worst-disturbance": {
+        "run": {"worst": "latency"},
+        "too_dark": {"worst": "light", "reason": "too_dark"},
+        "all_alike": {"worst": "light", "reason": "all_alike"},
+    },
+    "real/surely-worse": {"fewer_laps": {"count": "7"}, "other": {"count": "30"}},
     "family/dqn-update": {
         "local_network": {"value": "1.65"},
         "no_discount": {"value": "1.25"},

@@ -55,6 +55,7 @@ WORDS = _words(
     ("local optimum", Message("Better than everything nearby, not the best of all.")),
     ("overfitting", Message("Good where it was trained, bad elsewhere.")),
     ("generalisation", Message("Working where it was not trained.")),
+    ("domain randomisation", Message("Training under changing light, camera, wheels and delays, for the real car.")),
     ("training", Message("Letting the agent learn.")),
     ("evaluation", Message("Drives without exploring, to judge the policy.")),
     ("replay buffer", Message("A store of past steps to learn from again.")),

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 from racecraft.lessons.checking import Check
-from racecraft.worlds.deepracer.lessons import checks, racing, sight
+from racecraft.worlds.deepracer.lessons import checks, disturbed, racing, sight
 
 HERE = files(__name__)
 TEXTS = HERE / "texts"
 MATERIAL = HERE / "material"
-CHECKS: Mapping[str, Check] = {**checks.CHECKS, **racing.CHECKS, **sight.CHECKS}
+CHECKS: Mapping[str, Check] = {**checks.CHECKS, **racing.CHECKS, **sight.CHECKS, **disturbed.CHECKS}
 MODULES: Mapping[str, str] = {
     "learning": "racecraft.worlds.deepracer.lessons/rc_learning.js",
     "rates": "racecraft.worlds.deepracer.lessons/rc_rates.js",
@@ -19,5 +19,6 @@ MODULES: Mapping[str, str] = {
     "laps": "racecraft.worlds.deepracer.lessons/rc_laps.js",
     "sight": "racecraft.worlds.deepracer.lessons/rc_sight.js",
     "sureness": "racecraft.worlds.deepracer.lessons/rc_sureness.js",
+    "stress": "racecraft.worlds.deepracer.lessons/rc_stress.js",
     "matrix": "racecraft.worlds.deepracer.lessons/rc_matrix.js",
 }
