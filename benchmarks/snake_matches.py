@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.players.messages import GameCard
     from racecraft.worlds.battlesnake.players.protocol import Message, SnakePlayer
 
-SEED_OF_MATCHES, MOST_TURNS = 3_000_017, 1000
+SEED_OF_MATCHES, MAX_TURNS = 3_000_017, 1000
 PATIENCE = 3600.0
 """Seconds that an answer is waited for where the clock does not decide."""
 
@@ -64,7 +64,7 @@ def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds:
             warm_up(player)
         settings = GameSettings(size, size, snakes)
         referee = Referee(settings, StreamDice(key))
-        while len({seated[one.id] for one in referee.board.alive()}) > 1 and referee.board.turn < MOST_TURNS:
+        while len({seated[one.id] for one in referee.board.alive()}) > 1 and referee.board.turn < MAX_TURNS:
             board = referee.board
             referee.turn(
                 {one.id: players[one.id].choose(board, settings, one.id, milliseconds / 1000) for one in board.alive()}
@@ -161,7 +161,7 @@ def games_by_the_clock(
             before, watch = [_failures(side) for side in sides], Stopwatch(game)
             played = play(
                 GameSettings(size, size, snakes), seats, StreamDice(int(keys[game // 2])), f"match-{game + 1}",
-                round(milliseconds), sequential=True, most_turns=MOST_TURNS, watch=watch.look,
+                round(milliseconds), sequential=True, most_turns=MAX_TURNS, watch=watch.look,
                 until=lambda board, game=game: len(left(board, game)) < 2,
             )  # fmt: skip
             last = left(played.boards[-1], game)

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import racecraft
-from racecraft.worlds.deepracer.driving.action_tables import read_table, usual_table
+from racecraft.worlds.deepracer.driving.action_tables import default_table, read_table
 from racecraft.worlds.deepracer.driving.known_laps import FORWARD, REVERSE, TABLE, KnownLap, read_laps, record_lap
 from racecraft.worlds.deepracer.driving.planner import BEAM, plan_best_lap
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
@@ -37,7 +37,7 @@ def roads() -> dict[tuple[str, str], Track]:
 
 def plan_lap(road: Track, car: str, top_speed: float, beam: int, refinements: int) -> float | None:
     """Return the lap time of a plan with the car's usual table, s; None where no lap was found."""
-    actions = read_table(usual_table(car, top_speed))
+    actions = read_table(default_table(car, top_speed))
     plan = plan_best_lap(road, PROFILES[car], actions, beam=beam, refinements=refinements)
     return None if plan is None else plan.lap_seconds
 
@@ -73,7 +73,7 @@ def main() -> None:
         began, cpu = time.perf_counter(), time.process_time()
         seconds = plan_lap(every[keys[0]], car, speed, given.beam, given.refinements)
         for name, direction in keys if seconds is not None else ():
-            table = usual_table(car, speed)
+            table = default_table(car, speed)
             record_lap(KnownLap(name, direction, car, speed, table, seconds, "plan", racecraft.__version__), part)
         told = "no lap" if seconds is None else f"{seconds:.2f} s"
         spent = f"{time.process_time() - cpu:.1f} CPU-s, {time.perf_counter() - began:.0f} s"

@@ -127,7 +127,7 @@ def readers():
     from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
     from racecraft.worlds.deepracer.players.aws_model import import_model
     from racecraft.worlds.deepracer.tracks.importer import import_track
-    from racecraft.worlds.deepracer.training.groups import groups_asked, read_groups
+    from racecraft.worlds.deepracer.training.groups import read_groups, requested_groups
     from racecraft.worlds.unity.files.demonstrations import read_demonstrations as read_unity
     from racecraft.worlds.unity.files.trainer_yaml import read_trainer_yaml
 
@@ -141,7 +141,7 @@ def readers():
     return {
         "model_metadata.json": read_model_metadata,
         "hyperparameters.json": read_hyperparameters,
-        "groups.json": lambda path: groups_asked((), read_groups(path)),
+        "groups.json": lambda path: requested_groups((), read_groups(path)),
         "metrics.json": lambda path: (read_metrics_file(path), logs(path)),
         "trace.csv": lambda path: (read_sim_trace(path), logs(path)),
         "training-robomaker.log": logs,

@@ -5,7 +5,7 @@ import pytest
 from gymnasium import spaces
 from numpy.testing import assert_array_equal
 
-from racecraft.adapters.spaces import action_space, box, observation_space, row_of, shown_rows
+from racecraft.adapters.spaces import action_space, box, flat_rows, observation_space, row_of
 from racecraft.contract.world import (
     ArraySpec,
     ContinuousActions,
@@ -56,7 +56,7 @@ def test_what_is_privileged_is_not_shown_and_one_array_alone_is_no_dictionary():
     two = WorldSpec("two", 2, 3, seen, DiscreteActions(2))
     assert observation_space(two) == spaces.Dict(near=spaces.Box(0, 1, (3,)), far=spaces.Box(0, 255, (2, 2), np.uint8))
     named = {name: np.arange(6 * np.prod(part.shape)).reshape(2, 3, *part.shape) for name, part in seen.items()}
-    rows = shown_rows(two, named)
+    rows = flat_rows(two, named)
     assert list(rows) == ["near", "far"]
     assert_array_equal(rows["near"], np.arange(18).reshape(6, 3))
     assert_array_equal(row_of(rows, 4)["near"], named["near"][1, 1])
@@ -65,4 +65,4 @@ def test_what_is_privileged_is_not_shown_and_one_array_alone_is_no_dictionary():
     assert named["near"][0, 0, 0] == 0, "a copy"
     one = WorldSpec("one", 2, 3, {"far": seen["far"], "map": seen["map"]}, DiscreteActions(2))
     assert observation_space(one) == spaces.Box(0, 255, (2, 2), np.uint8)
-    assert_array_equal(row_of(shown_rows(one, named), 5), [[20, 21], [22, 23]])
+    assert_array_equal(row_of(flat_rows(one, named), 5), [[20, 21], [22, 23]])

@@ -183,7 +183,7 @@ def test_a_network_of_just_so_many_weights_is_small_and_of_one_more_is_large(mon
     learner = learner_of(CHOICES)
     size = sum(one.numel() for one in learner.network.parameters())
     for most, small in ((size, True), (size - 1, False)):
-        monkeypatch.setattr(page, "MOST_WEIGHTS", most)
+        monkeypatch.setattr(page, "MAX_WEIGHTS", most)
         assert (closed_form_of(learner.network, learner.distribution) is not None) is small
     monkeypatch.undo()
     assert closed_form_of(learner.network.double(), learner.distribution) is None, "float64"

@@ -99,9 +99,9 @@ def test_there_is_room_for_the_widest_map_and_kernel(layers, shape, room):
 
 def test_networks_of_more_products_are_pytorchs(monkeypatch):
     layers = [layer(3, 1, 4, 2, RELU), layer(1, 48, 5, 1, NO_BEND, 2)]  # 12 places x 36 and 240: 672 products
-    monkeypatch.setattr(page, "MOST_PRODUCTS", 672)
+    monkeypatch.setattr(page, "MAX_PRODUCTS", 672)
     assert end_to_end(layers, (*FRAME, 1)) is not None
-    monkeypatch.setattr(page, "MOST_PRODUCTS", 671)
+    monkeypatch.setattr(page, "MAX_PRODUCTS", 671)
     assert end_to_end(layers, (*FRAME, 1)) is None
 
 

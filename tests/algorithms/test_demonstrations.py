@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.demonstrations import DemonstrationBatch, read_demonstration_batch, shown_tensors
+from racecraft.algorithms.demonstrations import DemonstrationBatch, demonstration_tensors, read_demonstration_batch
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import (
@@ -27,20 +27,20 @@ def recorded(observations=SEEN, actions=SPEC.actions, mask=None):
 
 def test_what_is_asked_for_becomes_tensors_and_rows_of_them_are_taken():
     mask = np.array([[True, False, True]] * 2 + [[False, True, True]])
-    shown = shown_tensors(recorded(mask=mask), SPEC, ["x"], torch.device("cpu"), "bc.demonstrations")
+    shown = demonstration_tensors(recorded(mask=mask), SPEC, ["x"], torch.device("cpu"), "bc.demonstrations")
     assert len(shown) == 3
     assert list(shown.observations) == ["x"]
     taken = shown.take(torch.tensor([2, 0]))
     assert taken.observations["x"].tolist() == [[4.0, 5.0], [0.0, 1.0]]
     assert (taken.actions.tolist(), taken.action_mask.tolist()) == ([1, 2], mask[[2, 0]].tolist())
-    bare = shown_tensors(recorded(), SPEC, [], torch.device("cpu"), "bc.demonstrations")
+    bare = demonstration_tensors(recorded(), SPEC, [], torch.device("cpu"), "bc.demonstrations")
     assert (bare.action_mask, bare.take(torch.tensor([1])).action_mask) == (None, None)
     assert isinstance(bare, DemonstrationBatch)
 
 
 def test_other_actions_and_other_or_missing_observations_are_refused_with_both():
     def asked(shown):
-        return shown_tensors(shown, SPEC, ["x"], torch.device("cpu"), "gail.demonstrations")
+        return demonstration_tensors(shown, SPEC, ["x"], torch.device("cpu"), "gail.demonstrations")
 
     with pytest.raises(SettingError, match=r"gail.demonstrations: the recorded actions are .*count=4.*count=3"):
         asked(recorded(actions=DiscreteActions(4)))
@@ -59,16 +59,16 @@ def test_observations_that_no_recorder_named_are_matched_by_order_or_by_shape(or
     )
     parts = [list(world.observations.values())[place] for place in order]
     there = recorded({f"obs_{number}": part for number, part in enumerate(parts)})
-    shown = shown_tensors(there, world, ["rays", "eye"], torch.device("cpu"), "bc.demonstrations")
+    shown = demonstration_tensors(there, world, ["rays", "eye"], torch.device("cpu"), "bc.demonstrations")
     assert shown.observations["eye"].tolist() == there.observations[f"obs_{order.index(1)}"].tolist()
     twins = WorldSpec("toy", 2, 1, {"left": SEEN["x"], "right": SEEN["x"]}, SPEC.actions)
     alike = recorded({"obs_0": SEEN["x"], "obs_1": SEEN["x"]})
-    assert set(shown_tensors(alike, twins, ["left", "right"], torch.device("cpu"), "bc").observations) == {
+    assert set(demonstration_tensors(alike, twins, ["left", "right"], torch.device("cpu"), "bc").observations) == {
         "left",
         "right",
     }
     with pytest.raises(SettingError, match="not recorded"):
-        shown_tensors(recorded({"obs_0": SEEN["x"]}), world, ["rays"], torch.device("cpu"), "bc.demonstrations")
+        demonstration_tensors(recorded({"obs_0": SEEN["x"]}), world, ["rays"], torch.device("cpu"), "bc.demonstrations")
 
 
 def test_a_file_that_ends_in_demo_is_read_by_its_world_and_any_other_is_ours(monkeypatch, tmp_path):

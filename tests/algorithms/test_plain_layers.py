@@ -77,11 +77,11 @@ def test_layers_of_a_policy_make_up_the_same_policy_again(kind, sensors):
     assert again.spec.algorithm == ("sac" if kind == "sac" else "ppo")
     assert again.spec.network.get("probability_floor") == (None if kind == "sac" else 1e-8)
     assert again.spec.network.get("distribution") == (None if kind == "sac" else "gaussian")
-    told_again = layers_of(again.spec, again.weights, sorted(sensors))
-    assert [(one.name, one.shape, one.shrink) for one in told_again.network.sensors] == [
+    resumed_words = layers_of(again.spec, again.weights, sorted(sensors))
+    assert [(one.name, one.shape, one.shrink) for one in resumed_words.network.sensors] == [
         (one.name, one.shape, one.shrink) for one in told.network.sensors
     ]
-    assert [layer.stride for one in told_again.network.sensors for layer in one.convolutions] == [
+    assert [layer.stride for one in resumed_words.network.sensors for layer in one.convolutions] == [
         layer.stride for one in told.network.sensors for layer in one.convolutions
     ]
 

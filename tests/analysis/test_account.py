@@ -8,7 +8,7 @@ import pytest
 import typer
 
 from racecraft.analysis import learning_advice
-from racecraft.analysis.account import as_asked
+from racecraft.analysis.account import typed_command
 from racecraft.analysis.learner import Learner
 from racecraft.cli.app import app
 from racecraft.settings.overrides import apply_overrides
@@ -67,15 +67,15 @@ def test_a_command_can_be_typed(command, tmp_path, monkeypatch):
 def test_a_command_is_of_the_run_s_own_kind(kind):
     asked, begins = JOBS[kind]
     job = {"kind": kind, "asked": asked}
-    anew = as_asked("racecraft train --from RUN:best --set ppo.learning_rate=1e-4", job)
+    anew = typed_command("racecraft train --from RUN:best --set ppo.learning_rate=1e-4", job)
     assert anew == f"{begins} --from RUN:best --set ppo.learning_rate=1e-4"
     assert parsed(anew)["from_"] == "RUN:best"
-    other = as_asked("racecraft train --from RUN:best --set dqn.learning_rate=1e-4", {**job, "algorithm": "dqn"})
+    other = typed_command("racecraft train --from RUN:best --set dqn.learning_rate=1e-4", {**job, "algorithm": "dqn"})
     assert other == f"{begins} --algorithm dqn --from RUN:best --set dqn.learning_rate=1e-4"
     assert parsed(other)["algorithm"] == "dqn"
-    goes_on = as_asked("racecraft train --run RUN --resume --stop minutes=10", job)
+    goes_on = typed_command("racecraft train --run RUN --resume --stop minutes=10", job)
     assert (
         goes_on == f"{' '.join(begins.split()[: 2 if kind == 'deepracer' else 3])} --run RUN --resume --stop minutes=10"
     )
     assert parsed(goes_on)["resume"] is True
-    assert as_asked("racecraft why RUN", job) == "racecraft why RUN"
+    assert typed_command("racecraft why RUN", job) == "racecraft why RUN"

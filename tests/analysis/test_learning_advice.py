@@ -9,7 +9,7 @@ import pytest
 from tests.worlds.deepracer.logs import makers
 
 from racecraft.algorithms.registry import find_algorithm
-from racecraft.analysis.account import as_asked
+from racecraft.analysis.account import typed_command
 from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
@@ -105,7 +105,7 @@ def test_advice_names_no_setting_of_another_algorithm(algorithm, kind):
     found = commands(learner, entropy=EARLY, evaluation_score=FELL, explained_variance=np.zeros(COUNT))
     assert found
     for command in found:
-        typed = as_asked(command, {"kind": kind, "algorithm": algorithm, "asked": asked})
+        typed = typed_command(command, {"kind": kind, "algorithm": algorithm, "asked": asked})
         assert f"--algorithm {algorithm}" in typed
         named = re.findall(r"--set (\w+)\.", typed)
         assert set(named) <= {algorithm, "rollout"}

@@ -73,7 +73,7 @@ READERS = [
 ]
 
 
-def letter_about(reader, path):
+def error_about(reader, path):
     """Return the letter a reader refuses the file with, or nothing when it reads it."""
     try:
         reader(path)
@@ -111,7 +111,7 @@ def test_a_spoiled_file_is_read_or_refused_by_letter(tmp_path, reader):
     refused = 0
     for _ in range(150):
         path.write_bytes(spoiled(sound, rng))
-        letter = letter_about(reader, path)
+        letter = error_about(reader, path)
         assert letter == "" or letter.startswith(str(path))
         refused += letter != ""
     assert refused > 3
@@ -120,7 +120,7 @@ def test_a_spoiled_file_is_read_or_refused_by_letter(tmp_path, reader):
 def test_values_nested_beyond_reason_and_endless_numbers_are_refused(tmp_path):
     for text in ("[" * 100_000, '{"lr": ' + "9" * 5000 + "}", "[" * 900 + "]" * 900):
         (tmp_path / "h.json").write_text(text)
-        assert letter_about(hyperparameters.read_hyperparameters, tmp_path / "h.json").startswith(str(tmp_path))
+        assert error_about(hyperparameters.read_hyperparameters, tmp_path / "h.json").startswith(str(tmp_path))
 
 
 JSON_VALUES = [
@@ -163,7 +163,7 @@ def test_any_json_value_under_any_key_is_read_or_refused_by_letter(tmp_path, rea
             if rows and key != "metrics":
                 changed = {"metrics": [{**rows[0], key: value}]}
             path.write_text(json.dumps(changed))
-            letter = letter_about(reader, path)
+            letter = error_about(reader, path)
             faults = [line for line in letter.split("\n") if not re.fullmatch(r"\d+ faults:", line)]
             assert letter == "" or all(fault.lstrip().startswith(str(path)) for fault in faults), (key, value)
 

@@ -13,7 +13,7 @@ from racecraft.formats.atomic import (
     append_atomic,
     atomic_file,
     make_folder,
-    output_letter,
+    output_error,
     write_atomic,
 )
 
@@ -104,4 +104,4 @@ def test_a_file_and_its_name_are_on_the_disk_before_anybody_goes_on(tmp_path, mo
     ],
 )
 def test_a_letter_says_why(error, letter):
-    assert re.match(f"/b/{letter}", output_letter(Path("/b/a"), error))
+    assert re.match(f"/b/{letter}", output_error(Path("/b/a"), error))

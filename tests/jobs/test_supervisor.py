@@ -139,7 +139,7 @@ def test_a_script_that_is_stopped_ends_with_all_it_started(tmp_path, store, work
 
 
 def ask_to_stop_in(store, name):
-    change(store, name, lambda job: job.asked_to_stop(time.time(), "asked to stop"))
+    change(store, name, lambda job: job.stop_requested_job(time.time(), "asked to stop"))
 
 
 def test_what_a_job_leaves_running_is_ended(tmp_path, store, working):
@@ -377,29 +377,29 @@ def test_one_who_waits_for_a_run_goes_on_when_it_stands_or_the_job_has_ended(tmp
 
 
 def test_the_letter_a_job_ended_with_is_told_as_it_was_said(tmp_path):
-    from racecraft.jobs.follow import last_letter
+    from racecraft.jobs.follow import last_error
 
     log = tmp_path / "log.txt"
-    assert last_letter(log) == ""
+    assert last_error(log) == ""
     log.write_text("fetching\nracecraft: old\nracecraft: run.env:3: wrong\n  - one\n  - two\n")
-    assert last_letter(log) == "run.env:3: wrong\n  - one\n  - two"
+    assert last_error(log) == "run.env:3: wrong\n  - one\n  - two"
     log.write_text("racecraft: old\nTraceback (most recent call last):\nValueError: x\n")
-    assert last_letter(log) == ""
+    assert last_error(log) == ""
 
 
 def test_a_run_that_stood_there_before_is_neither_gone_on_with_nor_asked_to_stop(tmp_path):
     """A training with -w reads all it was given while the older model still stands."""
     from racecraft.jobs.children import current_args, has_begun, run_mark
-    from racecraft.jobs.supervisor import _asked_in_its_run_folder
+    from racecraft.jobs.supervisor import _request_stop_in_run
 
     run = tmp_path / "r"
     run.mkdir()
     (run / "job.json").write_text('{"format": "racecraft run", "version": 1, "kind": "deepracer"}')
     spec = JobSpec(("dr", "a"), resume=("train", "--resume"), run=str(run), older_run=run_mark(run))
-    assert (has_begun(spec), current_args(spec), _asked_in_its_run_folder(spec)) == (False, ("dr", "a"), False)
+    assert (has_begun(spec), current_args(spec), _request_stop_in_run(spec)) == (False, ("dr", "a"), False)
     assert not (run / "stop").exists()
     (run / "job.json").unlink()
     assert not has_begun(spec)
     (run / "job.json").write_text('{"format": "racecraft run", "version": 1, "kind": "deepracer", "new": 1}')
-    assert (has_begun(spec), current_args(spec), _asked_in_its_run_folder(spec)) == (True, spec.resume, True)
+    assert (has_begun(spec), current_args(spec), _request_stop_in_run(spec)) == (True, spec.resume, True)
     assert (run / "stop").exists()

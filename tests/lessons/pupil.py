@@ -2,7 +2,7 @@
 
 from tests.lessons.answers import RIGHT
 
-MOST_TABS = 600
+MAX_TABS = 600
 BESIDE = """which => {
   const wanted = document.querySelector(which), now = document.activeElement;
   if (wanted === now || wanted.contains(now)) return "there";
@@ -48,7 +48,7 @@ class Pupil:
 
     def go(self, which):
         """Press Tab, or Shift and Tab, until an element has the focus."""
-        for _ in range(MOST_TABS):
+        for _ in range(MAX_TABS):
             key = self.page.evaluate(BESIDE, which)
             if key == "there":
                 return

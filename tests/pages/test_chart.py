@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from racecraft.pages.chart import MOST_ROWS, Chart, Series
+from racecraft.pages.chart import MAX_ROWS, Chart, Series
 
 
 def test_what_is_no_number_is_a_gap_in_plot_and_table():
@@ -17,9 +17,9 @@ def test_series_with_x_of_their_own_share_the_table():
 
 
 def test_a_long_table_keeps_every_so_many_rows_and_says_so():
-    many = 10 * MOST_ROWS + 1
+    many = 10 * MAX_ROWS + 1
     table = Chart("t", "step", "x", [Series("a", range(many), range(many))]).shown()["table"]
-    assert len(table["rows"]) <= MOST_ROWS + 1
+    assert len(table["rows"]) <= MAX_ROWS + 1
     assert table["every"] == 11
 
 

@@ -8,7 +8,7 @@ from racecraft.algorithms.behaviour_cloning import BcConfig
 from racecraft.formats.run_folder import RunFolder
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
-from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
+from racecraft.training.named_files import as_in_run, found_in_run, lay_named_files, named_files, overrides_in_run
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_a_folder_of_unitys_demonstrations_travels_too(tmp_path):
 
 def test_what_was_typed_names_the_copy_too(shown):
     typed = [f"bc.demonstrations={shown}", "bc.batch_size=7"]
-    assert asked_in_run(typed, settings_of(shown)) == [
+    assert overrides_in_run(typed, settings_of(shown)) == [
         "bc.demonstrations=bc-demonstrations.safetensors",
         "bc.batch_size=7",
     ]

@@ -12,7 +12,7 @@ from racecraft.accounts.people import AccountError, Person, Role
 from racecraft.accounts.rights import Verb, require, require_gives
 from racecraft.accounts.store import Accounts
 from racecraft.accounts.tables import INVITATIONS
-from racecraft.database.engine import whole_change
+from racecraft.database.engine import one_transaction
 
 SECONDS = 14 * 86400.0
 """How long a link works."""
@@ -74,7 +74,7 @@ def accept(accounts: Accounts, token: str, password: str) -> Person:
 def _new_link(accounts: Accounts, person: Person) -> str:
     token, now = secrets.token_urlsafe(24), time.time()
     values = {"token": token_hash(token), "person": person.id, "created": now, "ends": now + SECONDS}
-    with accounts.connected() as connection, whole_change(connection):
+    with accounts.connected() as connection, one_transaction(connection):
         connection.execute(INVITATIONS.delete().where(INVITATIONS.c.person == person.id))
         connection.execute(INVITATIONS.insert().values(values))
     return token

@@ -16,7 +16,7 @@ from racecraft.accounts.invitations import token_hash
 from racecraft.accounts.people import LOCAL_OWNER, Person
 from racecraft.accounts.store import Accounts
 from racecraft.accounts.tables import SESSIONS
-from racecraft.database.engine import whole_change
+from racecraft.database.engine import one_transaction
 
 IDLE_SECONDS, MAX_SECONDS = 7 * 86400.0, 30 * 86400.0
 """A session ends when nobody came for so long, and at last so long after the sign-in."""
@@ -93,7 +93,7 @@ class Sessions:
         """Replace a token; of several requests that find it old one does, and the others go on with the old one."""
         token = secrets.token_urlsafe(32)
         old = (SESSIONS.c.token == found.token) & (SESSIONS.c.issued == found.issued)
-        with self._accounts.connected() as connection, whole_change(connection):
+        with self._accounts.connected() as connection, one_transaction(connection):
             shortened = SESSIONS.update().where(old).values(ends=now + OVERLAP_SECONDS, issued=now)
             if connection.execute(shortened).rowcount != 1:
                 return ""

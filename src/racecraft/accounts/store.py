@@ -21,7 +21,7 @@ from racecraft.accounts.people import LOCAL_OWNER, AccountError, Person, Role, l
 from racecraft.accounts.tables import ACTS, INVITATIONS, PEOPLE, SESSIONS
 from racecraft.contract.errors import nearest
 from racecraft.contract.message import shortened
-from racecraft.database.engine import database_errors, open_engine, whole_change
+from racecraft.database.engine import database_errors, one_transaction, open_engine
 from racecraft.database.migrate import migrate
 
 
@@ -104,14 +104,14 @@ class Accounts:
 
     def remove(self, person: Person) -> None:
         """Remove a person with invitation and sessions; models and results stay."""
-        with self.connected() as connection, whole_change(connection):
+        with self.connected() as connection, one_transaction(connection):
             for table, column in ((PEOPLE, PEOPLE.c.id), (INVITATIONS, INVITATIONS.c.person),
                                   (SESSIONS, SESSIONS.c.person)):  # fmt: skip
                 connection.execute(table.delete().where(column == person.id))
 
     def set_role(self, person: Person, role: Role) -> Person:
         """Return a person with another role; where it is lower, every session of theirs ends."""
-        with self.connected() as connection, whole_change(connection):
+        with self.connected() as connection, one_transaction(connection):
             connection.execute(PEOPLE.update().where(PEOPLE.c.id == person.id).values(role=role.value))
             if role.rank < person.role.rank:
                 connection.execute(SESSIONS.delete().where(SESSIONS.c.person == person.id))
@@ -125,7 +125,7 @@ class Accounts:
             AccountError: The password is not accepted.
         """
         kept = hash_password(password, person.name)
-        with self.connected() as connection, whole_change(connection):
+        with self.connected() as connection, one_transaction(connection):
             connection.execute(PEOPLE.update().where(PEOPLE.c.id == person.id).values(password=kept))
             connection.execute(SESSIONS.delete().where(SESSIONS.c.person == person.id))
             connection.execute(INVITATIONS.delete().where(INVITATIONS.c.person == person.id))

@@ -110,7 +110,7 @@ def compare(request: CompareRequest, progress: Progress = quiet) -> Comparison:
     verdict = verdict_of(scored, differing)
     if request.page is not None:
         write_compare_page(request.page, Compared(groups, scored, verdict, differing))
-    told = verdict.comparison
+    comparison = verdict.comparison
     seeds = [
         [
             ComparedSeed(
@@ -131,10 +131,10 @@ def compare(request: CompareRequest, progress: Progress = quiet) -> Comparison:
         order=list(verdict.order),
         verdict=list(verdict.sentences),
         is_clear=verdict.is_clear,
-        probability=None if told is None else told.probability.value,
-        probability_low=None if told is None else told.probability.low,
-        probability_high=None if told is None else told.probability.high,
-        luck=None if told is None else told.luck,
+        probability=None if comparison is None else comparison.probability.value,
+        probability_low=None if comparison is None else comparison.probability.low,
+        probability_high=None if comparison is None else comparison.probability.high,
+        luck=None if comparison is None else comparison.luck,
         differences=[asdict(one) for one in differing],
         page=None if request.page is None else str(request.page),
     )

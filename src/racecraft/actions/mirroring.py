@@ -115,7 +115,7 @@ def mirrored(
     from racecraft.training.callbacks import Callbacks
 
     store = open_store(place.access)
-    _require_room(store, place, run, tell)
+    _require_free_prefix(store, place, run, tell)
     watching = _MirrorCallback(place, store)
     try:
         yield Callbacks(shown, watching)
@@ -138,7 +138,7 @@ def what_was_mirrored(done: Mirrored, run: Path, place: MirrorLocation) -> str:
     )
 
 
-def _require_room(store: ObjectStore, place: MirrorLocation, run: Path | None, tell: Tell) -> None:
+def _require_free_prefix(store: ObjectStore, place: MirrorLocation, run: Path | None, tell: Tell) -> None:
     """Refuse a prefix that holds something else than the run that is kept there."""
     from racecraft.formats.run_folder import JOB
     from racecraft.storage.address import BucketError
@@ -150,8 +150,8 @@ def _require_room(store: ObjectStore, place: MirrorLocation, run: Path | None, t
     except NetworkError as error:
         tell(f"- {error} The training begins all the same, and the bucket is tried again.")
         return
-    told = found.get(JOB)
-    is_ours = run is not None and (told is None or is_same(run / JOB, told.size, told.etag))
+    job_object = found.get(JOB)
+    is_ours = run is not None and (job_object is None or is_same(run / JOB, job_object.size, job_object.etag))
     if found and not is_ours:
         raise BucketError(
             "{address}: holds {count} objects already; expected a free prefix for this run. Give another "

@@ -51,6 +51,8 @@ def record(request: RecordRequest, progress: Progress = quiet) -> Recorded:
     from racecraft.formats.demonstrations import write_demonstrations
     from racecraft.training.demonstrating import record_run
 
-    shown = record_run(request.run, request.episodes, seed=request.seed, sampled=request.sampled, say=progress)
-    write_demonstrations(request.output, shown)
-    return Recorded(request.output, shown.num_episodes, len(shown), float(shown.returns.mean()), dict(shown.source))
+    recorded = record_run(request.run, request.episodes, seed=request.seed, sampled=request.sampled, say=progress)
+    write_demonstrations(request.output, recorded)
+    return Recorded(
+        request.output, recorded.num_episodes, len(recorded), float(recorded.returns.mean()), dict(recorded.source)
+    )

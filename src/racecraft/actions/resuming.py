@@ -28,7 +28,7 @@ def resumed_run(options: TrainingOptions) -> Path | None:
     kept_as = options.kept_as()
     for option, value in options.named().items():
         name = option.name
-        if not options.is_kept(name) or _is_as_begun(run, *kept_as.get(name, (name, value))):
+        if not options.is_kept(name) or _is_unchanged(run, *kept_as.get(name, (name, value))):
             continue
         raise SettingError(
             "{flag} cannot change when a run is resumed: it would no longer be the same training. "
@@ -38,16 +38,16 @@ def resumed_run(options: TrainingOptions) -> Path | None:
     return run
 
 
-def _is_as_begun(run: Path, name: str, value: Any) -> bool:
+def _is_unchanged(run: Path, name: str, value: Any) -> bool:
     """Tell whether an option has the value that the run was begun with; what the run does not say is another."""
     try:
         job = RunFolder.open(run).read_job()
     except RunFolderError:
         return False
-    begun = {"seed": job.get("seed"), **{_SPELT.get(key, key): told for key, told in job.get("asked", {}).items()}}
-    told = begun.get(name)
+    begun = {"seed": job.get("seed"), **{_SPELT.get(key, key): stored for key, stored in job.get("asked", {}).items()}}
+    stored = begun.get(name)
     value = list(value) if isinstance(value, tuple) else str(value) if isinstance(value, Path) else value
-    return told is not None and (value == told or [value] == told or value == [told])
+    return stored is not None and (value == stored or [value] == stored or value == [stored])
 
 
 _SPELT = {"set": "set_", "from": "from_"}

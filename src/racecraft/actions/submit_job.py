@@ -135,7 +135,7 @@ def submit_training(
         if run is None and place.exists():
             return None
         at = f"--run={place}"
-        again = (*verb, at, "--resume", *told_again(words))
+        again = (*verb, at, "--resume", *resumed_words(words))
         return JobSpec(
             command=again if goes_on else (*verb, *words, at),
             name=name,
@@ -152,19 +152,19 @@ def submit_training(
     return submit_numbered(home, name or ("-".join(verb[:-1]) or "car"), spec)
 
 
-def told_again(words: Sequence[str]) -> list[str]:
+def resumed_words(words: Sequence[str]) -> list[str]:
     """Return what a training that goes on is told of its words, values joined to their options or behind them.
 
-    >>> told_again(["CartPole-v1", "--stop", "score=475", "--seed", "2", "--stop=minutes=9", "--no-pictures"])
+    >>> resumed_words(["CartPole-v1", "--stop", "score=475", "--seed", "2", "--stop=minutes=9", "--no-pictures"])
     ['--stop=score=475', '--stop=minutes=9', '--no-pictures']
     """
-    told, left = [], iter(words)
+    kept, left = [], iter(words)
     for word in left:
         if word in KEPT_ON_RESUME:
-            told.append(f"{word}={next(left, '')}")
+            kept.append(f"{word}={next(left, '')}")
         elif word.partition("=")[0] in KEPT_ON_RESUME or word in FLAGS_ON_RESUME:
-            told.append(word)
-    return told
+            kept.append(word)
+    return kept
 
 
 def _submit_file(path: Path, name: str) -> Job:

@@ -90,8 +90,8 @@ def train_run(
         from racecraft.actions.submit_job import submit_options
 
         return submit_options(options, progress)
-    shown = callback or progress.training_callback() or NullCallback()
-    return _train_here(options, None if resumed else options.request(progress), shown, progress)
+    watcher = callback or progress.training_callback() or NullCallback()
+    return _train_here(options, None if resumed else options.request(progress), watcher, progress)
 
 
 def _train_here(
@@ -135,7 +135,7 @@ def _carry_out(
     if request is not None:
         return worlds.train(request, callback, progress, spread)
     assert options.run is not None
-    return worlds.resume(options.run, options.stop, callback, progress, options.kind, spread, options.given_anew())
+    return worlds.resume(options.run, options.stop, callback, progress, options.kind, spread, options.fields_as_given())
 
 
 def _spread(options: TrainingOptions) -> Distribute | None:

@@ -51,10 +51,10 @@ def train(
     action = find_kind(kind).piece("train")
     if action is None:
         raise SettingError("{kind} brings no action that trains; expected `train` in its WorldKind.", kind=kind)
-    asked: TrainingOptions = make_request(
+    request: TrainingOptions = make_request(
         action.request, stop=_texts(stops), set_=_overrides(settings), pictures=pictures, **options
     )
-    trained: TrainedRun = action(asked, progress=_Lines(quiet, callback))
+    trained: TrainedRun = action(request, progress=_Lines(quiet, callback))
     return trained
 
 

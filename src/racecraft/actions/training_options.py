@@ -114,7 +114,7 @@ class TrainingOptions(Request):
         """Return the options that job.json keeps otherwise than they are given: name and value there."""
         return {}
 
-    def given_anew(self) -> Mapping[str, Any]:
+    def fields_as_given(self) -> Mapping[str, Any]:
         """Return the fields of the request that a run does not keep: they hold as given when it is resumed."""
         return {}
 

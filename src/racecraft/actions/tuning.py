@@ -282,7 +282,7 @@ def _search(
     from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.tuning.dry_run import require_understood
     from racecraft.jobs.tuning.search import search
-    from racecraft.jobs.tuning.study import Study, check_choices, database_letters, require_search
+    from racecraft.jobs.tuning.study import Study, as_database_errors, check_choices, require_search
     from racecraft.jobs.tuning.training_trials import TrainingTrials
 
     extent, aim, choice, place = request.extent, request.aim, request.choice, request.place
@@ -292,10 +292,10 @@ def _search(
         require_search(place.from_)
     require_understood(command, parameters)
     make_folder(folder)
-    with database_letters(folder):
+    with as_database_errors(folder):
         study = Study(folder, parameters, objective.maximise, choice.sampler, pruner, choice.seed)
         if place.from_ is not None:
-            with database_letters(place.from_):
+            with as_database_errors(place.from_):
                 taken = study.take_over(place.from_)
             progress(f"begins with {taken} trials of {place.from_}")
         cores = Capacity.of_machine().cores
@@ -360,7 +360,7 @@ def _line(one: TrialRecord, study: Study) -> str:
 
     values = ", ".join(f"{name}={plain(value)}" for name, value in one.values.items())
     best = study.best()
-    told = f"{one.state} {plain(one.score)}" if one.score is not None else f"{one.state}: {one.note}"
-    return f"trial {one.number} | {told} | {values}" + (
+    text = f"{one.state} {plain(one.score)}" if one.score is not None else f"{one.state}: {one.note}"
+    return f"trial {one.number} | {text} | {values}" + (
         "" if best is None else f" | best {plain(best.score)} ({best.number})"
     )

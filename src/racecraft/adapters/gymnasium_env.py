@@ -7,7 +7,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from racecraft.adapters.spaces import action_space, observation_space, row_of, shown_rows
+from racecraft.adapters.spaces import action_space, flat_rows, observation_space, row_of
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import World, allocate
 
@@ -68,7 +68,7 @@ class WorldEnv(gymnasium.Env[Any, Any]):
         self.world.close()
 
     def _shown(self, named: dict[str, Any]) -> Any:
-        return row_of(shown_rows(self.world.spec, named), 0)
+        return row_of(flat_rows(self.world.spec, named), 0)
 
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"active": bool(self._buffers.active[0, 0])}

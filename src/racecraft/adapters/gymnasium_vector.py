@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from racecraft.adapters.spaces import action_space, observation_space, row_of, shown_rows
+from racecraft.adapters.spaces import action_space, flat_rows, observation_space, row_of
 from racecraft.contract.random_streams import generator
 from racecraft.contract.world import Array, World, allocate
 
@@ -41,18 +41,18 @@ class WorldVectorEnv(VectorEnv[Any, Any, Any]):
         if seed is None:
             seed = int(self._unseeded.integers(2**31))
         self.world.reset(self._buffers, seed)
-        return shown_rows(self.world.spec, self._buffers.observations), self._info()
+        return flat_rows(self.world.spec, self._buffers.observations), self._info()
 
     def step(self, actions: Any) -> Any:
         """Take one tick in every world."""
         spec, buffers = self.world.spec, self._buffers
         kind = spec.actions.dtype
-        told = np.asarray(actions, kind).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
-        self.world.step(told, buffers)
+        joint_actions = np.asarray(actions, kind).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
+        self.world.step(joint_actions, buffers)
         terminated, truncated = buffers.terminated.reshape(-1).copy(), buffers.truncated.reshape(-1).copy()
         info = self._info() | self._final(terminated | truncated)
         reward = buffers.reward.reshape(-1).astype(np.float64)
-        return shown_rows(spec, buffers.observations), reward, terminated, truncated, info
+        return flat_rows(spec, buffers.observations), reward, terminated, truncated, info
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the world."""
@@ -61,10 +61,10 @@ class WorldVectorEnv(VectorEnv[Any, Any, Any]):
     def _final(self, ended: Array) -> dict[str, Any]:
         if not ended.any():
             return {}
-        shown = shown_rows(self.world.spec, self._buffers.final_observations)
+        observations = flat_rows(self.world.spec, self._buffers.final_observations)
         final = np.full(self.num_envs, None, object)
         for row in np.flatnonzero(ended).tolist():
-            final[row] = row_of(shown, row)
+            final[row] = row_of(observations, row)
         return {"final_obs": final, "_final_obs": ended}
 
     def _info(self) -> dict[str, Any]:

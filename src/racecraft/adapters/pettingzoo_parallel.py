@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.adapters.spaces import action_space, observation_space, row_of, shown_rows
+from racecraft.adapters.spaces import action_space, flat_rows, observation_space, row_of
 from racecraft.contract.errors import ContractError, MissingExtraError
 from racecraft.contract.random_streams import generator
 from racecraft.contract.world import World, allocate
@@ -66,17 +66,19 @@ def pettingzoo_parallel(world: World) -> Any:
                 world.reset(self.buffers, int(self.unseeded.integers(2**31)) if seed is None else seed)
             self.over = False
             self.agents = list(names)
-            shown = shown_rows(spec, self.buffers.observations)
-            return {name: row_of(shown, m) for m, name in enumerate(names)}, {name: self.info(name) for name in names}
+            observations = flat_rows(spec, self.buffers.observations)
+            return {name: row_of(observations, m) for m, name in enumerate(names)}, {
+                name: self.info(name) for name in names
+            }
 
         def step(self, actions: dict[str, Any]) -> Any:
             buffers, playing = self.buffers, self.agents
-            told = np.zeros((1, len(names), *spec.actions.shape), spec.actions.dtype)
+            joint_actions = np.zeros((1, len(names), *spec.actions.shape), spec.actions.dtype)
             for name, action in actions.items():
-                told[0, names.index(name)] = action
-            world.step(told, buffers)
-            now = shown_rows(spec, buffers.observations)
-            final = shown_rows(spec, buffers.final_observations)
+                joint_actions[0, names.index(name)] = action
+            world.step(joint_actions, buffers)
+            now = flat_rows(spec, buffers.observations)
+            final = flat_rows(spec, buffers.final_observations)
             seen, reward, terminated, truncated = {}, {}, {}, {}
             for name in playing:
                 m = names.index(name)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.adapters.spaces import action_space, observation_space, row_of, shown_rows
+from racecraft.adapters.spaces import action_space, flat_rows, observation_space, row_of
 from racecraft.contract.errors import MissingExtraError
 from racecraft.contract.world import World, allocate
 
@@ -49,7 +49,7 @@ def sb3_vec_env(world: World, seed: int = 0) -> Any:
             self._reset_seeds()
             self._reset_options()
             self.reset_infos = [{} for _ in range(self.num_envs)]
-            return shown_rows(world.spec, self.buffers.observations)
+            return flat_rows(world.spec, self.buffers.observations)
 
         def step_async(self, actions: Any) -> None:
             spec = world.spec
@@ -63,11 +63,11 @@ def sb3_vec_env(world: World, seed: int = 0) -> Any:
             ended = terminated | truncated
             infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
             if ended.any():
-                final = shown_rows(world.spec, buffers.final_observations)
+                final = flat_rows(world.spec, buffers.final_observations)
                 for row in np.flatnonzero(ended).tolist():
                     infos[row]["terminal_observation"] = row_of(final, row)
                     infos[row]["TimeLimit.truncated"] = bool(truncated[row] and not terminated[row])
-            seen = shown_rows(world.spec, buffers.observations)
+            seen = flat_rows(world.spec, buffers.observations)
             return seen, buffers.reward.reshape(-1).copy(), ended, infos
 
         def close(self) -> None:

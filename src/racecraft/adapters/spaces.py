@@ -58,7 +58,7 @@ def box(part: ArraySpec) -> spaces.Box:
     return spaces.Box(low, high, part.shape, kind.type)
 
 
-def shown_rows(spec: WorldSpec, named: Mapping[str, Array]) -> Any:
+def flat_rows(spec: WorldSpec, named: Mapping[str, Array]) -> Any:
     """Return (N, M, ...) arrays as rows (N * M, ...), copied: one array, or a dictionary of them."""
     rows = {
         name: named[name].reshape(-1, *part.shape).copy()
@@ -68,6 +68,8 @@ def shown_rows(spec: WorldSpec, named: Mapping[str, Array]) -> Any:
     return next(iter(rows.values())) if len(rows) == 1 else rows
 
 
-def row_of(shown: Any, row: int) -> Any:
-    """Return one row of what `shown_rows` gave."""
-    return {name: array[row] for name, array in shown.items()} if isinstance(shown, dict) else shown[row]
+def row_of(observation: Any, row: int) -> Any:
+    """Return one row of what `flat_rows` gave."""
+    return (
+        {name: array[row] for name, array in observation.items()} if isinstance(observation, dict) else observation[row]
+    )

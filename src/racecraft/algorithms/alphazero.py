@@ -147,22 +147,22 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
             DivergedError: A loss is no longer a number.
         """
         whole, rows, foreseen = self._prepare(experience)
-        told = [
+        losses = [
             self._step({name: array[picked] for name, array in whole.items()})
             for _ in range(self.config.epochs if len(rows) else 0)
             for picked in rows[torch.randperm(len(rows), generator=self.generator, device=self.device)].split(
                 self.config.batch_size
             )
         ]
-        means = torch.stack(told).mean(dim=0).tolist() if told else [0.0] * 5
+        means = torch.stack(losses).mean(dim=0).tolist() if losses else [0.0] * 5
         if not np.isfinite(means).all():
             raise DivergedError(
                 "After {count} minibatches the losses are {means}; expected numbers. Lower "
                 "alphazero.learning_rate, and go on from the last checkpoint.",
-                count=len(told),
+                count=len(losses),
                 means=means,
             )
-        return dict(zip(FIGURES, [*means, foreseen, len(rows), len(told)], strict=True))
+        return dict(zip(FIGURES, [*means, foreseen, len(rows), len(losses)], strict=True))
 
     def _prepare(self, batch: RolloutBatch) -> tuple[dict[str, Tensor], Tensor, float]:
         """Return all rows end to end with their targets, the numbers of the searched ones, and what was foreseen."""
@@ -176,10 +176,10 @@ class AlphaZeroLearner(ActorCriticLearner[AlphaZeroConfig]):
             self.config.outcome_lambda, None if batch.active.all() else batch.active,
         )  # fmt: skip
 
-        whole = {name: self._laid(array) for name, array in batch.observations.items()}
-        whole["targets"] = self._laid(targets.astype(np.float32, copy=False))
+        whole = {name: self._flattened(array) for name, array in batch.observations.items()}
+        whole["targets"] = self._flattened(targets.astype(np.float32, copy=False))
         if batch.action_mask is not None:
-            whole["action_mask"] = self._laid(batch.action_mask)
+            whole["action_mask"] = self._flattened(batch.action_mask)
         learned = (batch.active & (batch.observations[SEARCHED].sum(axis=-1) > 0)).ravel()
         rows, foreseen = np.flatnonzero(learned), 0.0
         if len(rows):

@@ -131,10 +131,10 @@ class AsynchronousPpo(LearnerWrapper):
         Raises:
             DivergedError: A loss is no longer a number.
         """
-        told = {} if self._learning is None else self._learning.result()
+        metrics = {} if self._learning is None else self._learning.result()
         self._settled = self._meet()
         self._begin(tensors_of(experience))
-        return told
+        return metrics
 
     def state_dict(self) -> StateDict:
         """Return everything as it was when learner and actor last met, and the rollout given then; nobody waits."""

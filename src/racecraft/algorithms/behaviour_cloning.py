@@ -20,7 +20,7 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.demonstrations import DemonstrationBatch, read_demonstration_batch, shown_tensors
+from racecraft.algorithms.demonstrations import DemonstrationBatch, demonstration_tensors, read_demonstration_batch
 from racecraft.algorithms.distributions import DiagGaussian, Distribution, distribution_for
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError
 from racecraft.algorithms.network_learner import ActorCriticLearner
@@ -103,8 +103,10 @@ class BcLearner(ActorCriticLearner[BcConfig]):
     ) -> None:
         super().__init__(spec, network, config, seed, device, distribution_for(spec.actions))
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, 1e-8)
-        told = shown_tensors(shown, spec, self.network.policy_body.names, self.device, "bc.demonstrations")
-        self.shown = replace(told, actions=to_raw(told.actions, spec.actions))
+        demonstrations = demonstration_tensors(
+            shown, spec, self.network.policy_body.names, self.device, "bc.demonstrations"
+        )
+        self.shown = replace(demonstrations, actions=to_raw(demonstrations.actions, spec.actions))
         first_held = shown.num_episodes - int(config.held_out * shown.num_episodes)
         held = torch.from_numpy(shown.episode >= first_held)
         self.taught, self.held = (part.nonzero().squeeze(1).to(self.device) for part in (~held, held))
@@ -123,8 +125,8 @@ class BcLearner(ActorCriticLearner[BcConfig]):
                 "bc learns from recorded episodes and none are named; expected --set bc.demonstrations=FILE, such as "
                 "`racecraft record RUN --output demos.safetensors` writes."
             )
-        shown = read_demonstration_batch(path)
-        return cls(spec, settings.network, settings.bc, shown, seed, settings.runtime.device)
+        demonstrations = read_demonstration_batch(path)
+        return cls(spec, settings.network, settings.bc, demonstrations, seed, settings.runtime.device)
 
     def act(
         self,
@@ -144,16 +146,16 @@ class BcLearner(ActorCriticLearner[BcConfig]):
             DivergedError: The loss is no longer a number.
         """
         order = self.taught[torch.randperm(len(self.taught), generator=self.generator, device=self.device)]
-        told = [self._step(self.shown.take(rows)) for rows in order.split(self.config.batch_size)]
-        means = torch.stack(told).mean(dim=0).tolist()
+        losses = [self._step(self.shown.take(rows)) for rows in order.split(self.config.batch_size)]
+        means = torch.stack(losses).mean(dim=0).tolist()
         if not np.isfinite(means).all():
             raise DivergedError(
                 "After {count} minibatches loss and agreement are {means}; expected numbers. Lower "
                 "bc.learning_rate, and go on from the last checkpoint.",
-                count=len(told),
+                count=len(losses),
                 means=means,
             )
-        return dict(zip(FIGURES, [*means, *self._judge(), len(order), len(told)], strict=True))
+        return dict(zip(FIGURES, [*means, *self._judge(), len(order), len(losses)], strict=True))
 
     def _step(self, batch: DemonstrationBatch) -> Tensor:
         loss, agreement = cloning_loss(self.network, self.distribution, batch)
@@ -170,9 +172,9 @@ class BcLearner(ActorCriticLearner[BcConfig]):
         if not len(self.held):
             return [0.0, 0.0]
         parts = self.held.split(4096)
-        told = [torch.stack(cloning_loss(self.network, self.distribution, self.shown.take(rows))) for rows in parts]
+        losses = [torch.stack(cloning_loss(self.network, self.distribution, self.shown.take(rows))) for rows in parts]
         sizes = torch.tensor([len(rows) for rows in parts], device=self.device)
-        mean: list[float] = ((torch.stack(told) * sizes[:, None]).sum(dim=0) / sizes.sum()).tolist()
+        mean: list[float] = ((torch.stack(losses) * sizes[:, None]).sum(dim=0) / sizes.sum()).tolist()
         return mean
 
 

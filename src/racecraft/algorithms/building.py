@@ -24,7 +24,7 @@ SIGNALS = ("curiosity", "rnd", "gail")
 """Groups of settings that add to what is rewarded."""
 IMITATION = "imitation"
 """The group of what is imitated beside."""
-NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None, "policy": None}
+OPTIONAL_NETWORK_SETTINGS = {"memory": "none", "normalise": False, "encoder": None, "policy": None}
 """Settings of `network` that only some learners support, with the value that asks for nothing."""
 SEED_APART = 7_919
 """Between the seeds of what is built side by side."""
@@ -59,7 +59,7 @@ def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, see
 
 
 def _require_followed(algorithm: Algorithm, network: NetworkConfig, supported: tuple[str, ...]) -> None:
-    for name, idle in NOT_EVERYBODYS.items():
+    for name, idle in OPTIONAL_NETWORK_SETTINGS.items():
         value = getattr(network, name)
         if value != idle and name not in supported:
             raise SettingError(
@@ -167,8 +167,8 @@ def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> 
             "--set gail.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files.",
             strength=settings.gail.strength,
         )
-    shown = read_demonstration_batch(settings.gail.demonstrations)
-    return GailModel(spec, spec.actions, architecture, settings.gail, shown, seed, device)
+    demonstrations = read_demonstration_batch(settings.gail.demonstrations)
+    return GailModel(spec, spec.actions, architecture, settings.gail, demonstrations, seed, device)
 
 
 def signal_groups() -> dict[str, Any]:

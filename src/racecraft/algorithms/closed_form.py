@@ -28,7 +28,7 @@ from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 
-MOST_WEIGHTS = 100_000
+MAX_WEIGHTS = 100_000
 """Networks up to this size take the way that is written out; in larger ones arithmetic outweighs the bookkeeping."""
 
 
@@ -42,7 +42,7 @@ def closed_form_of(network: ActorCritic, distribution: Distribution) -> ClosedFo
         return None
     size = sum(one.numel() for one in network.parameters())
     first = next(network.parameters())
-    if size > MOST_WEIGHTS or first.device.type != "cpu" or first.dtype != torch.float32:
+    if size > MAX_WEIGHTS or first.device.type != "cpu" or first.dtype != torch.float32:
         return None
     draws = type(distribution) is DiagGaussian or (isinstance(distribution, Categorical) and distribution.floor == 0.0)
     policy, critic = dense_layers(network.policy_body), dense_layers(network.critic_body)

@@ -19,7 +19,7 @@ from racecraft.algorithms.kernels.greedy_action import NO_BEND, RELU, TANH
 from racecraft.algorithms.networks import IMAGE_SCALE, ActorCritic, Encoder, FlattenChannelsLast, Image, ImageEmbedder
 from racecraft.contract.world import Array
 
-MOST_PRODUCTS = 2_000_000
+MAX_PRODUCTS = 2_000_000
 """Networks of more products a frame are looked through by PyTorch; the default car's has a quarter of a million."""
 
 
@@ -83,14 +83,14 @@ def _layers(modules: Iterable[nn.Module]) -> Iterator[Layer]:
         elif isinstance(module, (Convolution, nn.Linear)):
             if kept is not None:
                 yield kept
-            kept = _laid(module)
+            kept = _flattened(module)
         else:
             assert isinstance(module, (Image, FlattenChannelsLast)), f"{type(module).__name__} is no plain layer"
     assert kept is not None
     yield kept
 
 
-def _laid(module: Convolution | nn.Linear) -> Layer:
+def _flattened(module: Convolution | nn.Linear) -> Layer:
     weight, bias = module.weight.detach().float(), module.bias
     assert bias is not None
     if isinstance(module, nn.Linear):
@@ -114,7 +114,7 @@ def end_to_end(layers: Iterable[Layer], shape: tuple[int, int, int]) -> Compiled
         row = (first, height, width, channels, size, layer.stride, filters, layer.bend)
         height, width = ((side - size) // layer.stride + 1 for side in (height, width))
         products += height * width * layer.weight.size
-        if products > MOST_PRODUCTS:
+        if products > MAX_PRODUCTS:
             return None
         rows.append(row)
         parts += [layer.bias, layer.weight.reshape(-1)]

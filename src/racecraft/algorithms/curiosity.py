@@ -95,11 +95,11 @@ class CuriosityModel:
 
     def bonus(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> Array:
         """Return half the squared error of what was foretold, float32 (B,)."""
-        told = []
+        bonuses = []
         with torch.inference_mode():
             for rows in np.array_split(np.arange(len(actions)), -(-len(actions) // self.config.batch_size)):
-                told.append(self._errors(before, actions, after, rows)[0].cpu().numpy())
-        return np.concatenate(told)
+                bonuses.append(self._errors(before, actions, after, rows)[0].cpu().numpy())
+        return np.concatenate(bonuses)
 
     def learn(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> dict[str, float]:
         """Learn from B transitions, each once."""
@@ -126,9 +126,9 @@ class CuriosityModel:
         """Return the errors of forward and inverse model, (B,) each."""
         first, then = self._features(before, rows), self._features(after, rows)
         done = torch.from_numpy(actions[rows]).to(self.device)
-        told = self.networks["between"](torch.cat([first, then], dim=1))
+        prediction = self.networks["between"](torch.cat([first, then], dim=1))
         foretold = self.networks["ahead"](torch.cat([first.detach(), self.actions.encoded(done)], dim=1))
-        return 0.5 * (foretold - then.detach()).square().sum(dim=1), self.actions.error(told, done)
+        return 0.5 * (foretold - then.detach()).square().sum(dim=1), self.actions.error(prediction, done)
 
     def _features(self, named: Mapping[str, Array], rows: Array) -> Tensor:
         features: Tensor = self.networks["features"](
@@ -162,13 +162,13 @@ class ActionCode:
             parts.append(functional.one_hot(flat[:, self.plain + place].long(), count).float())
         return torch.cat(parts, dim=1)
 
-    def error(self, told: Tensor, actions: Tensor) -> Tensor:
+    def error(self, prediction: Tensor, actions: Tensor) -> Tensor:
         """Return how wrong guesses (B, width) are, (B,): squared for numbers plus cross-entropy for each choice."""
         flat = actions.reshape(len(actions), -1)
-        wrong = told.new_zeros(len(told))
+        wrong = prediction.new_zeros(len(prediction))
         if self.plain:
-            wrong = wrong + (told[:, : self.plain] - self._scaled(flat[:, : self.plain])).square().mean(dim=1)
-        for place, logits in enumerate(told[:, self.plain :].split(self.counts, dim=1) if self.counts else ()):
+            wrong = wrong + (prediction[:, : self.plain] - self._scaled(flat[:, : self.plain])).square().mean(dim=1)
+        for place, logits in enumerate(prediction[:, self.plain :].split(self.counts, dim=1) if self.counts else ()):
             wrong = wrong + functional.cross_entropy(logits, flat[:, self.plain + place].long(), reduction="none")
         return wrong
 

@@ -60,8 +60,8 @@ def read_demonstration_batch(path: str | Path) -> Demonstrations:
     readers = {kind.demonstration_suffix: kind for kind in kinds() if kind.demonstration_suffix}
     for suffix, kind in readers.items():
         if where.suffix == suffix or any(where.glob(f"*{suffix}")):
-            shown: Demonstrations = kind.piece("demonstrations")(where)
-            return shown
+            demonstrations: Demonstrations = kind.piece("demonstrations")(where)
+            return demonstrations
     if where.is_dir():
         raise SettingError(
             "{where}: holds no demonstrations; expected files that end in {readers}.",
@@ -71,13 +71,13 @@ def read_demonstration_batch(path: str | Path) -> Demonstrations:
     return read_demonstrations(where)
 
 
-def shown_tensors(
-    shown: Demonstrations, spec: WorldSpec, names: Iterable[str], device: torch.device, asked_by: str
+def demonstration_tensors(
+    demonstrations: Demonstrations, spec: WorldSpec, names: Iterable[str], device: torch.device, asked_by: str
 ) -> DemonstrationBatch:
     """Return what was shown as tensors that fit a world.
 
     Args:
-        shown: What was recorded.
+        demonstrations: What was recorded.
         spec: The world that somebody will learn in.
         names: Observations that are wanted.
         device: Where the tensors shall lie.
@@ -86,24 +86,24 @@ def shown_tensors(
     Raises:
         SettingError: It was recorded in another world.
     """
-    shown = _as_stacked_in(spec, _as_named_in(spec, shown))
-    _require_same_world(spec, shown, asked_by)
+    demonstrations = _as_stacked_in(spec, _as_named_in(spec, demonstrations))
+    _require_same_world(spec, demonstrations, asked_by)
     return DemonstrationBatch(
-        {name: torch.from_numpy(shown.observations[name]).to(device) for name in names},
-        torch.from_numpy(shown.actions).to(device),
-        None if shown.action_mask is None else torch.from_numpy(shown.action_mask).to(device),
+        {name: torch.from_numpy(demonstrations.observations[name]).to(device) for name in names},
+        torch.from_numpy(demonstrations.actions).to(device),
+        None if demonstrations.action_mask is None else torch.from_numpy(demonstrations.action_mask).to(device),
     )
 
 
-def _as_named_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
+def _as_named_in(spec: WorldSpec, demonstrations: Demonstrations) -> Demonstrations:
     """Return what was shown by the world's names, where the recorder knew none (`obs_0`, `obs_1`, …).
 
     They are matched in order where the shapes agree, else each to the only observation of its shape.
     """
-    there = PolicySpec.from_dictionary(shown.spec).observations
+    there = PolicySpec.from_dictionary(demonstrations.spec).observations
     wanted = {name: part for name, part in spec.observations.items() if not part.privileged}
     if list(there) != [f"obs_{number}" for number in range(len(there))] or len(there) != len(wanted):
-        return shown
+        return demonstrations
     shapes = [part.shape for part in wanted.values()]
     if [part.shape for part in there.values()] == shapes:
         names = dict(zip(there, wanted, strict=True))
@@ -111,18 +111,21 @@ def _as_named_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
         by_shape = {part.shape: name for name, part in wanted.items()}
         names = {name: by_shape[part.shape] for name, part in there.items()}
     else:
-        return shown
-    observations = {names[name]: part for name, part in shown.observations.items()}
-    told = {**shown.spec, "observations": {names[name]: part for name, part in shown.spec["observations"].items()}}
-    return replace(shown, observations=observations, spec=told)
+        return demonstrations
+    observations = {names[name]: part for name, part in demonstrations.observations.items()}
+    stored_spec = {
+        **demonstrations.spec,
+        "observations": {names[name]: part for name, part in demonstrations.spec["observations"].items()},
+    }
+    return replace(demonstrations, observations=observations, spec=stored_spec)
 
 
-def _as_stacked_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
+def _as_stacked_in(spec: WorldSpec, demonstrations: Demonstrations) -> Demonstrations:
     """Return single observations as the stacks that a policy sees (network.stack_size), within each episode.
 
     Before an episode has shown so many, its first one stands in for those that are missing.
     """
-    single = PolicySpec.from_dictionary(shown.spec)
+    single = PolicySpec.from_dictionary(demonstrations.spec)
     there = {name: part for name, part in single.observations.items() if not part.privileged}
     wanted = {name: part.shape for name, part in spec.observations.items() if not part.privileged}
     for size in range(2, MAX_STACK + 1):
@@ -130,16 +133,16 @@ def _as_stacked_in(spec: WorldSpec, shown: Demonstrations) -> Demonstrations:
         if {name: part.shape for name, part in stacks.items()} == wanted:
             break
     else:
-        return shown
-    back = np.arange(len(shown))[:, None] - np.arange(size)[::-1]
-    rows = np.maximum(back, np.searchsorted(shown.episode, shown.episode)[:, None])
-    observations = {name: joined(shown.observations[name][rows], there[name]) for name in there}
-    told = replace(single, observations=stacks).as_dictionary()
-    return replace(shown, observations=observations, spec=told)
+        return demonstrations
+    back = np.arange(len(demonstrations))[:, None] - np.arange(size)[::-1]
+    rows = np.maximum(back, np.searchsorted(demonstrations.episode, demonstrations.episode)[:, None])
+    observations = {name: joined(demonstrations.observations[name][rows], there[name]) for name in there}
+    stored_spec = replace(single, observations=stacks).as_dictionary()
+    return replace(demonstrations, observations=observations, spec=stored_spec)
 
 
-def _require_same_world(spec: WorldSpec, shown: Demonstrations, asked_by: str) -> None:
-    there = PolicySpec.from_dictionary(shown.spec)
+def _require_same_world(spec: WorldSpec, demonstrations: Demonstrations, asked_by: str) -> None:
+    there = PolicySpec.from_dictionary(demonstrations.spec)
     if there.actions != spec.actions:
         raise SettingError(
             "{asked_by}: the recorded actions are {actions}, those of {name} are {actions_2}; "

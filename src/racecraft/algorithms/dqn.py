@@ -173,7 +173,7 @@ class DqnLearner(NetworkLearner[DqnConfig]):
         return load_q_policy(spec, weights)
 
     @property
-    def told_of_policy(self) -> Mapping[str, Any]:
+    def policy_values(self) -> Mapping[str, Any]:
         """Whether a moment's worth and what each choice adds are told apart."""
         return {"dueling": self.config.dueling}
 
@@ -269,18 +269,18 @@ class DqnLearner(NetworkLearner[DqnConfig]):
         Nothing that is drawn hangs on the step before, unless by priority, and the target network stands still for a
         while: so much is drawn and asked of it at once.
         """
-        size, told = self.config.batch_size, list[Tensor]()
-        while len(told) < steps:
+        size, losses = self.config.batch_size, list[Tensor]()
+        while len(losses) < steps:
             until_it_follows = self.config.target_every - self.steps_taken % self.config.target_every
             at_once = 1 if replay.prioritised else max(1, ROWS_AT_ONCE // size)
-            count = min(steps - len(told), until_it_follows, at_once)
+            count = min(steps - len(losses), until_it_follows, at_once)
             drawn = replay.sample(count * size, self.generator)
             for batch in self._minibatch(drawn).split(size):
                 figures, errors = self._step(batch)
-                told.append(figures)
+                losses.append(figures)
                 if replay.prioritised:
                     replay.set_priorities(drawn.index, errors.cpu().numpy())
-        return told
+        return losses
 
     def _step(self, batch: Minibatch) -> tuple[Tensor, Tensor]:
         """Take one gradient step; return its figures, the first four of `FIGURES`, and the errors (B,)."""

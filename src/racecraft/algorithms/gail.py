@@ -23,7 +23,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from racecraft.algorithms.curiosity import ActionCode
-from racecraft.algorithms.demonstrations import shown_tensors
+from racecraft.algorithms.demonstrations import demonstration_tensors
 from racecraft.algorithms.networks import IMAGE_SCALE, Architecture, Encoder, dense
 from racecraft.algorithms.rnd import load_model_state, model_state
 from racecraft.contract.world import Array, SingleActions, WorldSpec
@@ -88,13 +88,13 @@ class GailModel:
         actions: SingleActions,
         architecture: Architecture,
         config: GailConfig,
-        shown: Demonstrations,
+        demonstrations: Demonstrations,
         seed: int,
         device: str,
     ) -> None:
         self.config, self.strength, self.device = config, config.strength, torch.device(device)
         seen = {name: part for name, part in spec.observations.items() if not part.privileged}
-        self.shown = shown_tensors(shown, spec, seen, self.device, "gail.demonstrations")
+        self.shown = demonstration_tensors(demonstrations, spec, seen, self.device, "gail.demonstrations")
         row = replace(architecture, trunk_units=(config.units,))
         chance, units = torch.Generator().manual_seed(seed), config.units
         self.actions = ActionCode(actions) if config.use_actions else None
@@ -112,27 +112,30 @@ class GailModel:
     @torch.inference_mode()
     def bonus(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> Array:
         """Return -log(1 - D) of each of B ticks, float32 (B,)."""
-        told = []
+        bonuses = []
         for rows in np.array_split(np.arange(len(actions)), -(-len(actions) // ROWS_AT_ONCE)):
             sure = torch.sigmoid(self._logits(self._own(before, actions, rows)))
-            told.append(-torch.log(1.0 - SUREST * sure))
-        return torch.cat(told).cpu().numpy()
+            bonuses.append(-torch.log(1.0 - SUREST * sure))
+        return torch.cat(bonuses).cpu().numpy()
 
     def learn(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> dict[str, float]:
         """Learn to tell B ticks from as many shown ones, each once."""
-        told = []
+        losses = []
         for rows in torch.randperm(len(actions), generator=self.generator).split(self.config.batch_size):
             picked = torch.randint(len(self.shown), (len(rows),), generator=self.generator)
             taken = self.shown.take(picked.to(self.device))
-            own, shown = self._own(before, actions, rows.numpy()), self._inputs(taken.observations, taken.actions)
-            theirs, ours = self._logits(shown), self._logits(own)
+            own, demonstrated = (
+                self._own(before, actions, rows.numpy()),
+                self._inputs(taken.observations, taken.actions),
+            )
+            theirs, ours = self._logits(demonstrated), self._logits(own)
             wrong = functional.softplus(-theirs).mean() + functional.softplus(ours).mean()
-            loss = wrong + self.config.gradient_penalty * self._roughness(shown, own)
+            loss = wrong + self.config.gradient_penalty * self._roughness(demonstrated, own)
             self.optimiser.zero_grad()
             loss.backward()
             self.optimiser.step()
-            told.append(torch.stack([wrong, torch.sigmoid(theirs).mean(), torch.sigmoid(ours).mean()]).detach())
-        return dict(zip(self.figures, torch.stack(told).mean(dim=0).tolist(), strict=True))
+            losses.append(torch.stack([wrong, torch.sigmoid(theirs).mean(), torch.sigmoid(ours).mean()]).detach())
+        return dict(zip(self.figures, torch.stack(losses).mean(dim=0).tolist(), strict=True))
 
     def state_dict(self) -> dict[str, Tensor]:
         """Return networks, optimiser and chance."""
@@ -162,14 +165,14 @@ class GailModel:
         found: Tensor = self.networks["judge"](features).squeeze(1)
         return found
 
-    def _roughness(self, shown: Mapping[str, Tensor], own: Mapping[str, Tensor]) -> Tensor:
+    def _roughness(self, demonstrated: Mapping[str, Tensor], own: Mapping[str, Tensor]) -> Tensor:
         """Return the mean squared departure of the gradient's norm from 1, on the way from shown to own ticks."""
         rows = len(next(iter(own.values())))
         share = torch.rand(rows, generator=self.generator).to(self.device)
         between = {}
         for name, part in own.items():
             weight = share.reshape(-1, *(1,) * (part.ndim - 1))
-            between[name] = (weight * shown[name] + (1.0 - weight) * part).requires_grad_()
+            between[name] = (weight * demonstrated[name] + (1.0 - weight) * part).requires_grad_()
         slopes = torch.autograd.grad(self._logits(between).sum(), list(between.values()), create_graph=True)
         norm = torch.cat([slope.flatten(1) for slope in slopes], dim=1).norm(dim=1)
         return (norm - 1.0).square().mean()

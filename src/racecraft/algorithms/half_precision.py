@@ -26,9 +26,9 @@ def settled(precision: str) -> str:
     """
     if precision != "auto":
         return precision
-    asked: Callable[[], Mapping[str, Any]] = getattr(torch.cpu, "get_capabilities", dict)
-    told = asked()
-    return "bfloat16" if told.get("avx512_bf16") or told.get("amx_bf16") else "float32"
+    capabilities_of: Callable[[], Mapping[str, Any]] = getattr(torch.cpu, "get_capabilities", dict)
+    result = capabilities_of()
+    return "bfloat16" if result.get("avx512_bf16") or result.get("amx_bf16") else "float32"
 
 
 class Bfloat16Copy:

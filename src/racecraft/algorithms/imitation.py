@@ -17,7 +17,7 @@ from torch import Tensor
 
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.behaviour_cloning import cloning_loss, to_raw
-from racecraft.algorithms.demonstrations import shown_tensors
+from racecraft.algorithms.demonstrations import demonstration_tensors
 from racecraft.algorithms.learner import DivergedError, Learner, StateDict
 from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.ppo import PpoLearner
@@ -75,10 +75,10 @@ class ImitationWrapper(LearnerWrapper):
         assert not isinstance(inner.spec.actions, GroupedActions), "agents of each kind have a learner of their own"
         super().__init__(inner)
         self.learner, self.config = inner, config
-        told = shown_tensors(
+        demonstrations = demonstration_tensors(
             shown, inner.spec, inner.network.policy_body.names, inner.device, "imitation.demonstrations"
         )
-        self.shown = replace(told, actions=to_raw(told.actions, inner.spec.actions))
+        self.shown = replace(demonstrations, actions=to_raw(demonstrations.actions, inner.spec.actions))
         self.optimiser = Adam(inner.network.parameters(), config.strength * config.learning_rate, 1e-8)
         self.generator = torch.Generator().manual_seed(seed)
         self.collected = 0
@@ -102,10 +102,10 @@ class ImitationWrapper(LearnerWrapper):
         Raises:
             DivergedError: A loss is no longer a number.
         """
-        told: Mapping[str, Any] = self.inner.update(experience)
+        metrics: Mapping[str, Any] = self.inner.update(experience)
         loss, agreement = self._imitate()
         self.collected += experience.num_active
-        return {**told, "imitation_loss": loss, "imitation_agreement": agreement}
+        return {**metrics, "imitation_loss": loss, "imitation_agreement": agreement}
 
     def state_dict(self) -> StateDict:
         """Return the inner learner's state and, in a group of its own, what imitation remembers."""
@@ -128,17 +128,17 @@ class ImitationWrapper(LearnerWrapper):
         if share == 0.0:
             return 0.0, 0.0
         self.optimiser.learning_rate = share * config.strength * config.learning_rate
-        told = []
+        losses = []
         for _ in range(config.epochs):
             order = torch.randperm(len(self.shown), generator=self.generator)
             order = order[: config.samples_per_update or None].to(self.device)
-            told += [self._step(rows) for rows in order.split(config.batch_size)]
-        loss, agreement = torch.stack(told).mean(dim=0).tolist()
+            losses += [self._step(rows) for rows in order.split(config.batch_size)]
+        loss, agreement = torch.stack(losses).mean(dim=0).tolist()
         if not np.isfinite(loss):
             raise DivergedError(
                 "After {count} minibatches of what was shown the loss is {loss}; expected a number. Lower "
                 "imitation.strength, and go on from the last checkpoint.",
-                count=len(told),
+                count=len(losses),
                 loss=loss,
             )
         if self.learner.half is not None:

@@ -94,10 +94,10 @@ class IntrinsicReward(LearnerWrapper):
         if len(chosen):
             raw.reshape(-1)[chosen] = self.model.bonus(before, actions, after)
         added = self.model.strength * raw / (self.scale.measured(raw) if self.model.is_novelty else 1.0)
-        told: Mapping[str, Any] = self.inner.update(replace(experience, reward=experience.reward + added))
+        metrics: Mapping[str, Any] = self.inner.update(replace(experience, reward=experience.reward + added))
         learned = self.model.learn(before, actions, after) if len(chosen) else {}
         mean = float(added[experience.active].mean()) if experience.num_active else 0.0
-        return {**told, f"{self.model.name}_reward": mean, **learned}
+        return {**metrics, f"{self.model.name}_reward": mean, **learned}
 
     def state_dict(self) -> StateDict:
         """Return the inner learner's state and, in a group of its own, the model's."""

@@ -102,11 +102,11 @@ class MultiPolicyLearner:
         Raises:
             DivergedError: A loss of one of them is no longer a number.
         """
-        told = []
+        metrics = []
         for name, mine in rows_by_group(experience.observations[POLICY_ID][0], self.members):
             if name not in self._still:
-                told.append(self.members[name].update(self._part_of(experience, name, mine)))
-        return merged(told)
+                metrics.append(self.members[name].update(self._part_of(experience, name, mine)))
+        return merged(metrics)
 
     def anneal(self, done: float) -> None:
         """Follow the schedules of all members."""
@@ -229,13 +229,13 @@ def of_member(named: Mapping[str, Part], name: str) -> dict[str, Part]:
     return {key.removeprefix(start): part for key, part in named.items() if key.startswith(start)}
 
 
-def merged(told: list[Mapping[str, float]]) -> dict[str, float]:
+def merged(metrics: list[Mapping[str, float]]) -> dict[str, float]:
     """Return the figures of several updates in one: counts added, all else averaged by transitions."""
-    weights = [max(figures.get("transitions", 0), 0) for figures in told]
-    weights = weights if sum(weights) else [1] * len(told)
+    weights = [max(figures.get("transitions", 0), 0) for figures in metrics]
+    weights = weights if sum(weights) else [1] * len(metrics)
     together: dict[str, float] = {}
-    for name in dict.fromkeys(name for figures in told for name in figures):
-        values = [figures.get(name, 0.0) for figures in told]
+    for name in dict.fromkeys(name for figures in metrics for name in figures):
+        values = [figures.get(name, 0.0) for figures in metrics]
         mean = sum(weight * value for weight, value in zip(weights, values, strict=True)) / sum(weights)
         together[name] = sum(values) if name in COUNTED else mean
     return together

@@ -61,10 +61,10 @@ class NetworkLearner(Generic[Config]):
     @property
     def policy_spec(self) -> PolicySpec:
         """What a stranger needs to rebuild the policy from its weights."""
-        return spec_of_policy(self.spec, self.name, {**architecture_values(self.architecture), **self.told_of_policy})
+        return spec_of_policy(self.spec, self.name, {**architecture_values(self.architecture), **self.policy_values})
 
     @property
-    def told_of_policy(self) -> Mapping[str, Any]:
+    def policy_values(self) -> Mapping[str, Any]:
         """What rebuilding the policy needs beside its architecture."""
         return {}
 
@@ -93,7 +93,7 @@ class NetworkLearner(Generic[Config]):
     def _mask(self, action_mask: Array | None) -> Tensor | None:
         return None if action_mask is None else self._tensor(action_mask)
 
-    def _laid(self, array: Array, rows: Array | None = None) -> Tensor:
+    def _flattened(self, array: Array, rows: Array | None = None) -> Tensor:
         """Return an array (T, R, ...) laid end to end (T * R, ...), or the chosen rows of it, on the device."""
         flat = array.reshape(-1, *array.shape[2:])
         return self._tensor(flat if rows is None else flat[rows])

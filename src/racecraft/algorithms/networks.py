@@ -38,7 +38,7 @@ from racecraft.contract.world import ActionSpec, ArraySpec
 CRITIC_UNITS = (128, 128)
 """Dense layers of a critic that reads privileged vectors."""
 IMAGE_SCALE = 1.0 / 255.0
-MOST_DEVIATIONS = 5.0
+MAX_DEVIATIONS = 5.0
 """Normalised numbers are cut to this, as at ML-Agents."""
 HIDDEN_GAIN = {"relu": math.sqrt(2.0), "tanh": math.sqrt(2.0)}
 """Gain of the orthogonal start; the same for both, as in the PPO implementations that were measured."""
@@ -377,7 +377,7 @@ class Vector(nn.Module):
             return numbers.to(self.dtype).flatten(1)
         mean, deviation = self.statistics.mean_and_deviation()
         scaled = (numbers.float().flatten(1) - mean) / deviation
-        return scaled.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS).to(self.dtype)
+        return scaled.clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS).to(self.dtype)
 
 
 def is_image(part: ArraySpec) -> bool:

@@ -29,8 +29,8 @@ def run_in_parallel(mine: Iterator[Told], theirs: Iterator[Told]) -> tuple[list[
         return one_by_one(mine, theirs)
     failed = threading.Event()
     with ThreadPoolExecutor(max_workers=1, thread_name_prefix="beside") as beside:
-        other = beside.submit(_gone_through, theirs, threads // 2, failed)
-        return _gone_through(mine, threads - threads // 2, failed), other.result()
+        other = beside.submit(_exhausted, theirs, threads // 2, failed)
+        return _exhausted(mine, threads - threads // 2, failed), other.result()
 
 
 def one_by_one(mine: Iterator[Told], theirs: Iterator[Told]) -> tuple[list[Told], list[Told]]:
@@ -38,20 +38,20 @@ def one_by_one(mine: Iterator[Told], theirs: Iterator[Told]) -> tuple[list[Told]
     return list(mine), list(theirs)
 
 
-def _gone_through(steps: Iterator[Told], threads: int, failed: threading.Event) -> list[Told]:
+def _exhausted(steps: Iterator[Told], threads: int, failed: threading.Event) -> list[Told]:
     """Return what an iterator gives, worked out with so many threads; nothing more once the other has failed."""
-    told, is_whole = [], False
+    results, is_whole = [], False
     try:
         with of_threads(threads):
             for figure in steps:
-                told.append(figure)
+                results.append(figure)
                 if failed.is_set():
                     break
         is_whole = True
     finally:
         if not is_whole:
             failed.set()
-    return told
+    return results
 
 
 @contextmanager

@@ -70,7 +70,7 @@ def layers_of(spec: PolicySpec, weights: Mapping[str, Any], sensors: Sequence[st
     architecture = architecture_from(spec.network)
     names = tuple(sensors) or tuple(sorted(spec.visible))
     if spec.algorithm in WORTHS:
-        return PolicyLayers(kind, _worths_of(spec, architecture, weights, names))
+        return PolicyLayers(kind, _value_layers(spec, architecture, weights, names))
     body, trunk, last = ("policy_body", "policy_body.trunk", "policy_head")
     if kind == SAC:
         count = 2 * len(architecture.trunk_units)
@@ -107,12 +107,12 @@ def policy_of(
     """
     _require_same_world(layers, observations, actions)
     architecture = _architecture_of(layers.network)
-    told = architecture_values(architecture)
+    values = architecture_values(architecture)
     if layers.kind != SAC:
-        told |= {"distribution": "gaussian", "probability_floor": PROBABILITY_FLOOR}
-    spec = PolicySpec(ALGORITHMS[layers.kind], dict(observations), actions, told)
+        values |= {"distribution": "gaussian", "probability_floor": PROBABILITY_FLOOR}
+    spec = PolicySpec(ALGORITHMS[layers.kind], dict(observations), actions, values)
     weights = _weights_of(layers)
-    return ForeignPolicy(spec, {**_begun_anew(layers, weights, actions), **weights}, _what_begins_anew(layers))
+    return ForeignPolicy(spec, {**_initial_weights(layers, weights, actions), **weights}, _missing_layers(layers))
 
 
 def _kind_of(spec: PolicySpec) -> str:
@@ -176,7 +176,7 @@ def _network_of(
     return NetworkLayers(seen, middle, _dense(weights, last), architecture.activation)
 
 
-def _worths_of(
+def _value_layers(
     spec: PolicySpec, architecture: Architecture, weights: Mapping[str, Any], names: Sequence[str]
 ) -> NetworkLayers:
     """Return the layers that tell what each choice is worth.
@@ -312,7 +312,7 @@ def _numbers_there(sensor: SensorLayers) -> tuple[int, bool]:
     return sensor.shape[-1], sensor.is_image
 
 
-def _begun_anew(
+def _initial_weights(
     layers: PolicyLayers, weights: Mapping[str, Array], actions: DiscreteActions | ContinuousActions
 ) -> dict[str, Array]:
     """Return first weights of what the layers do not tell."""
@@ -323,7 +323,7 @@ def _begun_anew(
     return fresh_critics(weights, seen + int(layers.network.head.kernel.shape[1]), trunk)
 
 
-def _what_begins_anew(layers: PolicyLayers) -> tuple[str, ...]:
+def _missing_layers(layers: PolicyLayers) -> tuple[str, ...]:
     notes = []
     if layers.kind == SAC:
         notes.append("the critics begin anew: AWS's SAC judges states as well as actions, ours actions alone")

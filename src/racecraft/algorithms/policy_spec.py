@@ -61,8 +61,8 @@ class PolicySpec:
         return {
             "version": VERSION,
             "algorithm": self.algorithm,
-            "observations": {name: _told(part) for name, part in self.observations.items()},
-            "actions": _told_actions(self.actions),
+            "observations": {name: _array_values(part) for name, part in self.observations.items()},
+            "actions": _action_values(self.actions),
             "network": dict(self.network),
             "has_action_mask": self.has_action_mask,
             "stack_size": self.stack_size,
@@ -70,7 +70,7 @@ class PolicySpec:
         }
 
     @classmethod
-    def from_dictionary(cls, told: Mapping[str, Any]) -> PolicySpec:
+    def from_dictionary(cls, values: Mapping[str, Any]) -> PolicySpec:
         """Return the spec that `as_dictionary` told.
 
         Raises:
@@ -80,22 +80,22 @@ class PolicySpec:
         >>> PolicySpec.from_dictionary(spec.as_dictionary()) == spec
         True
         """
-        if told.get("version") != VERSION:
+        if values.get("version") != VERSION:
             raise PolicySpecError(
                 "the checkpoint's policy spec has version {told!r}; expected {version}. A newer "
                 "racecraft wrote it: upgrade.",
-                told=told.get("version"),
+                told=values.get("version"),
                 version=VERSION,
             )
         try:
             return cls(
-                algorithm=told["algorithm"],
-                observations={name: _array_spec(part) for name, part in told["observations"].items()},
-                actions=_actions(told["actions"]),
-                network=dict(told["network"]),
-                has_action_mask=told["has_action_mask"],
-                stack_size=told.get("stack_size", 1),
-                policies={name: cls.from_dictionary(spec) for name, spec in told["policies"].items()},
+                algorithm=values["algorithm"],
+                observations={name: _array_spec(part) for name, part in values["observations"].items()},
+                actions=_actions(values["actions"]),
+                network=dict(values["network"]),
+                has_action_mask=values["has_action_mask"],
+                stack_size=values.get("stack_size", 1),
+                policies={name: cls.from_dictionary(spec) for name, spec in values["policies"].items()},
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise PolicySpecError(
@@ -114,7 +114,7 @@ def spec_of_policy(spec: WorldSpec, algorithm: str, network: Mapping[str, Any]) 
     return PolicySpec(algorithm, dict(spec.observations), spec.actions, _plain(network), spec.has_action_mask)
 
 
-def _told(part: ArraySpec) -> dict[str, Any]:
+def _array_values(part: ArraySpec) -> dict[str, Any]:
     return {
         "shape": list(part.shape),
         "dtype": np.dtype(part.dtype).name,
@@ -125,19 +125,19 @@ def _told(part: ArraySpec) -> dict[str, Any]:
     }
 
 
-def _array_spec(told: Mapping[str, Any]) -> ArraySpec:
-    low, high = _bound(told["low"], -math.inf), _bound(told["high"], math.inf)
-    dtype = np.dtype(told["dtype"]).type
-    return ArraySpec(tuple(told["shape"]), dtype, low, high, told["privileged"], told["doc"])
+def _array_spec(values: Mapping[str, Any]) -> ArraySpec:
+    low, high = _bound(values["low"], -math.inf), _bound(values["high"], math.inf)
+    dtype = np.dtype(values["dtype"]).type
+    return ArraySpec(tuple(values["shape"]), dtype, low, high, values["privileged"], values["doc"])
 
 
-def _told_actions(actions: SingleActions | GroupedActions) -> dict[str, Any]:
+def _action_values(actions: SingleActions | GroupedActions) -> dict[str, Any]:
     if isinstance(actions, DiscreteActions):
         return {"type": "discrete", "count": actions.count, "labels": list(actions.labels)}
     if isinstance(actions, MultiDiscreteActions):
         return {"type": "multi_discrete", "counts": list(actions.counts)}
     if isinstance(actions, HybridActions):
-        parts = {"continuous": _told_actions(actions.continuous), "discrete": _told_actions(actions.discrete)}
+        parts = {"continuous": _action_values(actions.continuous), "discrete": _action_values(actions.discrete)}
         return {"type": "hybrid", **parts}
     if isinstance(actions, GroupedActions):
         return {"type": "grouped", "width": actions.width}
@@ -145,18 +145,18 @@ def _told_actions(actions: SingleActions | GroupedActions) -> dict[str, Any]:
     return {"type": "continuous", **bounds}
 
 
-def _actions(told: Mapping[str, Any]) -> Any:
-    kind = told["type"]
+def _actions(values: Mapping[str, Any]) -> Any:
+    kind = values["type"]
     if kind == "discrete":
-        return DiscreteActions(told["count"], tuple(told["labels"]))
+        return DiscreteActions(values["count"], tuple(values["labels"]))
     if kind == "multi_discrete":
-        return MultiDiscreteActions(tuple(told["counts"]))
+        return MultiDiscreteActions(tuple(values["counts"]))
     if kind == "hybrid":
-        return HybridActions(_actions(told["continuous"]), _actions(told["discrete"]))
+        return HybridActions(_actions(values["continuous"]), _actions(values["discrete"]))
     if kind == "grouped":
-        return GroupedActions(told["width"])
-    low = tuple(_bound(value, -math.inf) for value in told["low"])
-    return ContinuousActions(low, tuple(_bound(value, math.inf) for value in told["high"]))
+        return GroupedActions(values["width"])
+    low = tuple(_bound(value, -math.inf) for value in values["low"])
+    return ContinuousActions(low, tuple(_bound(value, math.inf) for value in values["high"]))
 
 
 def _finite(value: float) -> float | None:
@@ -176,5 +176,5 @@ def _plain(value: Any) -> Any:
 
 def architecture_values(architecture: Any) -> dict[str, Any]:
     """Return a row of figures as plain values; `networks.architecture_from` reads it."""
-    told: dict[str, Any] = _plain(asdict(architecture))
-    return told
+    values: dict[str, Any] = _plain(asdict(architecture))
+    return values

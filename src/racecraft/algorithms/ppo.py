@@ -122,7 +122,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         return super().build(spec, settings, seed)
 
     @property
-    def told_of_policy(self) -> Mapping[str, Any]:
+    def policy_values(self) -> Mapping[str, Any]:
         """How the policy draws."""
         return {"distribution": self.config.distribution, "probability_floor": self.config.probability_floor}
 
@@ -198,8 +198,8 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
-        told = self.steps.take(self.drawn(rows), lambda picked: self._taken(whole, picked), self.now)
-        figures = self.metrics(told, facts, len(rows))
+        metrics = self.steps.take(self.drawn(rows), lambda picked: self._taken(whole, picked), self.now)
+        figures = self.metrics(metrics, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike
             self.network.observe({name: values[rows] for name, values in whole.observations.items()})
         return figures
@@ -270,13 +270,15 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     def laid(self, batch: RolloutBatch, estimates: Advantages) -> Minibatch:
         """Return all rows of a rollout laid end to end."""
         return Minibatch(
-            observations=self.working.laid_out({name: self._laid(array) for name, array in batch.observations.items()}),
-            raw_actions=self._laid(batch.columns[RAW_ACTION]),
-            log_prob=self._laid(estimates.log_prob),
-            advantages=self._laid(estimates.advantages.astype(np.float32, copy=False)),
-            targets=self._laid(estimates.targets.astype(np.float32, copy=False)),
-            action_mask=None if batch.action_mask is None else self._laid(batch.action_mask),
-            weights=None if estimates.weights is None else self._laid(estimates.weights),
+            observations=self.working.laid_out(
+                {name: self._flattened(array) for name, array in batch.observations.items()}
+            ),
+            raw_actions=self._flattened(batch.columns[RAW_ACTION]),
+            log_prob=self._flattened(estimates.log_prob),
+            advantages=self._flattened(estimates.advantages.astype(np.float32, copy=False)),
+            targets=self._flattened(estimates.targets.astype(np.float32, copy=False)),
+            action_mask=None if batch.action_mask is None else self._flattened(batch.action_mask),
+            weights=None if estimates.weights is None else self._flattened(estimates.weights),
         )
 
     def _next_values(self, batch: RolloutBatch, value: Array) -> Array:

@@ -46,7 +46,7 @@ class Variant:
     learner: str
     """Name of the learner's class."""
 
-    def is_asked_for(self, settings: Settings) -> bool:
+    def is_selected(self, settings: Settings) -> bool:
         """Tell whether the settings ask for it."""
         return self.group in settings and getattr(getattr(settings, self.group), self.setting) != self.idle
 
@@ -104,8 +104,8 @@ class Algorithm:
         """Return the learner's class, or that of the variant that the settings ask for."""
         if self.own is not None:
             return self.own
-        asked = (one for one in self.variants if settings is not None and one.is_asked_for(settings))
-        chosen = next(asked, self)
+        matching = (one for one in self.variants if settings is not None and one.is_selected(settings))
+        chosen = next(matching, self)
         return getattr(importlib.import_module(chosen.module), chosen.learner)
 
     def config_class(self) -> Any:

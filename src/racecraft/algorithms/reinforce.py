@@ -145,7 +145,7 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
 
         losses, norm = self._step(batch, rows, found, advantage.astype(np.float32)) if len(rows) else ([0.0] * 3, 0.0)
         count, mean = episode_returns(batch.reward, batch.terminated | batch.truncated, batch.active)
-        told = [*losses, norm, explained_variance(value.reshape(-1)[rows], found) if critic and len(rows) else 0.0]
+        metrics = [*losses, norm, explained_variance(value.reshape(-1)[rows], found) if critic and len(rows) else 0.0]
         if not np.isfinite([*losses, norm]).all():
             raise DivergedError(
                 "the losses are {losses}, the gradient's norm is {norm}; expected numbers. Lower "
@@ -155,7 +155,7 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
             )
         episodes = int(count.sum())
         mean_return = float(np.nansum(mean * count) / max(episodes, 1))
-        return dict(zip(FIGURES, [*told, mean_return, len(rows), episodes], strict=True))
+        return dict(zip(FIGURES, [*metrics, mean_return, len(rows), episodes], strict=True))
 
     def _step(self, batch: RolloutBatch, rows: Array, returns: Array, advantage: Array) -> tuple[list[float], float]:
         """Step along the gradient of all rows, taken some at a time; return the three losses and the norm."""
@@ -167,11 +167,11 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
             loss, parts = reinforce_loss(
                 self.network,
                 self.distribution,
-                {name: self._laid(array, taken) for name, array in batch.observations.items()},
-                self._laid(batch.columns[RAW_ACTION], taken),
+                {name: self._flattened(array, taken) for name, array in batch.observations.items()},
+                self._flattened(batch.columns[RAW_ACTION], taken),
                 torch.from_numpy(advantage[some]).to(self.device),
                 torch.from_numpy(returns[some]).to(self.device),
-                None if batch.action_mask is None else self._laid(batch.action_mask, taken),
+                None if batch.action_mask is None else self._flattened(batch.action_mask, taken),
                 self.config,
             )
             share = len(taken) / len(rows)
@@ -198,7 +198,9 @@ class ReinforceLearner(ActorCriticLearner[ReinforceConfig]):
         ticks, rows = next(iter(observations.values())).shape[:2]
         flat = np.arange(ticks * rows)
         parts = [
-            self.network.value({name: self._laid(array, some) for name, array in observations.items()}).cpu().numpy()
+            self.network.value({name: self._flattened(array, some) for name, array in observations.items()})
+            .cpu()
+            .numpy()
             for some in np.split(flat, range(ROWS_AT_ONCE, len(flat), ROWS_AT_ONCE))
         ]
         return np.concatenate(parts).reshape(ticks, rows)

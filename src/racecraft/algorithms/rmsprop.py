@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 KEPT = 0.95
 """What stays of the running means at a step."""
-LEAST_SQUARE = 0.01
+MIN_SQUARE = 0.01
 """Added to the variance."""
 
 
@@ -41,7 +41,7 @@ class RmsProp:
         torch._foreach_mul_(self._squares, KEPT)
         torch._foreach_addcmul_(self._squares, gradients, gradients, 1.0 - KEPT)
         variance = torch._foreach_addcmul(self._squares, self._means, self._means, -1.0)
-        torch._foreach_add_(variance, LEAST_SQUARE)
+        torch._foreach_add_(variance, MIN_SQUARE)
         torch._foreach_sqrt_(variance)
         torch._foreach_addcdiv_(weights, gradients, variance, -self.learning_rate)
 

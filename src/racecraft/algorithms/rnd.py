@@ -77,11 +77,11 @@ class RndModel:
         """Return the error over what is seen after each of B transitions, float32 (B,)."""
         for name, moments in self.moments.items():
             moments.add(after[name])
-        told = []
+        bonuses = []
         with torch.inference_mode():
             for rows in np.array_split(np.arange(len(actions)), -(-len(actions) // self.config.batch_size)):
-                told.append(self._errors(self._whitened(after, rows)).cpu().numpy())
-        return np.concatenate(told)
+                bonuses.append(self._errors(self._whitened(after, rows)).cpu().numpy())
+        return np.concatenate(bonuses)
 
     def learn(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> dict[str, float]:
         """Learn to foretell the random network after B transitions, each once."""
@@ -150,11 +150,11 @@ def load_model_state(
     for name, network in networks.items():
         start = f"{name}/"
         network.load_state_dict({key.removeprefix(start): part for key, part in state.items() if key.startswith(start)})
-    told = optimiser.state_dict()
+    optimiser_state = optimiser.state_dict()
     moments: dict[int, dict[str, Tensor]] = {}
     for key, part in state.items():
         if key.startswith("adam/"):
             _, number, kind = key.split("/")
             moments.setdefault(int(number), {})[kind] = part.clone()
-    optimiser.load_state_dict({**told, "state": moments})
+    optimiser.load_state_dict({**optimiser_state, "state": moments})
     generator.set_state(state["generator"].cpu())

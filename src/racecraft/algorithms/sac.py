@@ -226,8 +226,8 @@ class SacLearner(NetworkLearner[SacConfig]):
         """Begin the rows' exploration (bool, all of them) anew; nothing else is remembered from tick to tick."""
         if self.config.noise_correlation > 0.0:
             drawn = torch.randn((len(rows), self.noise.shape[1]), generator=self.generator, device=self.device)
-            begun = torch.from_numpy(rows).to(self.device).unsqueeze(1)
-            self.noise = drawn if len(self.noise) != len(rows) else torch.where(begun, drawn, self.noise)
+            restarted = torch.from_numpy(rows).to(self.device).unsqueeze(1)
+            self.noise = drawn if len(self.noise) != len(rows) else torch.where(restarted, drawn, self.noise)
 
     def update(self, experience: ReplaySampler) -> dict[str, float]:
         """Learn from a replay, `gradient_steps_per_step` times for each new transition; return `FIGURES`.
@@ -237,8 +237,8 @@ class SacLearner(NetworkLearner[SacConfig]):
         """
         self.owed += experience.new_transitions * self.config.gradient_steps_per_step
         count, self.owed = int(self.owed), self.owed % 1.0
-        told = [self._learn(experience) for _ in range(count)]
-        means = torch.stack(told).mean(dim=0).tolist() if told else [0.0] * len(Losses._fields)
+        metrics = [self._learn(experience) for _ in range(count)]
+        means = torch.stack(metrics).mean(dim=0).tolist() if metrics else [0.0] * len(Losses._fields)
         if not np.isfinite(means).all():
             raise DivergedError(
                 "After {steps} gradient steps the losses are {means}; expected numbers. Lower sac.learning_rate "

@@ -47,7 +47,7 @@ def fresh_critics(actor: Mapping[str, Array], width: int, trunk: tuple[int, ...]
     chance = np.random.default_rng(SEED)
     weights = _twin(actor, EYES, CRITIC_EYES, chance)
     for number, (before, after) in enumerate(pairwise((width, *trunk, 1))):
-        weights[f"{CRITICS}.weights.{number}"] = _drawn((2, before, after), before, after, chance)
+        weights[f"{CRITICS}.weights.{number}"] = _glorot_uniform((2, before, after), before, after, chance)
         weights[f"{CRITICS}.biases.{number}"] = np.zeros((2, 1, after), np.float32)
     return weights
 
@@ -63,11 +63,11 @@ def _twin(weights: Mapping[str, Array], body: str, other: str, chance: np.random
             continue
         window = math.prod(array.shape[2:])  # of a convolution; torch counts it with its channels
         into, out = array.shape[1] * window, array.shape[0] * window
-        twin[other + name.removeprefix(body)] = _drawn(array.shape, into, out, chance)
+        twin[other + name.removeprefix(body)] = _glorot_uniform(array.shape, into, out, chance)
     return twin
 
 
-def _drawn(shape: tuple[int, ...], into: int, out: int, chance: np.random.Generator) -> Array:
+def _glorot_uniform(shape: tuple[int, ...], into: int, out: int, chance: np.random.Generator) -> Array:
     """Return Glorot's uniform numbers for a layer of so many connections into it and out of it."""
     limit = math.sqrt(6.0 / (into + out))
     array = chance.random(shape, np.float32)

@@ -28,19 +28,19 @@ def advice_of(run: RunFolder) -> list[Advice]:
     of_world = kind.piece("advice")
     if of_world is not None:
         found = of_world(run, learner, found)
-    return [replace(one, command=as_asked(one.command, job)) for one in found]
+    return [replace(one, command=typed_command(one.command, job)) for one in found]
 
 
-def as_asked(command: str, job: Mapping[str, Any]) -> str:
+def typed_command(command: str, job: Mapping[str, Any]) -> str:
     """Return a command as this run's training is typed: its world's verb, what it was asked to train on, and by what.
 
-    >>> as_asked("racecraft train --from RUN:best", {"kind": "gymnasium", "asked": {"environment": "CartPole-v1"}})
+    >>> typed_command("racecraft train --from RUN:best", {"kind": "gymnasium", "asked": {"environment": "CartPole-v1"}})
     'racecraft gym train CartPole-v1 --from RUN:best'
     """
     kind = find_kind(str(job.get("kind")))
     of_world = kind.piece("as_typed")
-    told: str = of_world(command, job) if of_world else typed(command, kind.train_command or TRAIN, job)
-    return told
+    text: str = of_world(command, job) if of_world else typed(command, kind.train_command or TRAIN, job)
+    return text
 
 
 def typed(command: str, verb: str, job: Mapping[str, Any], subject: Sequence[Any] = ()) -> str:

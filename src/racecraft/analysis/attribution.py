@@ -185,18 +185,18 @@ def attribute(
     """
     clear = transparent(policy)
     seen = observations if isinstance(observations, Recording) else Recording.now(policy, observations)
-    asked = _settled(clear, seen.inputs, question, action_mask)
+    mask = _selected(clear, seen.inputs, question, action_mask)
     empty = _empty(seen)
-    parts = _integrated(clear, seen.inputs, empty, asked, question.part, steps)
+    parts = _integrated(clear, seen.inputs, empty, mask, question.part, steps)
     with torch.no_grad():
         scores = clear.scores(seen.inputs)
-        whole, nothing = (_score(clear.scores(rows), question.part, asked) for rows in (seen.inputs, empty))
+        whole, nothing = (_score(clear.scores(rows), question.part, mask) for rows in (seen.inputs, empty))
     return Attribution(
         confidence=_confidence(scores, action_mask, question.part),
         score=_array(whole),
         baseline=_array(nothing),
         parts={name: _array(part) for name, part in parts.items()},
-        maps={name: _array(part) for name, part in _grad_cam(clear, seen, asked, question.part).items()},
+        maps={name: _array(part) for name, part in _grad_cam(clear, seen, mask, question.part).items()},
     )
 
 
@@ -237,7 +237,7 @@ def transparent(policy: Any) -> Explainable:
 # ---- the score ----------------------------------------------------------------------------------------------------
 
 
-def _settled(clear: Explainable, fed: Mapping[str, Tensor], question: ExplainTarget, mask: Array | None) -> Tensor:
+def _selected(clear: Explainable, fed: Mapping[str, Tensor], question: ExplainTarget, mask: Array | None) -> Tensor:
     """Return what is asked of each row (R,): which option, or which way the number points (-1 or 1)."""
     with torch.no_grad():
         scores = clear.scores(fed)
@@ -263,13 +263,13 @@ def _settled(clear: Explainable, fed: Mapping[str, Tensor], question: ExplainTar
     return torch.full((len(branch),), question.option, device=branch.device)
 
 
-def _score(scores: Scores, part: int, asked: Tensor) -> Tensor:
+def _score(scores: Scores, part: int, mask: Tensor) -> Tensor:
     """Return the score (R,) that is explained."""
     width = scores.numbers.shape[1]
     if part < width:
-        return scores.numbers[:, part] * asked
+        return scores.numbers[:, part] * mask
     branch = scores.branches[part - width]
-    return branch.gather(1, asked.unsqueeze(1)).squeeze(1) - branch.mean(dim=1)
+    return branch.gather(1, mask.unsqueeze(1)).squeeze(1) - branch.mean(dim=1)
 
 
 def _allowed(scores: Scores, branch: int, mask: Array | None) -> Tensor:
@@ -315,16 +315,16 @@ def _integrated(
     clear: Explainable,
     fed: Mapping[str, Tensor],
     empty: Mapping[str, Tensor],
-    asked: Tensor,
+    mask: Tensor,
     part: int,
     steps: int,
 ) -> dict[str, Tensor]:
     """Return integrated gradients by name, the midpoint rule over so many steps."""
-    rows = len(asked)
+    rows = len(mask)
     found: dict[str, list[Tensor]] = {name: [] for name in fed}
     for first in range(0, rows, max(1, AT_ONCE // steps)):
         some = slice(first, first + max(1, AT_ONCE // steps))
-        for name, gradient in _mean_gradients(clear, fed, empty, asked, part, steps, some).items():
+        for name, gradient in _mean_gradients(clear, fed, empty, mask, part, steps, some).items():
             found[name].append((fed[name][some] - empty[name][some]) * gradient)
     return {name: torch.cat(parts) for name, parts in found.items()}
 
@@ -333,21 +333,21 @@ def _mean_gradients(
     clear: Explainable,
     fed: Mapping[str, Tensor],
     empty: Mapping[str, Tensor],
-    asked: Tensor,
+    mask: Tensor,
     part: int,
     steps: int,
     some: slice,
 ) -> dict[str, Tensor]:
     """Return the mean gradient of the score along the straight way from the baseline, for some rows."""
-    count = len(asked[some])
-    shares = (torch.arange(steps, device=asked.device) + 0.5) / steps
+    count = len(mask[some])
+    shares = (torch.arange(steps, device=mask.device) + 0.5) / steps
     way = {}
     for name, whole in fed.items():
         from_, to = empty[name][some].unsqueeze(0), whole[some].unsqueeze(0)
         along = shares.view(steps, *[1] * whole.dim())
         way[name] = (from_ + along * (to - from_)).flatten(0, 1).requires_grad_(True)
     with torch.enable_grad():
-        total = _score(clear.scores(way), part, asked[some].repeat(steps)).sum()
+        total = _score(clear.scores(way), part, mask[some].repeat(steps)).sum()
         found = torch.autograd.grad(total, list(way.values()), allow_unused=True)
     return {
         name: _or_zeros(one, way[name]).unflatten(0, (steps, count)).mean(dim=0)
@@ -358,7 +358,7 @@ def _mean_gradients(
 # ---- Grad-CAM -----------------------------------------------------------------------------------------------------
 
 
-def _grad_cam(clear: Explainable, seen: Recording, asked: Tensor, part: int) -> dict[str, Tensor]:
+def _grad_cam(clear: Explainable, seen: Recording, mask: Tensor, part: int) -> dict[str, Tensor]:
     """Return Grad-CAM for each picture that goes through convolutions of its own."""
     found = {}
     for name, module in _modules_of(clear.encoder, seen.pictures).items():
@@ -366,7 +366,7 @@ def _grad_cam(clear: Explainable, seen: Recording, asked: Tensor, part: int) -> 
         hooks = [leaf.register_forward_hook(_keeper(maps)) for leaf in _from_first_convolution(module)]
         try:
             with torch.enable_grad():
-                total = _score(clear.scores(seen.inputs), part, asked).sum()
+                total = _score(clear.scores(seen.inputs), part, mask).sum()
                 if not maps:
                     continue
                 (gradient,) = torch.autograd.grad(total, [maps[-1]], allow_unused=True)

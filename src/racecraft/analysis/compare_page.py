@@ -47,8 +47,8 @@ def write_compare_page(path: Path, compared: Compared) -> None:
     Raises:
         OutputFileError: The place cannot be written.
     """
-    told = compare_data(compared)
-    write_atomic(path, render_file("compare.html", title=told["title"], about=told["about"], told=told))
+    data = compare_data(compared)
+    write_atomic(path, render_file("compare.html", title=data["title"], about=data["about"], told=data))
 
 
 def compare_data(compared: Compared) -> dict[str, Any]:
@@ -106,8 +106,8 @@ def _curves(compared: Compared) -> Chart:
 def curve_of(run: RunFolder, column: str) -> tuple[Array, Array]:
     """Return steps and values of a column of a run's metrics where it has one, (K,) each."""
     rows = [(row["steps"], row[column]) for row in run.read_metrics() if row.get(column) is not None and "steps" in row]
-    told = np.array(rows, float).reshape(-1, 2)
-    return told[:, 0], told[:, 1]
+    points = np.array(rows, float).reshape(-1, 2)
+    return points[:, 0], points[:, 1]
 
 
 def _together(curves: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, Array, Array]:
@@ -140,10 +140,10 @@ def _dots(compared: Compared) -> dict[str, Any]:
             for value in one.values
             if math.isfinite(value)
         ]
-        told = [value for one in group.scores for value in one.values if math.isfinite(value)]
+        scores = [value for one in group.scores for value in one.values if math.isfinite(value)]
         rows.append({
             "name": group.name, "colour": number % 6 + 1, "dots": dots, "top": top + 6, "bottom": top + ROW - 6,
-            "median": place(float(np.median(told))) if told else None,
+            "median": place(float(np.median(scores))) if scores else None,
         })  # fmt: skip
     ticks = [(place(value), f"{value:.2f}") for value in np.linspace(least, most, 5)]
     measure = compared.scored[0].scores[0].name

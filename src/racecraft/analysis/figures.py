@@ -141,8 +141,8 @@ def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_
     """Draw one panel over training time; `size` is that of the letters, in points."""
     seconds = np.array([row["seconds"] for row in metrics], float)
     divisor, unit = _time_unit(float(seconds[-1]))
-    shown = [curve for curve in panel.curves if _has_values(metrics, curve)]
-    for curve in shown:
+    curves = [curve for curve in panel.curves if _has_values(metrics, curve)]
+    for curve in curves:
         at, values = _column(metrics, seconds, curve.column)
         marker = "o" if curve.dots or len(values) == 1 else ""
         axes.plot(
@@ -156,7 +156,7 @@ def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_
         axes.set_ylim(bottom=panel.lowest)
     _strip(axes, size - 1)
     axes.set_xlabel(f"training time ({unit})", fontsize=size - 1, color=QUIET)
-    if len(shown) > 1:
+    if len(curves) > 1:
         axes.legend(frameon=False, fontsize=size - 1, labelcolor=INK, loc="best")
     if steps_on_top:
         _steps_axis(axes, seconds / divisor, np.array([row["steps"] for row in metrics], float), size - 1)
@@ -248,9 +248,9 @@ def thousands(value: float) -> str:
     >>> thousands(0), thousands(2500), thousands(40_000), thousands(3e6)
     ('0', '2.5k', '40k', '3M')
     """
-    for size, letter in ((1e6, "M"), (1e3, "k")):
+    for size, suffix in ((1e6, "M"), (1e3, "k")):
         if value >= size:
-            return f"{value / size:g}{letter}"
+            return f"{value / size:g}{suffix}"
     return f"{value:g}"
 
 

@@ -16,9 +16,9 @@ from racecraft.pages.chart import Band, Chart, Level, Look, Mark, Series
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_SERIES = 24
+MAX_SERIES = 24
 """Of a chart; more lines are a texture, which a picture shows better."""
-MOST_POINTS = 20_000
+MAX_POINTS = 20_000
 
 
 class _NotAChartError(Exception):
@@ -60,7 +60,7 @@ def _chart(axes: Any, twin: Any | None, words: str) -> Chart:
         series += [_line(line, right=True) for line in twin.lines]
     if not series and not bands:
         raise _NotAChartError
-    if len(series) > MOST_SERIES or sum(len(one.x) for one in series) > MOST_POINTS:
+    if len(series) > MAX_SERIES or sum(len(one.x) for one in series) > MAX_POINTS:
         raise _NotAChartError
     x, y = _shared_label(axes, "x"), _shared_label(axes, "y")
     if lying:

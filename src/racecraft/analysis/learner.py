@@ -59,6 +59,8 @@ def learner_of_job(job: Mapping[str, Any]) -> Learner:
 
 def learner_of_log(about: Mapping[str, Any]) -> Learner:
     """Return what learned in a training of AWS's, by what its files say beside the ticks (`Logs.about`)."""
-    told = about.get("hyperparameters", {})
-    algorithm = "sac" if "sac_alpha" in told else "ppo"
-    return Learner(algorithm, {algorithm: {ours: told[name] for name, ours in _AWS.items() if name in told}})
+    hyperparameters = about.get("hyperparameters", {})
+    algorithm = "sac" if "sac_alpha" in hyperparameters else "ppo"
+    return Learner(
+        algorithm, {algorithm: {ours: hyperparameters[name] for name, ours in _AWS.items() if name in hyperparameters}}
+    )

@@ -84,16 +84,16 @@ def rose(then: float, now: float) -> bool:
 
 def _forgetting(metrics: MetricRows, learner: Learner, top_score: float | None) -> Iterator[Advice]:
     score = column(metrics, "evaluation_score")
-    told = np.flatnonzero(np.isfinite(score))
-    if len(told) < 4:
+    evaluated = np.flatnonzero(np.isfinite(score))
+    if len(evaluated) < 4:
         return
-    best, last = told[np.argmax(score[told])], float(np.mean(score[told][-2:]))
+    best, last = evaluated[np.argmax(score[evaluated])], float(np.mean(score[evaluated][-2:]))
     lost = score[best] - last
     if top_score is not None and lost < WORTH_TELLING * top_score:
         return  # a car that never got far has little to forget
     if score[best] > 0 and lost > FORGOTTEN * score[best]:
         paid = column(metrics, "mean_reward")
-        then, now = float(paid[best]), float(np.mean(paid[told[-2:]]))
+        then, now = float(paid[best]), float(np.mean(paid[evaluated[-2:]]))
         pays_otherwise = top_score is not None and rose(then, now)
         command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
         yield Advice(

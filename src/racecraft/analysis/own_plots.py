@@ -187,9 +187,9 @@ def _as_plot(own: CustomPlot, made: Any, ticks: Any) -> Plot:
 
 def _table_figure(table: Any, title: str) -> Any:
     """Return a table as a figure, its first rows."""
-    shown = table.head(20)
-    figure, (axes,) = sheet(1, 1, [title], (8.0, 0.8 + 0.3 * shown.height))
+    rows = table.head(20)
+    figure, (axes,) = sheet(1, 1, [title], (8.0, 0.8 + 0.3 * rows.height))
     axes.set_axis_off()
-    cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in shown.rows()]
-    axes.table(cells or [[""] * shown.width], colLabels=shown.columns, loc="upper left")
+    cells = [[f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows.rows()]
+    axes.table(cells or [[""] * rows.width], colLabels=rows.columns, loc="upper left")
     return figure

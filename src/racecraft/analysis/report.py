@@ -86,15 +86,15 @@ def _behind(part: str, own: Sequence[PagePart]) -> Pieces:
 
 def _about(facts: RunFacts) -> str:
     """Return what run it is, for the line below the title."""
-    asked = facts.job.get("asked", {})
-    said = [
+    request = facts.job.get("asked", {})
+    sentences = [
         f"run {facts.name}",
-        f"preset {asked['preset']}" if asked.get("preset") else "",
+        f"preset {request['preset']}" if request.get("preset") else "",
         str(facts.job.get("algorithm", "")),
         f"seed {facts.job['seed']}" if "seed" in facts.job else "",
         str(facts.job.get("started", "")),
     ]
-    return " · ".join(part for part in said if part)
+    return " · ".join(part for part in sentences if part)
 
 
 def _headline(facts: RunFacts) -> Pieces:
@@ -139,12 +139,12 @@ def _learning(facts: RunFacts) -> Pieces:
 
 def _evaluations(facts: RunFacts) -> Pieces:
     of_world = facts.kind.piece("evaluation_table")
-    told = (of_world(facts.evaluations) if of_world else None) or return_table(facts.evaluations)
-    if told is None:
+    rows = (of_world(facts.evaluations) if of_world else None) or return_table(facts.evaluations)
+    if rows is None:
         return
     yield parts.heading("Evaluations")
-    yield parts.paragraph(told.words)
-    yield parts.card(parts.table(told.heads, told.rows, told.numbers))
+    yield parts.paragraph(rows.words)
+    yield parts.card(parts.table(rows.heads, rows.rows, rows.numbers))
 
 
 def _small_print(facts: RunFacts) -> Pieces:
@@ -156,9 +156,9 @@ def _small_print(facts: RunFacts) -> Pieces:
     ]
     if settings:
         yield parts.details("Settings", parts.table(("setting", "value"), settings))
-    asked = [(name, _plain(value)) for name, value in facts.job.get("asked", {}).items()]
-    asked += [(name, _plain(facts.job[name])) for name in ("seed", "threads", "started", "track") if name in facts.job]
-    yield parts.details("What was asked", parts.table(("asked", "value"), asked))
+    rows = [(name, _plain(value)) for name, value in facts.job.get("asked", {}).items()]
+    rows += [(name, _plain(facts.job[name])) for name in ("seed", "threads", "started", "track") if name in facts.job]
+    yield parts.details("What was asked", parts.table(("asked", "value"), rows))
     versions = list(facts.job.get("versions", {}).items())
     if versions:
         yield parts.details("Versions", parts.table(("package", "version"), versions))

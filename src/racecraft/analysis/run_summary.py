@@ -17,16 +17,16 @@ UNTIL = {
 
 def request_text(facts: RunFacts) -> str:
     """Return sentences that say what was asked: of whom, until when, of what car, paid by what, beginning where."""
-    asked = facts.job.get("asked", {})
+    request = facts.job.get("asked", {})
     who = str(facts.job.get("algorithm", "a learner")).upper()
-    until = _until(asked.get("stops") or asked.get("stop") or ())
-    told = [f"{who} was asked to {facts.world.verb} {facts.title}{until}.", *facts.world.asked]
-    if asked.get("from"):
-        told.append(f"It began with the weights of {asked['from']}.")
-    if asked.get("set"):
-        told.append(f"Set by hand: {', '.join(map(str, asked['set']))}.")
-    told += _resumed(facts.job.get("resumed", ()))
-    return " ".join(told)
+    until = _until(request.get("stops") or request.get("stop") or ())
+    sentences = [f"{who} was asked to {facts.world.verb} {facts.title}{until}.", *facts.world.asked]
+    if request.get("from"):
+        sentences.append(f"It began with the weights of {request['from']}.")
+    if request.get("set"):
+        sentences.append(f"Set by hand: {', '.join(map(str, request['set']))}.")
+    sentences += _resumed(facts.job.get("resumed", ()))
+    return " ".join(sentences)
 
 
 def _resumed(times: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -47,33 +47,33 @@ def _until(stops: str | Sequence[str]) -> str:
     >>> _until(["laps", "minutes=7"]), _until(())
     (' until it laps or 7 min are over', '')
     """
-    told = []
+    conditions = []
     for stop in [stops] if isinstance(stops, str) else stops:
         kind, _, amount = str(stop).partition("=")
-        told.append(UNTIL[kind].format(amount) if kind in UNTIL else str(stop))
-    return f" until {' or '.join(told)}" if told else ""
+        conditions.append(UNTIL[kind].format(amount) if kind in UNTIL else str(stop))
+    return f" until {' or '.join(conditions)}" if conditions else ""
 
 
 def happened_words(facts: RunFacts) -> str:
     """Return sentences that say what came of it: the first score, the best, the last, and whether it gets round."""
     last = facts.metrics[-1]
-    told = f"It trained for {duration(last['seconds'])} and {last['steps']:,} steps."
+    text = f"It trained for {duration(last['seconds'])} and {last['steps']:,} steps."
     scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]
     if not scored:
-        return f"{told} It was not judged yet."
+        return f"{text} It was not judged yet."
     best = max(scored, key=lambda row: row["evaluation_score"])
     first, top, now = (_score(facts, row["evaluation_score"]) for row in (scored[0], best, scored[-1]))
     if first == top == now:
-        told += f" Judged without exploration it came to {now}, from the first time to the last."
+        text += f" Judged without exploration it came to {now}, from the first time to the last."
     elif best is scored[0] and len(scored) > 1:
-        told += (
+        text += (
             f" Judged without exploration it came to {top} in iteration {best['iteration']}, its first judgement and "
         )
-        told += f"its best; the last was {now}."
+        text += f"its best; the last was {now}."
     else:
-        told += f" Judged without exploration it went from {first} to {top} in iteration {best['iteration']}"
-        told += "." if now == top else f"; the last judgement was {now}."
-    return " ".join([told, *facts.world.happened])
+        text += f" Judged without exploration it went from {first} to {top} in iteration {best['iteration']}"
+        text += "." if now == top else f"; the last judgement was {now}."
+    return " ".join([text, *facts.world.happened])
 
 
 def _score(facts: RunFacts, score: float) -> str:

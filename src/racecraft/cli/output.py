@@ -69,9 +69,9 @@ def counting(what: str, *, quiet_stdout: bool) -> Iterator[Callable[[int, int], 
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    shown = Console(stderr=quiet_stdout)
+    console = Console(stderr=quiet_stdout)
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn(what), TimeRemainingColumn(compact=True))
-    with Progress(*columns, console=shown, transient=True, disable=not shown.is_terminal) as progress:
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(what, total=None)
         yield lambda done, whole: progress.update(task, completed=done, total=whole)
 

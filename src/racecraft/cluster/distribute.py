@@ -70,34 +70,36 @@ def distribute(cluster: str | int | None) -> Distribute | None:
     """
     if cluster is None:
         return None
-    asked = read_cluster(str(cluster))
+    options = read_cluster(str(cluster))
 
     def reach() -> Transport:
         # Not before the training is known to be one that can be spread: a wrong setting is told first.
         from racecraft.cluster.ray_transport import RayTransport
 
-        return RayTransport(asked)
+        return RayTransport(options)
 
-    return spread_by(reach, asked)
+    return spread_by(reach, options)
 
 
-def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_seconds: float = COME_SECONDS) -> Distribute:
+def spread_by(
+    reach: Callable[[], Transport], options: ClusterOptions, come_seconds: float = COME_SECONDS
+) -> Distribute:
     """Return what carries a training's worlds to workers.
 
     Args:
         reach: Makes a `Transport`, once it is known that the training can be spread.
-        asked: Which cluster, for what is said and for job.json.
+        options: Which cluster, for what is said and for job.json.
         come_seconds: Workers are there by then, or do not come.
     """
 
     @contextlib.contextmanager
     def spread(kind: str, planned: Any, experiment: Experiment, say: MessageCallback) -> Iterator[Experiment]:
         _require_spreadable(experiment)
-        say(f"- cluster {asked}: waiting for its workers")
+        say(f"- cluster {options}: waiting for its workers")
         with contextlib.closing(reach()) as transport:
-            crew = _crew(transport, kind, planned, come_seconds, say)
+            crew = _worker_pool(transport, kind, planned, come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
-            _tell(crew, asked, say)
+            _print_workers(crew, options, say)
 
             def after_update(learner: Learner) -> None:
                 gatherer.updates.heard()
@@ -107,14 +109,16 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterOptions, come_second
                 experiment,
                 gatherer=gatherer,
                 after_update=after_update,
-                job={**experiment.job, "cluster": _recorded(crew, asked)},
+                job={**experiment.job, "cluster": _recorded(crew, options)},
             )
-            _tell_traffic(gatherer, say)
+            _print_traffic(gatherer, say)
 
     return spread
 
 
-def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: MessageCallback) -> WorkerPool:
+def _worker_pool(
+    transport: Transport, kind: str, planned: Any, come_seconds: float, say: MessageCallback
+) -> WorkerPool:
     """Return workers in their places, not yet started."""
     shares = shares_of(parts_of(planned), transport.room, planned.seed)
     if len(shares) < transport.room:
@@ -146,13 +150,13 @@ def _recorded(crew: WorkerPool, asked: ClusterOptions) -> dict[str, Any]:
     return {"asked": str(asked), "workers": len(crew.opened), "machines": len(machines)}
 
 
-def _tell(crew: WorkerPool, asked: ClusterOptions, say: MessageCallback) -> None:
+def _print_workers(crew: WorkerPool, options: ClusterOptions, say: MessageCallback) -> None:
     hosts = {opened.host for opened in crew.opened}
-    machines = "this machine" if asked.address is None else f"{len(hosts)} machine{'s' * (len(hosts) > 1)}"
-    say(f"- cluster {asked}: {len(crew.opened)} workers on {machines}, the learner here")
+    machines = "this machine" if options.address is None else f"{len(hosts)} machine{'s' * (len(hosts) > 1)}"
+    say(f"- cluster {options}: {len(crew.opened)} workers on {machines}, the learner here")
 
 
-def _tell_traffic(gatherer: ClusterGatherer, say: MessageCallback) -> None:
+def _print_traffic(gatherer: ClusterGatherer, say: MessageCallback) -> None:
     collecting = gatherer.collecting
     if collecting is None or not collecting.traffic.steps:
         return

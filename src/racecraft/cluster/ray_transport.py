@@ -43,15 +43,15 @@ class RayTransport:
         ClusterError: The cluster is not there.
     """
 
-    def __init__(self, asked: ClusterOptions) -> None:
+    def __init__(self, options: ClusterOptions) -> None:
         self._ray = ray = imported_ray()
-        self._asked, self._doors = asked, contextlib.ExitStack()
+        self._asked, self._doors = options, contextlib.ExitStack()
         self._workers: list[Any] = []
         with _closed_on_failure(self._doors):
-            if asked.address is None:
-                self._make(asked.workers or 1)
+            if options.address is None:
+                self._make(options.workers or 1)
             else:
-                self._join(asked.address)
+                self._join(options.address)
         from racecraft.cluster.worker import Worker
 
         self._worker = ray.remote(max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD")(Worker)

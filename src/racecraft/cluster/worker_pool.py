@@ -69,8 +69,8 @@ class WorkerPool:
         self._workers = [self._transport.start() for _ in self.orders]
         coming = {self._transport.ask(worker, "come", None): place for place, worker in enumerate(self._workers)}
         self._wait_for_all(coming, "have come", load_scaled(self._come_seconds))
-        asked = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
-        self.opened = [answer for _, answer in sorted(self._wait_for_all(asked, "have opened their worlds").items())]
+        tickets = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
+        self.opened = [answer for _, answer in sorted(self._wait_for_all(tickets, "have opened their worlds").items())]
         for place, opened in enumerate(self.opened):
             _require_same_versions(place, opened)
         return spec_of_all([opened.spec for opened in self.opened])
@@ -143,10 +143,10 @@ class WorkerPool:
         self._transport.ask(self._workers[place], "open", self.orders[place])
         self._transport.ask(self._workers[place], "begin", start)
 
-    def _wait_for_all(self, asked: Mapping[Ticket, int], what: str, seconds: float = math.inf) -> dict[int, Any]:
+    def _wait_for_all(self, tickets: Mapping[Ticket, int], what: str, seconds: float = math.inf) -> dict[int, Any]:
         """Wait until workers have answered that were just started, and say now and then how far they are."""
-        waiting, answers = dict(asked), dict[int, Any]()
-        began = latest = told = time.monotonic()
+        waiting, answers = dict(tickets), dict[int, Any]()
+        began = latest = reported = time.monotonic()
         while waiting:
             before = len(answers)
             for ticket in self._transport.answered(list(waiting), LOOK_SECONDS):
@@ -162,16 +162,16 @@ class WorkerPool:
                     ) from lost
             now = time.monotonic()
             latest = now if len(answers) > before else latest
-            if waiting and now - told >= TELL_SECONDS:
-                told = now
-                self._say(f"- cluster: after {now - began:.0f} s {len(answers)} of {len(asked)} workers {what}")
+            if waiting and now - reported >= TELL_SECONDS:
+                reported = now
+                self._say(f"- cluster: after {now - began:.0f} s {len(answers)} of {len(tickets)} workers {what}")
             if waiting and now - latest > seconds:
                 raise ClusterError(
                     "cluster: {count} of {count_2} workers came, and for {seconds:.0f} s no other; expected "
                     "all of them. Look with `ray status` which cores are taken, ask for fewer workers (N@…), or begin "
                     "more machines with `ray start --address=HOST:PORT`.",
                     count=len(answers),
-                    count_2=len(asked),
+                    count_2=len(tickets),
                     seconds=seconds,
                 )
         return answers

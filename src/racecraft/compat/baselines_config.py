@@ -43,14 +43,14 @@ DEFAULTS = (
 
 
 @dataclass(frozen=True)
-class Told:
+class Translation:
     """What a launcher was given, in our words."""
 
     settings: tuple[str, ...]
     stop: str
 
 
-def translated(words: Mapping[str, Any]) -> Told:
+def translated(words: Mapping[str, Any]) -> Translation:
     """Return PPO1's arguments in our words.
 
     Raises:
@@ -74,7 +74,7 @@ def translated(words: Mapping[str, Any]) -> Told:
             hint=nearest(str(schedule), (LINEAR, CONSTANT)),
         )
     settings += [f"ppo.learning_rate_schedule={schedule}", f"ppo.clip_schedule={schedule}"]
-    return Told((*settings, *DEFAULTS), f"steps={_number(words, 'num_timesteps', 1e4):.12g}")
+    return Translation((*settings, *DEFAULTS), f"steps={_number(words, 'num_timesteps', 1e4):.12g}")
 
 
 def _number(words: Mapping[str, Any], name: str, default: float) -> float:

@@ -21,10 +21,10 @@ from racecraft.compat.episode_listener import Watched
 from racecraft.compat.names.gym import Wrapper, make
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_training import register_env, registered
-from racecraft.compat.stored_environments import leave_if_begun_again, script_code
+from racecraft.compat.stored_environments import exit_if_restarted, script_code
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError
 from racecraft.contract.world import Array
-from racecraft.formats.atomic import OutputFileError, output_letter
+from racecraft.formats.atomic import OutputFileError, output_error
 from racecraft.formats.run_folder import JOB
 from racecraft.players.trained import load_policy
 from racecraft.training import worlds
@@ -94,7 +94,7 @@ class Episodes:
                 rows.writerows([["r", "l", "t"]] * is_new)
                 rows.writerow([f"{reward:.6g}", steps, f"{time.time() - self._begun:.3f}"])
         except OSError as error:
-            raise OutputFileError(output_letter(path, error)) from error
+            raise OutputFileError(output_error(path, error)) from error
 
 
 class Ppo1Lines(NullCallback):
@@ -139,24 +139,26 @@ def train_ppo1(env: Any, output_path: str, words: Mapping[str, Any], tag: str = 
     Raises:
         SettingError: Something is not understood, or the environment cannot be copied.
     """
-    told = translated(words)
-    episodes = Episodes(_room(output_path))
+    translation = translated(words)
+    episodes = Episodes(_output_folder(output_path))
     register_env("environment", _watched(_copies_of(env), episodes))
     environment = registered("environment", {}, _longest(env))
-    leave_if_begun_again()
+    exit_if_restarted()
     lines, model = Ppo1Lines(episodes, tag), os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
-        trained = worlds.resume(run, (told.stop,), lines, print, "gymnasium")
+        trained = worlds.resume(run, (translation.stop,), lines, print, "gymnasium")
     else:
         code = script_code(environment)
-        asked = GymRequest(environment, stops=(told.stop,), run=run, overrides=told.settings, environment_code=code)
-        trained = worlds.train(asked, lines)
+        request = GymRequest(
+            environment, stops=(translation.stop,), run=run, overrides=translation.settings, environment_code=code
+        )
+        trained = worlds.train(request, lines)
     _film(env, trained, episodes.folder or trained.run.path)
     return trained
 
 
-def _room(output_path: str) -> Path | None:
+def _output_folder(output_path: str) -> Path | None:
     """Return the folder of what a script leaves; None: it names a container's, and there is no job."""
     own = os.environ.get(OWN_ROOM)
     if Path(output_path).is_relative_to(CONTAINER_ROOM):
@@ -165,7 +167,7 @@ def _room(output_path: str) -> Path | None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputFileError(output_letter(folder, error)) from error
+        raise OutputFileError(output_error(folder, error)) from error
     return folder
 
 
@@ -202,7 +204,7 @@ def _longest(env: Any) -> int:
     return getattr(spec, "max_episode_steps", None) or LONGEST_EPISODE
 
 
-def _unknown(name: str, letter: str) -> str:
+def _unknown(name: str, message: str) -> str:
     if name.startswith("Roboschool"):
         bare = name.removeprefix("Roboschool").rpartition("-v")[0]
         return (
@@ -210,7 +212,7 @@ def _unknown(name: str, letter: str) -> str:
             f'robots are nearest: create_env(env_id="{bare}-v5") where it has one, after '
             "`pip install 'gymnasium[mujoco]'`."
         )
-    return f"environment {name}: {letter}"
+    return f"environment {name}: {message}"
 
 
 def _film(env: Any, trained: Trained, folder: Path) -> None:
@@ -219,30 +221,30 @@ def _film(env: Any, trained: Trained, folder: Path) -> None:
         print(f"- {FILM}: no film, for the script's own environment is shown by nobody else")
         return
     try:
-        shown = gymnasium.make(env.name, render_mode="rgb_array")
+        environment = gymnasium.make(env.name, render_mode="rgb_array")
     except Exception as error:  # an environment's own affair: what it draws with may be missing
         print(f"- {FILM}: no film ({error})")
         return
-    rate = float(shown.metadata.get("render_fps", FILM_RATE))
+    rate = float(environment.metadata.get("render_fps", FILM_RATE))
     try:
-        encode_film(folder / FILM, _pictures(shown, trained), rate, env.name)
+        encode_film(folder / FILM, _pictures(environment, trained), rate, env.name)
         print(f"- {folder / FILM}")
     except (RacecraftError, gymnasium.error.Error) as error:
         print(f"- {FILM}: no film ({error})")
     finally:
-        shown.close()
+        environment.close()
 
 
-def _pictures(shown: gymnasium.Env[Any, Any], trained: Trained) -> Iterator[Array]:
+def _pictures(environment: gymnasium.Env[Any, Any], trained: Trained) -> Iterator[Array]:
     """Yield what the greedy policy does, (H, W, 3) uint8 with even sides."""
     policy = load_policy(trained.run)
     name = next(iter(policy.spec.visible))
     part = policy.spec.visible[name]
-    seen, _ = shown.reset(seed=0)
+    seen, _ = environment.reset(seed=0)
     for _ in range(FILM_STEPS):
         (action,) = policy.act({name: np.asarray(seen, part.dtype).reshape(1, *part.shape)})
-        seen, _, terminated, truncated, _ = shown.step(action)
+        seen, _, terminated, truncated, _ = environment.step(action)
         if terminated or truncated:
-            seen, _ = shown.reset()
-        picture: Any = shown.render()
+            seen, _ = environment.reset()
+        picture: Any = environment.render()
         yield np.ascontiguousarray(picture[: len(picture) // 2 * 2, : picture.shape[1] // 2 * 2])

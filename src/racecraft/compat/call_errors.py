@@ -27,12 +27,12 @@ def about_call(error: TypeError) -> str:
     called = _called(error.__traceback__) if _NAMED.match(str(error)) else None
     if called is None or not str(getattr(called, "__module__", "")).startswith(OURS):
         return ""
-    name, said = called.__name__, _NAMED.sub("", str(error))
+    name, text = called.__name__, _NAMED.sub("", str(error))
     known = [one for one in inspect.signature(called).parameters if one not in ("self", "cls")]
-    unexpected = _UNEXPECTED.search(said)
+    unexpected = _UNEXPECTED.search(text)
     if unexpected is not None:
         return f"{name} has no argument '{unexpected[1]}' here. {nearest(unexpected[1], known)}"
-    return f"{name} {said}; expected {name}({', '.join(known)})."
+    return f"{name} {text}; expected {name}({', '.join(known)})."
 
 
 def _called(trace: TracebackType | None) -> Callable[..., Any] | None:
@@ -58,10 +58,10 @@ def _call_at(trace: TracebackType) -> ast.Call | None:
     source[-1] = source[-1].encode()[:last].decode(errors="ignore")
     source[0] = source[0].encode()[first:].decode(errors="ignore")
     try:
-        told = ast.parse("".join(source), mode="eval").body
+        call = ast.parse("".join(source), mode="eval").body
     except SyntaxError:
         return None
-    return told if isinstance(told, ast.Call) else None
+    return call if isinstance(call, ast.Call) else None
 
 
 def _value(node: ast.expr, frame: FrameType) -> Any:

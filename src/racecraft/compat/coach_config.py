@@ -137,7 +137,7 @@ BEHIND_UNITS = {"Empty": (), "Shallow": (64,), "Medium": (512,), "Deep": (128, 1
 
 
 @dataclass
-class Told:
+class Translation:
     """What a preset asks for, in our words."""
 
     algorithm: str
@@ -151,7 +151,7 @@ class Told:
     """What has no meaning here, a sentence each."""
 
 
-def translated(graph: Part) -> Told:
+def translated(graph: Part) -> Translation:
     """Return what a preset's graph manager asks for.
 
     Raises:
@@ -167,24 +167,26 @@ def translated(graph: Part) -> Told:
             agents=", ".join(AGENTS),
         )
     laid = dict(agent.leaves())
-    told = Told(algorithm, *_environment(environment), settings=list(DEFAULTS[algorithm]), stop="")
+    translation = Translation(algorithm, *_environment(environment), settings=list(DEFAULTS[algorithm]), stop="")
     for path, value in laid.items():
         _require_word(path)
         how, what = AGENT_WORDS[path]
         if how == TABLE:
-            told.settings.append(_setting(algorithm, path, what, value))
+            translation.settings.append(_setting(algorithm, path, what, value))
         elif not how:
-            told.said.append(f"{path}: {what}")
-    told.settings.append(f"dqn.double={str(agent.kind.startswith('DDQN')).lower()}" * (algorithm == DQN))
-    told.settings += _network(laid, algorithm)
-    told.settings += _head(laid.get(f"{MAIN}heads_parameters"), algorithm)
-    _lay_algorithm(told, laid, algorithm)
-    _lay_schedule(told, graph, algorithm)
-    told.settings = [one for one in told.settings if one]
+            translation.said.append(f"{path}: {what}")
+    translation.settings.append(f"dqn.double={str(agent.kind.startswith('DDQN')).lower()}" * (algorithm == DQN))
+    translation.settings += _network(laid, algorithm)
+    translation.settings += _head(laid.get(f"{MAIN}heads_parameters"), algorithm)
+    _set_algorithm(translation, laid, algorithm)
+    _set_schedule(translation, graph, algorithm)
+    translation.settings = [one for one in translation.settings if one]
     for name in ("vis_params", "preset_validation_params"):
         if list(graph[name].leaves()):
-            told.said.append(f"{name}: films and tests of presets are Coach's own; `racecraft evaluate` judges a run")
-    return told
+            translation.said.append(
+                f"{name}: films and tests of presets are Coach's own; `racecraft evaluate` judges a run"
+            )
+    return translation
 
 
 def _environment(environment: Part) -> tuple[str, dict[str, Any]]:
@@ -248,7 +250,7 @@ def _units(scheme: Any, named: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]
     )
 
 
-def _lay_algorithm(told: Told, laid: Mapping[str, Any], algorithm: str) -> None:
+def _set_algorithm(translation: Translation, laid: Mapping[str, Any], algorithm: str) -> None:
     """Lay how much is played between updates, how the target follows, and how is explored."""
     played = laid.get("algorithm.num_consecutive_playing_steps", PLAYED[algorithm])
     copied = laid.get("algorithm.num_steps_between_copying_online_weights_to_target")
@@ -256,56 +258,61 @@ def _lay_algorithm(told: Told, laid: Mapping[str, Any], algorithm: str) -> None:
     if algorithm == PPO:
         collected = copied or played
         if collected.kind == EPISODES:
-            told.settings.append(f"rollout.episodes_per_iteration={round(collected.count)}")
+            translation.settings.append(f"rollout.episodes_per_iteration={round(collected.count)}")
         else:
-            told.settings += [
+            translation.settings += [
                 f"rollout.num_worlds={WORLDS}",
                 f"rollout.horizon={max(1, round(collected.count / WORLDS))}",
             ]
         if line is not None:
-            told.said.append("exploration.epsilon_schedule: PPO explores by its own policy")
+            translation.said.append("exploration.epsilon_schedule: PPO explores by its own policy")
         return
     every = max(1, round(played.count))
     follows = max(1, round((copied or Amount(STEPS, 10_000)).count / every))
-    told.settings += [f"dqn.train_every={every}", f"dqn.target_every={follows}"]
+    translation.settings += [f"dqn.train_every={every}", f"dqn.target_every={follows}"]
     if isinstance(line, Line):
-        told.settings += [
+        translation.settings += [
             f"dqn.epsilon_first={line.first}", f"dqn.epsilon_last={line.last}", f"dqn.epsilon_steps={line.steps}",
         ]  # fmt: skip
     if "memory.max_size" in laid:
-        told.settings.append(f"replay.capacity={laid['memory.max_size'][1]}")
+        translation.settings.append(f"replay.capacity={laid['memory.max_size'][1]}")
 
 
-def _lay_schedule(told: Told, graph: Part, algorithm: str) -> None:
+def _set_schedule(translation: Translation, graph: Part, algorithm: str) -> None:
     """Lay how long is trained, what comes before, and how is judged; what is laid into the graph itself wins."""
-    asked = {**dict(graph.schedule_params.leaves()), **{k: v for k, v in graph.parts.items() if k in SCHEDULE_WORDS}}
-    for name in asked:
+    parameters = {
+        **dict(graph.schedule_params.leaves()),
+        **{k: v for k, v in graph.parts.items() if k in SCHEDULE_WORDS},
+    }
+    for name in parameters:
         if name not in SCHEDULE_WORDS:
             raise SettingError("schedule_params has no '{name}'. {hint}", name=name, hint=nearest(name, SCHEDULE_WORDS))
-    improve = asked.get("improve_steps", Amount(TRAININGS, 10_000_000_000))
-    heatup = asked.get("heatup_steps", Amount(STEPS, 0))
-    told.stop = _stop(told, improve, algorithm)
+    improve = parameters.get("improve_steps", Amount(TRAININGS, 10_000_000_000))
+    heatup = parameters.get("heatup_steps", Amount(STEPS, 0))
+    translation.stop = _stop(translation, improve, algorithm)
     if algorithm == DQN and heatup.kind == STEPS and heatup.count:
-        told.settings.append(f"replay.learning_starts={round(heatup.count)}")
+        translation.settings.append(f"replay.learning_starts={round(heatup.count)}")
     elif heatup.count:
-        told.said.append(f"heatup_steps: {'PPO learns from its first rollout on' if algorithm == PPO else heatup}")
-    judged = asked.get("evaluation_steps")
+        translation.said.append(
+            f"heatup_steps: {'PPO learns from its first rollout on' if algorithm == PPO else heatup}"
+        )
+    judged = parameters.get("evaluation_steps")
     if judged is not None and judged.kind == EPISODES and judged.count >= 1:
-        told.settings.append(f"evaluation.episodes={round(judged.count)}")
-    if "steps_between_evaluation_periods" in asked:
-        told.said.append("steps_between_evaluation_periods: evaluation.every says how often is judged")
+        translation.settings.append(f"evaluation.episodes={round(judged.count)}")
+    if "steps_between_evaluation_periods" in parameters:
+        translation.said.append("steps_between_evaluation_periods: evaluation.every says how often is judged")
 
 
-def _stop(told: Told, improve: Amount, algorithm: str) -> str:
+def _stop(translation: Translation, improve: Amount, algorithm: str) -> str:
     """Return our stop; an act of learning is an iteration of PPO's, and so many steps of DQN's."""
     if improve.kind == TRAININGS and algorithm == PPO:
         return f"iterations={round(improve.count)}"
     if improve.kind == TRAININGS:
-        every = next(int(one.rpartition("=")[2]) for one in told.settings if one.startswith("dqn.train_every"))
+        every = next(int(one.rpartition("=")[2]) for one in translation.settings if one.startswith("dqn.train_every"))
         return f"steps={round(improve.count * every)}"
     if improve.kind == STEPS:
         return f"steps={round(improve.count)}"
-    told.episodes = round(improve.count)
+    translation.episodes = round(improve.count)
     return f"steps={LONGEST}"
 
 

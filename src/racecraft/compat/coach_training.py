@@ -7,9 +7,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from racecraft.compat.coach_config import Part, Told, translated
+from racecraft.compat.coach_config import Part, Translation, translated
 from racecraft.compat.rllib_training import register_env, registered
-from racecraft.compat.stored_environments import leave_if_begun_again, script_code
+from racecraft.compat.stored_environments import exit_if_restarted, script_code
 from racecraft.contract.errors import SettingError
 from racecraft.contract.loading import add_cwd_to_path
 from racecraft.formats.run_folder import JOB, STOP
@@ -63,35 +63,36 @@ def train_preset(graph: Part) -> Trained:
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
     """
-    told = translated(graph)
-    for sentence in told.said:
+    translation = translated(graph)
+    for sentence in translation.said:
         print(f"- {sentence}")
-    environment = _environment(told)
-    leave_if_begun_again()
+    environment = _environment(translation)
+    exit_if_restarted()
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
-        return worlds.resume(run, (told.stop,), CoachLines(told.episodes), print, "gymnasium")
+        return worlds.resume(run, (translation.stop,), CoachLines(translation.episodes), print, "gymnasium")
     request = GymRequest(
-        environment, algorithm=told.algorithm, stops=(told.stop,), run=run, overrides=tuple(told.settings),
-        environment_code=script_code(environment, by_name=True) if ":" in told.environment else None,
+        environment, algorithm=translation.algorithm, stops=(translation.stop,), run=run,
+        overrides=tuple(translation.settings),
+        environment_code=script_code(environment, by_name=True) if ":" in translation.environment else None,
     )  # fmt: skip
-    return worlds.train(request, CoachLines(told.episodes), print)
+    return worlds.train(request, CoachLines(translation.episodes), print)
 
 
-def _environment(told: Told) -> str:
+def _environment(translation: Translation) -> str:
     """Return the id of a level: Gymnasium's own, or a class beside the script."""
-    module, colon, name = told.environment.partition(":")
+    module, colon, name = translation.environment.partition(":")
     if not colon:
-        return told.environment
+        return translation.environment
     add_cwd_to_path()
     try:
         made: Any = getattr(importlib.import_module(module.removesuffix(".py")), name)
     except (ImportError, AttributeError) as error:
         raise SettingError(
             "level {environment}: {error}; expected a class of that name in a module beside the script.",
-            environment=told.environment,
+            environment=translation.environment,
             error=error,
         ) from error
     register_env(name, lambda context: made(**context))
-    return registered(name, told.env_words, LONGEST_EPISODE)
+    return registered(name, translation.env_words, LONGEST_EPISODE)

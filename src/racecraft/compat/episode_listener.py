@@ -58,10 +58,10 @@ class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
         """Begin an episode; one that was not over was cut from outside, by a limit of ticks."""
         if self._steps:
             self._end()
-        begun = self.env.reset(**words)
+        observation = self.env.reset(**words)
         if self._listener is not None:
-            self._listener.on_start(self._number, {SOLE: SOLE_POLICY}, {SOLE: begun[0]})
-        return begun
+            self._listener.on_start(self._number, {SOLE: SOLE_POLICY}, {SOLE: observation[0]})
+        return observation
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act once."""
@@ -81,7 +81,7 @@ class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 
 @dataclass(frozen=True)
-class Told:
+class WatchedEpisode:
     """One episode of an environment, all its agents together."""
 
     reward: float
@@ -95,17 +95,17 @@ class Tally:
     """Episodes since somebody last asked."""
 
     def __init__(self) -> None:
-        self._told: list[Told] = []
+        self._told: list[WatchedEpisode] = []
 
     def ended(self, reward: float, steps: int) -> None:
         """Take in an episode of one agent."""
-        self.add(Told(reward, steps))
+        self.add(WatchedEpisode(reward, steps))
 
-    def add(self, told: Told) -> None:
+    def add(self, episode: WatchedEpisode) -> None:
         """Take in an episode."""
-        self._told.append(told)
+        self._told.append(episode)
 
-    def take(self) -> list[Told]:
+    def take(self) -> list[WatchedEpisode]:
         """Return them, oldest first, and forget them."""
-        told, self._told = self._told, []
-        return told
+        episodes, self._told = self._told, []
+        return episodes

@@ -46,13 +46,13 @@ class Cell:
     source: str
 
 
-def run_notebook(path: Path, goes_on: bool = False, letter_about: LetterAbout = lambda error: "") -> None:
+def run_notebook(path: Path, goes_on: bool = False, error_about: LetterAbout = lambda error: "") -> None:
     """Run every cell of Python's in one module, `__main__`.
 
     Args:
         path: The notebook.
         goes_on: Whether a cell that fails is told of, and the next one run.
-        letter_about: Tells of an error in words of ours, where there are any.
+        error_about: Tells of an error in words of ours, where there are any.
 
     Raises:
         SettingError: Cells failed, and the others were run.
@@ -68,7 +68,7 @@ def run_notebook(path: Path, goes_on: bool = False, letter_about: LetterAbout = 
         cells = list(cells_of(path))
         for index, name in unset_names([cell.source for cell in cells], module.__dict__):
             print(f"- cell {cells[index].number}: {told(name)}", flush=True)
-        failed = [cell.number for cell in cells if not _ran(cell, path, module.__dict__, goes_on, letter_about)]
+        failed = [cell.number for cell in cells if not _ran(cell, path, module.__dict__, goes_on, error_about)]
     finally:
         if before is not None:
             sys.modules["__main__"] = before
@@ -87,8 +87,8 @@ def cells_of(path: Path) -> Iterator[Cell]:
     """
     expected = "a notebook of Jupyter's, with cells of Python"
     try:
-        told = parse_json(read_regular(path))
-        cells = [(one["cell_type"], "".join(one["source"])) for one in told["cells"]]
+        notebook = parse_json(read_regular(path))
+        cells = [(one["cell_type"], "".join(one["source"])) for one in notebook["cells"]]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputFileError(
             path,
@@ -121,16 +121,16 @@ def python_of(source: str) -> str:
 
 
 def _line(line: str) -> str:
-    asked = _SHELL.match(line)
-    if asked is not None:
-        return f"{asked['before']}{ASKS_A_SHELL}({asked['command'].strip()!r})"
+    match = _SHELL.match(line)
+    if match is not None:
+        return f"{match['before']}{ASKS_A_SHELL}({match['command'].strip()!r})"
     magic = _MAGIC.match(line)
     if magic is None:
         return line
     return f"{magic['before']}pass" if magic["before"] else ""
 
 
-def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool, letter_about: LetterAbout) -> bool:
+def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool, error_about: LetterAbout) -> bool:
     """Run a cell; tell whether it came to its end."""
     try:
         _run(cell, path, names)
@@ -138,7 +138,7 @@ def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool, letter_ab
         if not goes_on:
             raise
         notes = "".join(f"\n  {note}" for note in getattr(error, "__notes__", ()))
-        print(f"- {letter_about(error) or f'{type(error).__name__}: {error}{notes}'}", flush=True)
+        print(f"- {error_about(error) or f'{type(error).__name__}: {error}{notes}'}", flush=True)
         return False
     return True
 

@@ -36,13 +36,13 @@ class FromOldGym(gymnasium.Env[Any, Any]):
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act once; an episode that a time limit cut was truncated."""
-        told = self.env.step(action)
-        if not isinstance(told, tuple) or len(told) not in (4, 5):
-            things = f"{len(told)} things" if isinstance(told, tuple) else "one thing"
-            raise contract_error(self.env, "step", "its answer", told, "(observation, reward, done, info)", things)
-        if len(told) == 5:
-            return told
-        seen, reward, done, info = told
+        result = self.env.step(action)
+        if not isinstance(result, tuple) or len(result) not in (4, 5):
+            things = f"{len(result)} things" if isinstance(result, tuple) else "one thing"
+            raise contract_error(self.env, "step", "its answer", result, "(observation, reward, done, info)", things)
+        if len(result) == 5:
+            return result
+        seen, reward, done, info = result
         cut = bool(done and (info or {}).get("TimeLimit.truncated", False))
         return seen, reward_given(self.env, reward), bool(done) and not cut, cut, info
 

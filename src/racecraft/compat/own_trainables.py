@@ -97,21 +97,21 @@ def report(_metrics: Mapping[str, Any] | None = None, **figures: Any) -> None:
 def train_own(trainable: Any, experiment: Mapping[str, Any]) -> dict[str, Any]:
     """Train until a stop of the experiment's is met, or it says `done`; print each iteration; return the last one."""
     config = {"env": experiment.get("env"), **(experiment.get("config") or {})}
-    told = _Told({LATER_STOPS.get(name, name): amount for name, amount in (experiment.get("stop") or {}).items()})
+    report = _Report({LATER_STOPS.get(name, name): amount for name, amount in (experiment.get("stop") or {}).items()})
     if not isinstance(trainable, type):
-        _run_function(trainable, config, told)
-        return told.result
+        _run_function(trainable, config, report)
+        return report.result
     learner = trainable(config)
     try:
-        while not told.take(learner.train()):
+        while not report.take(learner.train()):
             pass
         _save(learner)
     finally:
         learner.stop()
-    return told.result
+    return report.result
 
 
-class _Told:
+class _Report:
     """Iterations as they are reported, and whether a stop is met."""
 
     def __init__(self, stops: Mapping[str, Any]) -> None:
@@ -136,9 +136,9 @@ class _Told:
         return met or bool(figures.get("done"))
 
 
-def _run_function(function: Callable[..., Any], config: dict[str, Any], told: _Told) -> None:
+def _run_function(function: Callable[..., Any], config: dict[str, Any], report: _Report) -> None:
     def reporter(_metrics: Mapping[str, Any] | None = None, **figures: Any) -> None:
-        if told.take({**(_metrics or {}), **figures}):
+        if report.take({**(_metrics or {}), **figures}):
             raise StopConditionMetError
 
     takes_reporter = function.__code__.co_argcount > 1 if hasattr(function, "__code__") else True

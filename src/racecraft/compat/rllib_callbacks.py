@@ -14,7 +14,7 @@ from typing import Any
 
 from racecraft.compat.episode_listener import EpisodeListener
 from racecraft.compat.rllib_words import CALLBACK_WORDS
-from racecraft.compat.unknown_names import letter_about
+from racecraft.compat.unknown_names import error_about
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError, nearest
 from racecraft.contract.user_code_location import user_code_location
 
@@ -160,16 +160,16 @@ class DefaultCallbacks:
     def __init__(self, legacy_callbacks_dict: Mapping[str, Any] | None = None) -> None:
         self.legacy_callbacks = dict(legacy_callbacks_dict or {})
 
-    def on_episode_start(self, **told: Any) -> None:
+    def on_episode_start(self, **kwargs: Any) -> None:
         """An episode begins."""
 
-    def on_episode_step(self, **told: Any) -> None:
+    def on_episode_step(self, **kwargs: Any) -> None:
         """A tick of an episode is over."""
 
-    def on_episode_end(self, **told: Any) -> None:
+    def on_episode_end(self, **kwargs: Any) -> None:
         """An episode is over."""
 
-    def on_train_result(self, **told: Any) -> None:
+    def on_train_result(self, **kwargs: Any) -> None:
         """An iteration is over; what is laid into `result` is told with it."""
 
 
@@ -225,9 +225,9 @@ class Callbacks(EpisodeListener):
         >>> calls.take_metrics()
         {'eaten_mean': 2.5, 'eaten_min': 1.0, 'eaten_max': 4.0}
         """
-        told, self._metrics = self._metrics, []
+        metrics, self._metrics = self._metrics, []
         by_name: dict[str, list[float]] = {}
-        for one in told:
+        for one in metrics:
             for name, value in one.items():
                 by_name.setdefault(name, []).append(_number(name, value))
         return {
@@ -252,59 +252,59 @@ class Callbacks(EpisodeListener):
             _guarded(name, partial(hook, **words))
 
 
-def callbacks_of(said: Any, config: Mapping[str, Any]) -> tuple[Callbacks | None, tuple[str, ...]]:
+def callbacks_of(value: Any, config: Mapping[str, Any]) -> tuple[Callbacks | None, tuple[str, ...]]:
     """Return what calls a script's callbacks, and a sentence for each that is not called here.
 
     Args:
-        said: config.callbacks: functions by name, or a class; None or {}: nothing is to be called.
+        value: config.callbacks: functions by name, or a class; None or {}: nothing is to be called.
         config: The script's configuration of RLlib's.
 
     Raises:
         SettingError: It is neither, has a name that RLlib does not call, or asks to be told what nothing here knows.
     """
-    if not said:
+    if not value:
         return None, ()
-    found = _of_functions(said) if isinstance(said, Mapping) else _of_class(said)
+    found = _of_functions(value) if isinstance(value, Mapping) else _of_class(value)
     left = tuple(f"callbacks.{name}: not called here; {', '.join(CALLED)} are" for name in found if name in NOT_CALLED)
     hooks = {name: hook for name, hook in found.items() if name in CALLED}
     return (Callbacks(hooks, config) if hooks else None), left
 
 
-def _of_functions(said: Mapping[str, Any]) -> dict[str, Callable[..., Any]]:
+def _of_functions(value: Mapping[str, Any]) -> dict[str, Callable[..., Any]]:
     """Return functions that are told one dictionary as hooks that are told by keyword."""
-    for name, function in said.items():
+    for name, function in value.items():
         if name not in (*CALLED, *NOT_CALLED):
             raise SettingError("config.callbacks has no '{name}'. {hint}", name=name, hint=nearest(name, CALLED))
         if not callable(function):
             raise SettingError(
                 "config.callbacks: '{name}' is {function!r}; expected a function.", name=name, function=function
             )
-    return {name: partial(_told_one_dictionary, function) for name, function in said.items()}
+    return {name: partial(_with_one_dictionary, function) for name, function in value.items()}
 
 
-def _told_one_dictionary(function: Callable[[dict[str, Any]], Any], **words: Any) -> None:
+def _with_one_dictionary(function: Callable[[dict[str, Any]], Any], **words: Any) -> None:
     if "episode" in words:
         words = {"env": words["base_env"], "policy": words["policies"], "episode": words["episode"]}
     function({name: value for name, value in words.items() if name != "algorithm"})
 
 
-def _of_class(said: Any) -> dict[str, Callable[..., Any]]:
+def _of_class(value: Any) -> dict[str, Callable[..., Any]]:
     """Return the methods that a class of callbacks has of its own."""
-    if not callable(said):
+    if not callable(value):
         raise SettingError(
-            "config.callbacks is {said!r}; expected a class of callbacks, or functions by name.", said=said
+            "config.callbacks is {said!r}; expected a class of callbacks, or functions by name.", said=value
         )
-    made = _guarded("__init__", said)
+    made = _guarded("__init__", value)
     found = {}
     for name in (*CALLED, *NOT_CALLED):
         if getattr(type(made), name, None) not in (None, getattr(DefaultCallbacks, name, None)):
             method = getattr(made, name)
             known = ITERATION_WORDS if name == ITERATION_HOOK else EPISODE_WORDS
-            found[name] = _told_what_it_asks(name, method, known) if name in CALLED else method
+            found[name] = _with_known_arguments(name, method, known) if name in CALLED else method
     return found
 
 
-def _told_what_it_asks(name: str, method: Callable[..., Any], known: tuple[str, ...]) -> Callable[..., Any]:
+def _with_known_arguments(name: str, method: Callable[..., Any], known: tuple[str, ...]) -> Callable[..., Any]:
     """Return a method that is told those of the words that it has arguments for."""
     asks = inspect.signature(method).parameters.values()
     takes_all = any(one.kind is one.VAR_KEYWORD for one in asks)
@@ -331,11 +331,11 @@ def _guarded(name: str, call: Callable[[], Any]) -> Any:
     except RacecraftError:
         raise
     except Exception as error:
-        said = letter_about(error, ()) or (
+        message = error_about(error, ()) or (
             f"{user_code_location(error)}: callbacks.{name} raised {type(error).__name__}: {error}; expected one that "
             "can be called again and again. Mend it there."
         )
-        raise CallbackError(said) from error
+        raise CallbackError(message) from error
 
 
 def _number(name: str, value: Any) -> float:

@@ -82,8 +82,8 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     >>> told.said[0]
     'kl_coeff: this PPO clips and has no KL penalty beside it'
     """
-    said: list[str] = []
-    _require_experiment_words(experiment, said)
+    notes: list[str] = []
+    _require_experiment_words(experiment, notes)
     run = str(experiment.get("run"))
     if run not in RUNS:
         raise SettingError(
@@ -98,26 +98,26 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
             "config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.",
             environment=environment,
         )
-    said += _said(run, given)
+    notes += _notes(run, given)
     config = {**defaults, **given, "exploration_config": _exploration_config(defaults, given)}
     worlds = [*_worlds(run, config), f"evaluation.episodes={JUDGED_EPISODES}", *RUNS[run]]
     multiagent = _part(config, "multiagent")
-    _require_multi_words(multiagent, said)
+    _require_multi_words(multiagent, notes)
     count = _rollouts_per_iteration(run, config, worlds)
-    horizon = _whole(config, "horizon", 0, 1) or None
+    horizon = _integer(config, "horizon", 0, 1) or None
     stops = _by_first_names("stop", _part(experiment, "stop"), LATER_STOPS)
     model = _model_of(run, config, said_words)
     return Translated(
         algorithm,
         environment,
         _part(config, "env_config"),
-        (*worlds, *_settings(run, config, given), *_model(model, said)),
+        (*worlds, *_settings(run, config, given), *_model(model, notes)),
         tuple(_stop(name, amount, count) for name, amount in stops.items()),
         config.get("seed"),
         multiagent,
         model.get("custom_model") not in NO_MODEL,
         horizon,
-        tuple(said),
+        tuple(notes),
         config.get("callbacks"),
         count,
         multiagent.get("count_steps_by") == "agent_steps",
@@ -151,12 +151,12 @@ def policy_settings(config: Mapping[str, Any], algorithm: str = "ppo") -> tuple[
     return tuple(settings)
 
 
-def _said(run: str, given: Mapping[str, Any]) -> list[str]:
+def _notes(run: str, given: Mapping[str, Any]) -> list[str]:
     """Return a sentence for each word without a meaning here; refuse words that are not understood."""
-    known, defaults, said = words_of(ALGORITHMS[run]), defaults_of(run), []
+    known, defaults, notes = words_of(ALGORITHMS[run]), defaults_of(run), []
     for name in dict.fromkeys((*UNFOLLOWED.get(run, ()), *given)):
         if name in known and not known[name].setting:
-            said.append(f"{name}: {known[name].doc}")
+            notes.append(f"{name}: {known[name].doc}")
         elif name not in known and name in defaults:
             raise SettingError(
                 "config of {run}: {name} is {value!r}; expected {default!r}, RLlib's default: nothing follows it here.",
@@ -170,7 +170,7 @@ def _said(run: str, given: Mapping[str, Any]) -> list[str]:
             raise SettingError(
                 "config of {run} has no '{name}' that is understood here. {near}", run=run, name=name, near=near
             )
-    return said
+    return notes
 
 
 def _settings(run: str, config: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
@@ -187,7 +187,7 @@ def _settings(run: str, config: Mapping[str, Any], given: Mapping[str, Any]) -> 
     if run in WITH_REPLAY:
         settings += _schedules(run, config, given)
     if run == "APPO" and "sgd_minibatch_size" not in given:
-        settings.append(f"ppo.batch_size={_whole(config, 'train_batch_size', 1, 1)}")
+        settings.append(f"ppo.batch_size={_integer(config, 'train_batch_size', 1, 1)}")
     if run == "SAC":
         settings += _of_sac(config)
     if run == "ES":
@@ -230,7 +230,7 @@ def _rollouts_per_iteration(run: str, config: Mapping[str, Any], worlds: list[st
     if run not in WITH_REPLAY:
         return 1
     sizes = [int(one.partition("=")[2]) for one in worlds[:2]]
-    return max(1, -(-_whole(config, "timesteps_per_iteration", 1) // (sizes[0] * sizes[1])))
+    return max(1, -(-_integer(config, "timesteps_per_iteration", 1) // (sizes[0] * sizes[1])))
 
 
 def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -259,7 +259,7 @@ def _by_first_names(place: str, words: Mapping[str, Any], later: Mapping[str, st
     return found
 
 
-def _whole(config: Mapping[str, Any], name: str, otherwise: int, least: int = 0) -> int:
+def _integer(config: Mapping[str, Any], name: str, otherwise: int, least: int = 0) -> int:
     """Return a whole number of a configuration, `otherwise` where it says none."""
     value = config.get(name)
     try:
@@ -273,7 +273,7 @@ def _whole(config: Mapping[str, Any], name: str, otherwise: int, least: int = 0)
     return number
 
 
-def _require_experiment_words(experiment: Mapping[str, Any], said: list[str]) -> None:
+def _require_experiment_words(experiment: Mapping[str, Any], notes: list[str]) -> None:
     """Refuse words that no experiment has; what has no meaning here is said."""
     for name, value in experiment.items():
         if name not in EXPERIMENT_WORDS:
@@ -286,10 +286,10 @@ def _require_experiment_words(experiment: Mapping[str, Any], said: list[str]) ->
         if meaning.startswith("refused") and value not in (None, 1, ""):
             raise SettingError("'{name}' is {value!r}, which is {meaning}.", name=name, value=value, meaning=meaning)
         if meaning.startswith("nothing"):
-            said.append(f"{name}: {meaning.removeprefix('nothing: ')}")
+            notes.append(f"{name}: {meaning.removeprefix('nothing: ')}")
 
 
-def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None:
+def _require_multi_words(multiagent: Mapping[str, Any], notes: list[str]) -> None:
     for name, value in multiagent.items():
         if name not in MULTI_WORDS:
             raise SettingError(
@@ -305,17 +305,17 @@ def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None
                 multi_words=MULTI_WORDS[name].removeprefix("refused: "),
             )
         if MULTI_WORDS[name].startswith("nothing"):
-            said.append(f"multiagent.{name}: {MULTI_WORDS[name].removeprefix('nothing: ')}")
+            notes.append(f"multiagent.{name}: {MULTI_WORDS[name].removeprefix('nothing: ')}")
 
 
 def _worlds(run: str, config: Mapping[str, Any]) -> list[str]:
     """Return how many worlds collect, how many ticks in one iteration of ours, and how often is learned."""
     if run == "ES":
-        members = _whole(config, "episodes_per_batch", 2, 2)
+        members = _integer(config, "episodes_per_batch", 2, 2)
         return [f"rollout.num_worlds={members}", "rollout.horizon=1", f"rollout.episodes_per_iteration={members}"]
-    worlds = max(1, _whole(config, "num_workers", 2)) * max(1, _whole(config, "num_envs_per_worker", 1, 1))
+    worlds = max(1, _integer(config, "num_workers", 2)) * max(1, _integer(config, "num_envs_per_worker", 1, 1))
     if run not in WITH_REPLAY:
-        horizon = max(1, round(_whole(config, "train_batch_size", 4000, 1) / worlds))
+        horizon = max(1, round(_integer(config, "train_batch_size", 4000, 1) / worlds))
         return [f"rollout.num_worlds={worlds}", f"rollout.horizon={horizon}"]
     fragment = _fragment(config)
     horizon = fragment if run != "SAC" else fragment * max(1, SHORTEST_ROLLOUT // (worlds * fragment))
@@ -323,8 +323,10 @@ def _worlds(run: str, config: Mapping[str, Any]) -> list[str]:
 
 
 def _fragment(config: Mapping[str, Any]) -> int:
-    said = config.get("sample_batch_size") or config.get("rollout_fragment_length")
-    return 1 if said == "auto" else max(1, _whole({"rollout_fragment_length": said}, "rollout_fragment_length", 1))
+    length = config.get("sample_batch_size") or config.get("rollout_fragment_length")
+    return (
+        1 if length == "auto" else max(1, _integer({"rollout_fragment_length": length}, "rollout_fragment_length", 1))
+    )
 
 
 def _pace(run: str, config: Mapping[str, Any], collected: int) -> list[str]:
@@ -339,7 +341,7 @@ def _pace(run: str, config: Mapping[str, Any], collected: int) -> list[str]:
         collected: Steps of a round of fragments.
     """
     every = APEX_EVERY if run == "APEX" else collected
-    target = max(1, round(_whole(config, "target_network_update_freq", 0) / every))
+    target = max(1, round(_integer(config, "target_network_update_freq", 0) / every))
     if run == "SAC":
         return [f"sac.gradient_steps_per_step={1 / every:.6g}", f"sac.target_interval={target}"]
     return [f"{ALGORITHMS[run]}.train_every={every}", f"{ALGORITHMS[run]}.target_every={target}"]
@@ -360,7 +362,7 @@ def _exploration(config: Mapping[str, Any]) -> list[str]:
 
 def _schedules(run: str, config: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
     """Return over how many steps chance grows rarer, and importance is weighed out."""
-    if run != "SAC" and (_whole(config, "num_atoms", 1) != 1 or config.get("noisy")):
+    if run != "SAC" and (_integer(config, "num_atoms", 1) != 1 or config.get("noisy")):
         raise SettingError(
             "config: num_atoms is {config} and noisy is {config_2}; expected 1 "
             "and False: neither distributions of values nor noisy networks are learned here.",
@@ -369,7 +371,7 @@ def _schedules(run: str, config: Mapping[str, Any], given: Mapping[str, Any]) ->
         )
     if run == "APEX" and "exploration_config" in given:
         raise SettingError("config.exploration_config: APEX's worlds explore each in their own degree; leave it out.")
-    whole = _whole(config, "schedule_max_timesteps", 100_000)
+    whole = _integer(config, "schedule_max_timesteps", 100_000)
     try:
         shares = {
             name: max(1, round(float(config[name]) * whole))
@@ -381,16 +383,18 @@ def _schedules(run: str, config: Mapping[str, Any], given: Mapping[str, Any]) ->
             "exploration_fraction, beta_annealing_fraction: expected shares of schedule_max_timesteps, 0 to 1."
         ) from None
     first, last = _number(config, "prioritized_replay_beta"), _number(config, "final_prioritized_replay_beta")
-    steps = shares.get("beta_annealing_fraction") or _whole(config, "prioritized_replay_beta_annealing_timesteps", 1, 1)
+    steps = shares.get("beta_annealing_fraction") or _integer(
+        config, "prioritized_replay_beta_annealing_timesteps", 1, 1
+    )
     settings = [f"replay.importance_steps={NEVER if last <= first else round(steps * (1 - first) / (last - first))}"]
     if run == "DQN" and "exploration_fraction" in shares:
         settings.append(f"dqn.epsilon_steps={shares['exploration_fraction']}")
     return settings
 
 
-def _model_of(run: str, config: Mapping[str, Any], said: Mapping[str, Any]) -> dict[str, Any]:
+def _model_of(run: str, config: Mapping[str, Any], exploration: Mapping[str, Any]) -> dict[str, Any]:
     """Return the model that RLlib makes: its defaults, what the script says, and the layers laid behind it."""
-    own = _part(said, "model")
+    own = _part(exploration, "model")
     if own.get("custom_model") not in NO_MODEL:
         if run not in ("PPO", "APPO"):
             raise SettingError(
@@ -401,20 +405,20 @@ def _model_of(run: str, config: Mapping[str, Any], said: Mapping[str, Any]) -> d
             )
         return own
     if run == "SAC":
-        layers = {**defaults_of(run)["policy_model"], **_part(said, "policy_model")}
-        if {**defaults_of(run)["Q_model"], **_part(said, "Q_model")} != layers:
+        layers = {**defaults_of(run)["policy_model"], **_part(exploration, "policy_model")}
+        if {**defaults_of(run)["Q_model"], **_part(exploration, "Q_model")} != layers:
             raise SettingError("config.Q_model differs from policy_model; expected the same layers in both.")
         return layers
     model = {"fcnet_hiddens": MODEL["fcnet_hiddens"], "fcnet_activation": MODEL["fcnet_activation"], **own}
     if run in ("DQN", "APEX"):
         model["fcnet_hiddens"] = [*model["fcnet_hiddens"], *(config.get("hiddens") or ())]
     if run in ("PPO", "APPO") and not model.get("use_lstm"):
-        first = said if said.get("vf_share_layers", DEPRECATED) != DEPRECATED else own
+        first = exploration if exploration.get("vf_share_layers", DEPRECATED) != DEPRECATED else own
         return {**model, "vf_share_layers": first.get("vf_share_layers", config["vf_share_layers"])}
     return {name: value for name, value in model.items() if name != "vf_share_layers"}
 
 
-def _model(model: Mapping[str, Any], said: list[str]) -> list[str]:
+def _model(model: Mapping[str, Any], notes: list[str]) -> list[str]:
     settings: list[str] = []
     for name, value in model.items():
         if is_default(f"model.{name}", value, {f"model.{part}": default for part, default in MODEL.items()}):
@@ -433,13 +437,13 @@ def _model(model: Mapping[str, Any], said: list[str]) -> list[str]:
                 hint=nearest(name, MODEL_WORDS),
             )
         if MODEL_WORDS[name].startswith("nothing"):
-            said.append(f"model.{name}: {MODEL_WORDS[name].removeprefix('nothing: ')}")
+            notes.append(f"model.{name}: {MODEL_WORDS[name].removeprefix('nothing: ')}")
     custom = model.get("custom_model")
     if custom not in NO_MODEL:
         from racecraft.compat.script_models import offered_model
 
         return [f"network.policy={offered_model(custom, model)}"]
-    said += [f"model.{name}: there is no custom_model that it would be told" for name in CUSTOM[1:] if model.get(name)]
+    notes += [f"model.{name}: there is no custom_model that it would be told" for name in CUSTOM[1:] if model.get(name)]
     if "fcnet_hiddens" in model:
         settings.append(f"network.hidden_units={','.join(map(str, model['fcnet_hiddens']))}")
     if "fcnet_activation" in model:
@@ -468,8 +472,8 @@ def _convolutions(filters: Any) -> list[str]:
     kernels = [kernel if isinstance(kernel, int) else int(max(kernel)) for _, kernel, _ in rows]
     if any(isinstance(kernel, set) and len(kernel) > 1 for _, kernel, _ in rows):
         raise SettingError("config.model.conv_filters is {filters!r}; expected square kernels.", filters=filters)
-    told = {"filters": [row[0] for row in rows], "kernels": kernels, "strides": [row[2] for row in rows]}
-    return [f"network.conv_{name}={','.join(map(str, values))}" for name, values in told.items()]
+    layers = {"filters": [row[0] for row in rows], "kernels": kernels, "strides": [row[2] for row in rows]}
+    return [f"network.conv_{name}={','.join(map(str, values))}" for name, values in layers.items()]
 
 
 def _stop(name: str, amount: Any, rollouts: int) -> str:

@@ -6,7 +6,7 @@ import numbers
 from collections.abc import Mapping
 from typing import Any
 
-from racecraft.compat.episode_listener import Tally, Told
+from racecraft.compat.episode_listener import Tally, WatchedEpisode
 from racecraft.compat.rllib_callbacks import Callbacks
 from racecraft.training.callbacks import IterationReport, NullCallback
 
@@ -61,14 +61,14 @@ class RllibLines(NullCallback):
 
     def _result(self, report: IterationReport) -> dict[str, Any]:
         """Return what RLlib's result would hold; an iteration in which no episode ended has those of the one before."""
-        told = self._tally.take() if self._tally is not None else []
-        if told:
-            self._of_episodes = _of_episodes(told)
+        episodes = self._tally.take() if self._tally is not None else []
+        if episodes:
+            self._of_episodes = _of_episodes(episodes)
             if self._calls is not None:
                 self._of_episodes["custom_metrics"] = self._calls.take_metrics()
-        ended = round(self._ended / self._agents) if self._tally is None else len(told)
+        ended = round(self._ended / self._agents) if self._tally is None else len(episodes)
         self._episodes += ended
-        result = dict(self._of_episodes) if told or self._calls is not None else {}
+        result = dict(self._of_episodes) if episodes or self._calls is not None else {}
         if self._tally is None and self._ended:
             result["episode_reward_mean"] = self._earned / self._ended * self._agents
         self._ended, self._earned = 0, 0.0
@@ -84,8 +84,8 @@ class RllibLines(NullCallback):
         }
 
 
-def _of_episodes(told: list[Told]) -> dict[str, Any]:
-    rewards, steps = [one.reward for one in told], [one.steps for one in told]
+def _of_episodes(episodes: list[WatchedEpisode]) -> dict[str, Any]:
+    rewards, steps = [one.reward for one in episodes], [one.steps for one in episodes]
     result: dict[str, Any] = {
         "episode_len_mean": sum(steps) / len(steps),
         "episode_reward_max": max(rewards),
@@ -94,7 +94,7 @@ def _of_episodes(told: list[Told]) -> dict[str, Any]:
         "hist_stats": {"episode_reward": rewards, "episode_lengths": steps},
     }
     by_policy: dict[str, list[float]] = {}
-    for one in told:
+    for one in episodes:
         for name, earned in one.by_policy.items():
             by_policy.setdefault(name, []).extend(earned)
     if by_policy:
@@ -105,13 +105,13 @@ def _of_episodes(told: list[Told]) -> dict[str, Any]:
 
 def lines(result: Mapping[str, Any], before: str = "") -> list[str]:
     """Return names and figures, those of a part indented; what is no figure is left out."""
-    told: list[str] = []
+    printed: list[str] = []
     for name, value in result.items():
         if isinstance(value, Mapping):
             within = lines(value, before + "  ")
-            told += [f"{before}{name}:", *within] if within else []
+            printed += [f"{before}{name}:", *within] if within else []
         elif isinstance(value, numbers.Integral) and not isinstance(value, bool):
-            told.append(f"{before}{name}: {int(value)}")
+            printed.append(f"{before}{name}: {int(value)}")
         elif isinstance(value, numbers.Real) and not isinstance(value, bool):
-            told.append(f"{before}{name}: {float(value):.6g}")
-    return told
+            printed.append(f"{before}{name}: {float(value):.6g}")
+    return printed

@@ -27,7 +27,7 @@ from racecraft.compat.script_worlds import (
     offered,
     shows_mask,
 )
-from racecraft.compat.stored_environments import leave_if_begun_again, script_code
+from racecraft.compat.stored_environments import exit_if_restarted, script_code
 from racecraft.compat.stored_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB, RunFolder
@@ -62,32 +62,34 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained | dict[str, Any]:
     refuse_to_train()
     if (own := registered_trainable(experiment.get("run"))) is not None:
         return train_own(own, experiment)
-    told = translated(experiment)
-    calls, uncalled = callbacks_of(told.callbacks, experiment.get("config", {}))
-    for sentence in (*told.said, *uncalled):
+    translation = translated(experiment)
+    calls, uncalled = callbacks_of(translation.callbacks, experiment.get("config", {}))
+    for sentence in (*translation.said, *uncalled):
         print(f"- {sentence}")
-    if told.environment not in _creators and (told.env_config or calls is not None or told.horizon is not None):
-        _creators[told.environment] = _maker_of(told.environment)
-    tally = Tally() if told.environment in _creators else None
-    environment, agents = _environment(told, tally, calls)
-    stops = tuple(_of_agents(one, 1 if told.counts_agents else agents) for one in told.stops)
-    leave_if_begun_again()
+    if translation.environment not in _creators and (
+        translation.env_config or calls is not None or translation.horizon is not None
+    ):
+        _creators[translation.environment] = _maker_of(translation.environment)
+    tally = Tally() if translation.environment in _creators else None
+    environment, agents = _environment(translation, tally, calls)
+    stops = tuple(_of_agents(one, 1 if translation.counts_agents else agents) for one in translation.stops)
+    exit_if_restarted()
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     lines = RllibLines(
-        tally, agents, calls, _episodes_of(run), told.algorithm == "ppo", told.rollouts_per_iteration,
-        told.counts_agents,
+        tally, agents, calls, _episodes_of(run), translation.algorithm == "ppo", translation.rollouts_per_iteration,
+        translation.counts_agents,
     )  # fmt: skip
     if run is not None and (run / JOB).exists():
         return worlds.resume(run, stops, lines, print, "gymnasium")
-    code = script_code(environment) if told.environment in _creators else None
+    code = script_code(environment) if translation.environment in _creators else None
     request = GymRequest(
         environment,
-        algorithm=told.algorithm,
+        algorithm=translation.algorithm,
         stops=stops,
         run=run,
-        seed=told.seed,
-        overrides=told.settings,
+        seed=translation.seed,
+        overrides=translation.settings,
         environment_code=code,
     )
     return worlds.train(request, lines, print)
@@ -132,36 +134,36 @@ def _episodes_of(run: Path | None) -> int:
     return sum(int(row.get("episodes") or 0) for row in RunFolder.open(run).read_metrics())
 
 
-def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None) -> tuple[str, int]:
+def _environment(translation: Translated, tally: Tally | None, calls: Callbacks | None) -> tuple[str, int]:
     """Return what a training calls the environment, Gymnasium's id or a world of the script's own, and its agents.
 
     Args:
-        told: The experiment.
+        translation: The experiment.
         tally: Hears of training episodes.
         calls: Hears of them tick by tick.
     """
-    if told.environment not in _creators:
-        if told.multiagent:
+    if translation.environment not in _creators:
+        if translation.multiagent:
             raise SettingError(
                 "config.multiagent stands beside env {environment!r}, which is Gymnasium's; expected a "
                 "MultiAgentEnv given to register_env.",
-                environment=told.environment,
+                environment=translation.environment,
             )
-        return told.environment, 1
-    make = _numbered(told.environment, told.env_config)
+        return translation.environment, 1
+    make = _numbered(translation.environment, translation.env_config)
     first = make()
     kept = itertools.chain([first], iter(make, None))
     if is_multi_agent(first):
-        return offered(_described(told, lambda: next(kept), tally, calls)), len(agents_of(first))
-    if told.multiagent:
+        return offered(_described(translation, lambda: next(kept), tally, calls)), len(agents_of(first))
+    if translation.multiagent:
         raise SettingError(
             "config.multiagent stands beside env {environment!r}, which makes a {type_name}; expected a MultiAgentEnv.",
-            environment=told.environment,
+            environment=translation.environment,
             type_name=type(first).__name__,
         )
-    if shows_mask(first) and not told.has_own_model:
-        return offered(_described(told, lambda: SoleAgent(next(kept)), tally, calls)), 1
-    number, trained_in = itertools.count(), _num_worlds(told)
+    if shows_mask(first) and not translation.has_own_model:
+        return offered(_described(translation, lambda: SoleAgent(next(kept)), tally, calls)), 1
+    number, trained_in = itertools.count(), _num_worlds(translation)
 
     def watched() -> Any:
         own = next(kept)
@@ -169,7 +171,7 @@ def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None)
             return FromOldGym(own)
         return Watched(FromOldGym(own), tally.ended, calls, own)
 
-    return registered(told.environment, told.env_config, told.horizon, watched), 1
+    return registered(translation.environment, translation.env_config, translation.horizon, watched), 1
 
 
 def _of_agents(stop: str, agents: int) -> str:
@@ -184,20 +186,25 @@ def _numbered(name: str, env_config: Mapping[str, Any]) -> Callable[[], Any]:
     return lambda: made(creator, EnvContext(env_config, next(number)))
 
 
-def _num_worlds(told: Translated) -> int:
-    (count,) = (one.partition("=")[2] for one in told.settings if one.startswith("rollout.num_worlds="))
+def _num_worlds(translation: Translated) -> int:
+    (count,) = (one.partition("=")[2] for one in translation.settings if one.startswith("rollout.num_worlds="))
     return int(count)
 
 
-def _described(told: Translated, make: Callable[[], Any], tally: Tally | None, calls: Callbacks | None) -> Described:
+def _described(
+    translation: Translated, make: Callable[[], Any], tally: Tally | None, calls: Callbacks | None
+) -> Described:
     """Return what a script says of its environment and its policies.
 
     Raises:
         SettingError: A policy of a class of its own, or that learns and is not there.
     """
-    policies = {name: _policy(name, said, told.algorithm) for name, said in _named_policies(told.multiagent).items()}
-    mapping = told.multiagent.get("policy_mapping_fn")
-    taught = told.multiagent.get("policies_to_train")
+    policies = {
+        name: _policy(name, policy, translation.algorithm)
+        for name, policy in _named_policies(translation.multiagent).items()
+    }
+    mapping = translation.multiagent.get("policy_mapping_fn")
+    taught = translation.multiagent.get("policies_to_train")
     taught = list(policies) if taught is None else list(taught)
     for name in taught:
         if name not in policies:
@@ -210,34 +217,34 @@ def _described(told: Translated, make: Callable[[], Any], tally: Tally | None, c
         raise SettingError("multiagent has several policies and no policy_mapping_fn; expected one.")
     sole = next(iter(policies))
     return Described(
-        told.environment,
+        translation.environment,
         make,
-        told.horizon,
+        translation.horizon,
         policies,
         (lambda agent: sole) if mapping is None else (lambda agent: _mapped(mapping, agent)),
         frozenset(policies) - frozenset(taught),
-        takes_mask=not told.has_own_model,
+        takes_mask=not translation.has_own_model,
         tally=tally,
         listener=calls,
     )
 
 
 def _named_policies(multiagent: Mapping[str, Any]) -> dict[str, Any]:
-    said = multiagent.get("policies") or (DEFAULT_POLICY,)
-    return dict(said) if isinstance(said, Mapping) else dict.fromkeys(sorted(said))
+    policies = multiagent.get("policies") or (DEFAULT_POLICY,)
+    return dict(policies) if isinstance(policies, Mapping) else dict.fromkeys(sorted(policies))
 
 
-def _policy(name: str, said: Any, algorithm: str) -> PolicyWords:
+def _policy(name: str, value: Any, algorithm: str) -> PolicyWords:
     """Return what is said of one policy: nothing, four things in a row, or RLlib's PolicySpec."""
-    if said is None:
+    if value is None:
         return PolicyWords()
     words = ("policy_class", "observation_space", "action_space", "config")
-    parts = said if isinstance(said, tuple) else [getattr(said, word, None) for word in words]
+    parts = value if isinstance(value, tuple) else [getattr(value, word, None) for word in words]
     if len(parts) != len(words):
         raise SettingError(
             "multiagent.policies['{name}'] is {said!r}; expected (None, observation space, action space, config).",
             name=name,
-            said=said,
+            said=value,
         )
     if parts[0] is not None:
         raise SettingError(

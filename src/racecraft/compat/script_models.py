@@ -83,7 +83,7 @@ def register_model(name: str, made_by: type) -> None:
     _registered[name] = made_by
 
 
-def offered_model(name: str, told: Mapping[str, Any]) -> str:
+def offered_model(name: str, config: Mapping[str, Any]) -> str:
     """Have a registered model be found as "module:Class"; return that name.
 
     Raises:
@@ -110,15 +110,15 @@ def offered_model(name: str, told: Mapping[str, Any]) -> str:
         )
     known = "".join(letter if letter.isalnum() else "_" for letter in f"{MODULE}{name}_{next(_numbers)}")
     made = types.ModuleType(known)
-    made.__dict__[NAME] = model_of(made_by, told)
-    made.__dict__[TRAVELS] = texts_of(made_by, known, told)
+    made.__dict__[NAME] = model_of(made_by, config)
+    made.__dict__[TRAVELS] = texts_of(made_by, known, config)
     sys.modules[known] = made
     return f"{known}:{NAME}"
 
 
-def model_of(made_by: type, told: Mapping[str, Any]) -> type[ScriptModel]:
+def model_of(made_by: type, config: Mapping[str, Any]) -> type[ScriptModel]:
     """Return a script's model as racecraft asks for a network."""
-    return type(NAME, (ScriptModel,), {"made_by": made_by, "told": {**DEFAULTS, **told}})
+    return type(NAME, (ScriptModel,), {"made_by": made_by, "told": {**DEFAULTS, **config}})
 
 
 _numbers = itertools.count()

@@ -19,7 +19,7 @@ import numpy as np
 from gymnasium import spaces
 
 from racecraft.algorithms.multi_policy import group_spec, narrow
-from racecraft.compat.episode_listener import EpisodeListener, Tally, Told
+from racecraft.compat.episode_listener import EpisodeListener, Tally, WatchedEpisode
 from racecraft.compat.old_gym import begun, takes_seed
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
@@ -114,20 +114,20 @@ class ScriptWorld:
     """The first world that is made is learned in; others are judged in, and are not tallied."""
 
     def __init__(self, num_worlds: int) -> None:
-        told, offered_as = self.described, _class_with(type(self), "described")
-        self._tally = told.tally if offered_as.worlds_made == 0 else None
-        self._listener = told.listener if offered_as.worlds_made == 0 else None
+        described, offered_as = self.described, _class_with(type(self), "described")
+        self._tally = described.tally if offered_as.worlds_made == 0 else None
+        self._listener = described.listener if offered_as.worlds_made == 0 else None
         offered_as.worlds_made += 1
-        self._envs = [made(told.make) for _ in range(num_worlds)]
+        self._envs = [made(described.make) for _ in range(num_worlds)]
         if self._listener is not None:
             for env in self._envs:
                 self._listener.on_env(getattr(env, "env", env) if isinstance(env, SoleAgent) else env)
         self._agents = agents_of(self._envs[0])
         self._place = {agent: m for m, agent in enumerate(self._agents)}
-        self._policy = [_policy_of(told, agent) for agent in self._agents]
-        used = [name for name in told.policies if name in self._policy]
-        self._kinds = {name: _Kind(self._envs[0], self._agent_with(name), name, told) for name in used}
-        self._spec = _spec(told.name, num_worlds, len(self._agents), self._kinds)
+        self._policy = [_policy_of(described, agent) for agent in self._agents]
+        used = [name for name in described.policies if name in self._policy]
+        self._kinds = {name: _Kind(self._envs[0], self._agent_with(name), name, described) for name in used}
+        self._spec = _spec(described.name, num_worlds, len(self._agents), self._kinds)
         self._number = [used.index(name) for name in self._policy]
         self._seed, self._keys = 0, stream_keys(0, "script episodes", num_worlds)
         self._episode, self._steps = np.zeros(num_worlds, np.int64), np.zeros(num_worlds, np.int64)
@@ -159,7 +159,7 @@ class ScriptWorld:
         self._episode[:] = 0
         for n in range(self._spec.num_worlds):
             self._begin(n)
-        self._write_shown(buffers)
+        self._write_observations(buffers)
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every copy by one tick; ended ones begin again at once."""
@@ -170,7 +170,7 @@ class ScriptWorld:
                 self._tell(n)
                 self._episode[n] += 1
                 self._begin(n)
-        self._write_shown(buffers)
+        self._write_observations(buffers)
 
     def save_state(self) -> dict[str, Array]:
         """Return the seed, each copy's episode and the actions taken in it."""
@@ -192,7 +192,7 @@ class ScriptWorld:
             self._begin(n)
             for k in range(int(state["lengths"][n])):
                 self._advance(n, state["actions"][n, k], buffers)
-        self._write_shown(buffers)
+        self._write_observations(buffers)
 
     def close(self) -> None:
         """Close every copy; closing twice is closing once."""
@@ -209,7 +209,7 @@ class ScriptWorld:
     def _begin(self, n: int) -> None:
         """Begin the present episode of copy n and show it."""
         key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
-        seen = asked_to_begin(self._envs[n], key >> 33)
+        seen = begin_episode_of(self._envs[n], key >> 33)
         seen = seen[0] if isinstance(seen, tuple) else seen
         self._history[n], self._steps[n] = [], 0
         self._active[n], self._over[n], self._earned[n] = False, False, 0.0
@@ -222,12 +222,12 @@ class ScriptWorld:
 
     def _advance(self, n: int, actions: Array, buffers: StepBuffers) -> bool:
         """Advance copy n by one tick; tell whether its episode is over."""
-        told = {
+        results = {
             agent: self._kinds[self._policy[m]].action(actions[m], grouped=bool(self._spec.groups))
             for m, agent in enumerate(self._agents)
             if self._active[n, m]
         }
-        seen, rewards, terminated, truncated, infos = self._ask(self._envs[n], told)
+        seen, rewards, terminated, truncated, infos = self._ask(self._envs[n], results)
         self._history[n].append(np.array(actions))
         self._steps[n] += 1
         is_over, is_cut = bool(terminated.get(ALL, False)), bool(truncated.get(ALL, False))
@@ -244,8 +244,8 @@ class ScriptWorld:
                 for name, last in self._shown.observations.items():
                     buffers.final_observations[name][n, m] = last[n, m]
             self._over[n, m] |= ended or cut
-        shown = {agent: seen[agent] for agent in seen if agent in self._place}
-        self._show(n, shown, buffers.final_observations, only=buffers.ended[n])
+        observations = {agent: seen[agent] for agent in seen if agent in self._place}
+        self._show(n, observations, buffers.final_observations, only=buffers.ended[n])
         self._active[n] = False
         if set(seen) - set(self._place) - {ALL}:
             new = ", ".join(map(repr, sorted(map(str, set(seen) - set(self._place)))))
@@ -255,23 +255,23 @@ class ScriptWorld:
                 name=self._spec.name,
                 new=new,
             )
-        going_on = {one: seen[one] for one in shown if not self._over[n, self._place[one]]}
+        going_on = {one: seen[one] for one in observations if not self._over[n, self._place[one]]}
         self._show(n, going_on, self._shown.observations)
         if self._listener is not None:
-            self._listener.on_step(n, told, seen, rewards, infos)
+            self._listener.on_step(n, results, seen, rewards, infos)
         return is_over or is_cut or bool(self._over[n].all())
 
     def _ask(self, env: Any, actions: Mapping[Any, Any]) -> tuple[Any, Any, Any, Any, Any]:
         """Step an environment, old or new; return what is seen, what was earned, whose end it is, and what is said."""
-        told = call_env(env, "step", actions)
+        result = call_env(env, "step", actions)
         try:
-            seen, rewards, *ends, infos = told
+            seen, rewards, *ends, infos = result
             terminated, truncated = ends if len(ends) == 2 else (*ends, {})
             rewards = {agent: reward_given(env, earned) for agent, earned in {**rewards}.items()}
             return {**seen}, rewards, {**terminated}, {**truncated}, dict(infos) if isinstance(infos, Mapping) else {}
         except (TypeError, ValueError) as error:
             expected = "dictionaries by agent: (observations, rewards, terminated, truncated, infos)"
-            raise contract_error(env, "step", "its answer", told, expected, error) from error
+            raise contract_error(env, "step", "its answer", result, expected, error) from error
 
     def _show(self, n: int, seen: Mapping[Any, Any], into: dict[str, Array], only: Array | None = None) -> None:
         """Write what agents see; into what is shown next, they are active then."""
@@ -292,10 +292,10 @@ class ScriptWorld:
                 if self._shown.action_mask is not None:
                     kind.show_mask(value, self._shown.action_mask[n, m])
 
-    def _write_shown(self, buffers: StepBuffers) -> None:
+    def _write_observations(self, buffers: StepBuffers) -> None:
         """Show every agent what it saw last, those that rest, too: a row is never what it was a rollout ago."""
-        for name, shown in self._shown.observations.items():
-            buffers.observations[name][:] = shown
+        for name, array in self._shown.observations.items():
+            buffers.observations[name][:] = array
         if buffers.action_mask is not None:
             buffers.action_mask[:] = self._shown.action_mask
         buffers.active[:] = self._active
@@ -307,8 +307,8 @@ class ScriptWorld:
             by_policy: dict[str, list[float]] = {}
             for name, earned in zip(self._policy, self._earned[n].tolist(), strict=True):
                 by_policy.setdefault(name, []).append(earned)
-            told = by_policy if len(self.described.policies) > 1 else {}
-            self._tally.add(Told(float(self._earned[n].sum()), int(self._steps[n]), told))
+            policies = by_policy if len(self.described.policies) > 1 else {}
+            self._tally.add(WatchedEpisode(float(self._earned[n].sum()), int(self._steps[n]), policies))
 
     def _agent_with(self, policy: str) -> Any:
         return self._agents[self._policy.index(policy)]
@@ -317,17 +317,17 @@ class ScriptWorld:
 class _Kind:
     """Agents of one policy: what they see, and what they may do."""
 
-    def __init__(self, env: Any, agent: Any, name: str, told: Described) -> None:
-        words = told.policies[name]
+    def __init__(self, env: Any, agent: Any, name: str, described: Described) -> None:
+        words = described.policies[name]
         seen = words.observation_space or _space_of(env, "observation_space", agent)
         does = words.action_space or _space_of(env, "action_space", agent)
-        what = f"{told.name}, policy {name}"
+        what = f"{described.name}, policy {name}"
         self.name, self.seen, self._translation = name, seen, action_translation(does, what)
         self.actions = self._translation.actions
         parts = parts_of(seen, what)
         mask = parts[MASK].space if MASK in parts else None
         self.has_mask = (
-            told.takes_mask
+            described.takes_mask
             and isinstance(mask, spaces.Box)
             and isinstance(self.actions, DiscreteActions)
             and mask.shape == (self.actions.count,)
@@ -365,7 +365,7 @@ def offered(described: Described) -> str:
     return f"{PLACE}:{name}"
 
 
-def asked_to_begin(env: Any, seed: int) -> Any:
+def begin_episode_of(env: Any, seed: int) -> Any:
     """Begin an episode of a script's environment and return what it shows."""
     if callable(getattr(env, "seed", None)):
         call_env(env, "seed", seed)
@@ -408,14 +408,14 @@ def _class_with(kind: type, name: str) -> Any:
     return next(one for one in kind.__mro__ if name in vars(one))
 
 
-def _policy_of(told: Described, agent: Any) -> str:
-    name = told.policy_of(agent)
-    if name not in told.policies:
+def _policy_of(described: Described, agent: Any) -> str:
+    name = described.policy_of(agent)
+    if name not in described.policies:
         raise SettingError(
             "multiagent: policy_mapping_fn gives agent {agent!r} the policy {name!r}; expected one of {policies}.",
             agent=agent,
             name=name,
-            policies=", ".join(told.policies),
+            policies=", ".join(described.policies),
         )
     return name
 

@@ -27,7 +27,7 @@ from typing import Any
 from racecraft.compat.notebooks import SUFFIX, run_notebook
 from racecraft.compat.old_numpy import old_names
 from racecraft.compat.undefined_names import told, unset_names
-from racecraft.compat.unknown_names import HOME, letter_about, name_error_message
+from racecraft.compat.unknown_names import HOME, error_about, name_error_message
 from racecraft.contract.errors import InputFileError
 
 NAMES = (
@@ -75,7 +75,7 @@ def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = Fal
     lent = [name for top in _lent() for name in _offered(top)]
     with name_error_message(lent), foreign_names(), old_names(), as_main(path, args):
         if path.suffix == SUFFIX:
-            run_notebook(path, goes_on, lambda error: letter_about(error, lent))
+            run_notebook(path, goes_on, lambda error: error_about(error, lent))
         else:
             for _, name in unset_names([path.read_bytes()]):
                 print(f"- {path.name}: {told(name)}", flush=True)
@@ -122,7 +122,7 @@ class _Finder(MetaPathFinder):
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
         if _top(fullname) not in self._names:
             return None
-        if fullname in FOR_SCRIPTS_ONLY and not _asked_by_script():
+        if fullname in FOR_SCRIPTS_ONLY and not _is_imported_by_script():
             return None
         ours = f"{HOME}.{fullname}"
         found = importlib.util.find_spec(ours)
@@ -149,7 +149,7 @@ class _Lender(Loader):
         module.__spec__ = self._own_spec  # the import system has just overwritten it
 
 
-def _asked_by_script() -> bool:
+def _is_imported_by_script() -> bool:
     """Tell whether the import under way stands in a file of the script's folder, or in a notebook's cell."""
     frame = sys._getframe(1)
     while frame is not None and (

@@ -16,14 +16,14 @@ _QUOTED = re.compile(r"'([^']+)'")
 
 def placed(error: UserInputError) -> str:
     """Return a letter with the line of the script that it is about; as it is where it names one, or none led to it."""
-    letter = str(error)
+    message = str(error)
     own = [frame for frame in traceback.extract_tb(error.__traceback__) if is_user_file(frame.filename)]
-    if not own or _HAS_PLACE.match(letter):
-        return letter
-    file, word = own[-1].filename, _QUOTED.search(letter.partition(" Did you mean ")[0])
+    if not own or _HAS_PLACE.match(message):
+        return message
+    file, word = own[-1].filename, _QUOTED.search(message.partition(" Did you mean ")[0])
     words = (word[1], word[1].rpartition(".")[2]) if word else ()
     lines = [line for line in (line_of_word(file, one) for one in words) if line]
-    return f"{shown(file)}:{lines[0] if lines else own[-1].lineno}: {letter}"
+    return f"{shown(file)}:{lines[0] if lines else own[-1].lineno}: {message}"
 
 
 def line_of_word(file: str, word: str) -> int | None:

@@ -57,7 +57,7 @@ def script_code(environment: str, by_name: bool = False) -> OwnCode:
     return OwnCode({**beside, file.name: text, f"{REMADE_BY}.py": remade})
 
 
-def leave_if_begun_again() -> None:
+def exit_if_restarted() -> None:
     """Break a script off that was begun again for its environment, which is known by now.
 
     Raises:

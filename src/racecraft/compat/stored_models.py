@@ -33,13 +33,13 @@ class OnlyReadError(BaseException):
     """A script that is only read wants to train; no `except Exception` of its own may hold it up."""
 
 
-def texts_of(made_by: type, module: str, told: Mapping[str, Any]) -> dict[str, str] | str:
+def texts_of(made_by: type, module: str, config: Mapping[str, Any]) -> dict[str, str] | str:
     """Return the texts from which a model is remade in a run's `code/`, by file; or why it cannot be, as a clause.
 
     Args:
         made_by: The script's class.
         module: What the module is called in which racecraft finds it.
-        told: Its configuration.
+        config: Its configuration.
     """
     name, file = made_by.__qualname__, Path(getattr(sys.modules.get(made_by.__module__), "__file__", None) or "")
     cannot = f"custom_model {name} cannot travel with the run, which is judged in this script only: "
@@ -47,11 +47,11 @@ def texts_of(made_by: type, module: str, told: Mapping[str, Any]) -> dict[str, s
         return f"{cannot}it stands in no Python file; write it into one beside the notebook, and import it"
     if "<locals>" in name:
         return f"{cannot}it is made within a function; write its class at the top of {file.name}"
-    if not _is_plain(told):
+    if not _is_plain(config):
         return f"{cannot}config.model holds more than numbers and text; make the rest in the class"
     text = file.read_text(encoding="utf-8")
     beside = modules_beside(file, ast.parse(text))
-    remade = REMADE.format(file=file.name, name=name, told=dict(told))
+    remade = REMADE.format(file=file.name, name=name, told=dict(config))
     return {**beside, file.name: text, f"{module}.py": remade}
 
 
@@ -106,8 +106,8 @@ def refuse_to_train() -> None:
         raise OnlyReadError
 
 
-def _is_plain(told: Mapping[str, Any]) -> bool:
+def _is_plain(config: Mapping[str, Any]) -> bool:
     try:
-        return bool(ast.literal_eval(repr(dict(told))) == dict(told))
+        return bool(ast.literal_eval(repr(dict(config))) == dict(config))
     except (ValueError, SyntaxError, TypeError):
         return False

@@ -82,9 +82,9 @@ def unset_names(sources: Sequence[str | bytes], given: Collection[str] = ()) -> 
     tables = [symtable.symtable(ast.unparse(tree), "", "exec") for tree in trees]
     known = {name for table in tables for name in _set_by(table)} | FROM_ELSEWHERE | set(given)
     for index, tree in enumerate(trees):
-        asked = _global_names(tables[index])
+        names = _global_names(tables[index])
         for node in ast.walk(tree):
-            if isinstance(node, ast.Name) and node.id in asked and node.id not in known:
+            if isinstance(node, ast.Name) and node.id in names and node.id not in known:
                 known.add(node.id)
                 yield index, node.id
 

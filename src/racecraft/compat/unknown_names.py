@@ -50,42 +50,42 @@ def name_error_message(lent: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        letter = letter_about(error, lent)
-        if letter and isinstance(error, UserInputError):
-            error.message = Message(letter)
-        elif letter:
-            raise UnknownNameError(letter) from error
+        message = error_about(error, lent)
+        if message and isinstance(error, UserInputError):
+            error.message = Message(message)
+        elif message:
+            raise UnknownNameError(message) from error
         raise
 
 
-def letter_about(error: BaseException, lent: Sequence[str]) -> str:
+def error_about(error: BaseException, lent: Sequence[str]) -> str:
     """Return the error about what the user's own code asked for, with its line; "" where Python tells it better.
 
     Args:
         error: As Python raised it.
         lent: Modules that are lent, by their foreign names.
     """
-    said = ""
+    message = ""
     if isinstance(error, UserInputError):
         return placed(error)
     if isinstance(error, RacecraftError):
-        said = str(error) if isinstance(error, AttributeError) else ""
+        message = str(error) if isinstance(error, AttributeError) else ""
     elif any(kind.__name__ == UNREGISTERED for kind in type(error).__mro__):
-        said = f"{error} Register it before, or take one that is there."
-    elif not _asked_by_user(error):
+        message = f"{error} Register it before, or take one that is there."
+    elif not _is_requested_by_user(error):
         return ""
     elif isinstance(error, NameError):
-        said = told(error.name) if error.name in HINTS else ""
+        message = told(error.name) if error.name in HINTS else ""
     elif isinstance(error, ModuleNotFoundError):
-        said = _about_module(error.name or "", error, lent)
+        message = _about_module(error.name or "", error, lent)
     elif isinstance(error, ImportError):
         imported = _IMPORTED.match(str(error))
-        said = _about_name(imported[1], error.name or "", _offered_by_module(error.name)) if imported else ""
+        message = _about_name(imported[1], error.name or "", _offered_by_module(error.name)) if imported else ""
     elif isinstance(error, AttributeError) and error.obj is not None:
-        said = _about_attribute(error.name or str(error), error.obj)
+        message = _about_attribute(error.name or str(error), error.obj)
     elif isinstance(error, TypeError):
-        said = about_call(error)
-    return f"{user_code_location(error)}: {said}" if said else ""
+        message = about_call(error)
+    return f"{user_code_location(error)}: {message}" if message else ""
 
 
 def offered_by(module: ModuleType) -> list[str]:
@@ -100,7 +100,7 @@ def _is_of(value: Any, module: str) -> bool:
     return not getattr(value, "__name__", "_").startswith("_") and name.startswith(f"{module}.")
 
 
-def _asked_by_user(error: BaseException) -> bool:
+def _is_requested_by_user(error: BaseException) -> bool:
     """Tell whether the user's own code asked for a name, and not somebody whom it called."""
     if not (frames := [frame for frame in traceback.extract_tb(error.__traceback__) if not _answers(frame)]):
         return False

@@ -55,7 +55,7 @@ from racecraft.web.access import ONLY_HERE, Access, signed_in
 from racecraft.web.application import make_application
 from racecraft.web.push import Topic, events_answer
 
-MOST_UPLOAD_BYTES = 4 * 1024**3
+MAX_UPLOAD_BYTES = 4 * 1024**3
 COMMANDS_AT_ONCE = 1
 """That pages ask for and that take long; others wait, so that trainings are not slowed by many."""
 SECTIONS: tuple[Section, ...] = (
@@ -119,7 +119,7 @@ def make_console(
     made = make_application(
         [*sign_in.routes(accounts, sessions), Mount("", consoles)],
         signed_in(access, sessions, sign_in.OPEN_PATHS),
-        most_body={"/import": MOST_UPLOAD_BYTES, "/settings/restore": MOST_UPLOAD_BYTES},
+        most_body={"/import": MAX_UPLOAD_BYTES, "/settings/restore": MAX_UPLOAD_BYTES},
     )
     made.router.lifespan_context = lambda app: _running(consoles, accounts)
     made.state.console = consoles.owner

@@ -43,13 +43,13 @@ def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
             patience_seconds=PATIENCE_SECONDS,
         ) from None
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    told = json.loads(lines[-1]) if lines else {}
+    result = json.loads(lines[-1]) if lines else {}
     if done.returncode != 0:
-        error = told.get("error")
-        said = error.get("message") if isinstance(error, dict) else None
+        error = result.get("error")
+        message = error.get("message") if isinstance(error, dict) else None
         last = done.stderr.strip().splitlines()[-1:] or [f"ended with code {done.returncode}"]
-        raise CommandError(str(said or last[0].removeprefix("racecraft: ")))
-    return dict(told)
+        raise CommandError(str(message or last[0].removeprefix("racecraft: ")))
+    return dict(result)
 
 
 def _environment() -> dict[str, str]:

@@ -16,7 +16,7 @@ from racecraft.formats.atomic import make_folder, write_atomic
 
 FORMAT, VERSION = "racecraft draft", 1
 LEGAL_ID = re.compile(r"[a-z0-9]{8}")
-MOST_BYTES = 2**20
+MAX_BYTES = 2**20
 
 
 class DraftError(UserInputError):
@@ -97,8 +97,8 @@ class Drafts:
             DraftError: There is none, or its file is damaged.
         """
         try:
-            told = json.loads(self._path(key).read_text(encoding="utf-8"))
-            known = {name: told[name] for name in Draft.__dataclass_fields__}
+            draft = json.loads(self._path(key).read_text(encoding="utf-8"))
+            known = {name: draft[name] for name in Draft.__dataclass_fields__}
             return Draft(**known)
         except (OSError, ValueError, KeyError, TypeError):
             raise DraftError("There is no draft {key!r}; begin a new model.", key=key[:20]) from None
@@ -139,11 +139,11 @@ class Drafts:
     def _write(self, draft: Draft) -> Draft:
         draft = replace(draft, changed=time.time())
         text = json.dumps({"format": FORMAT, "version": VERSION, **asdict(draft)}, indent=2) + "\n"
-        if len(text) > MOST_BYTES:
+        if len(text) > MAX_BYTES:
             raise DraftError(
                 "The draft is {count:,} bytes long; expected at most {most_bytes:,}.",
                 count=len(text),
-                most_bytes=MOST_BYTES,
+                most_bytes=MAX_BYTES,
             )
         make_folder(self.folder)
         write_atomic(self._path(draft.id), text)

@@ -21,7 +21,7 @@ from racecraft.console.model_row import model_row
 from racecraft.console.run_row import RunRow, read_run, run_mark
 from racecraft.console.workspace import MODEL_FILE, Model, Note, Workspace, WorkspaceError
 from racecraft.contract.errors import nearest
-from racecraft.database.engine import DatabaseError, database_errors, open_engine, whole_change
+from racecraft.database.engine import DatabaseError, database_errors, one_transaction, open_engine
 from racecraft.formats.run_lock import holder
 from racecraft.jobs.job import Job
 
@@ -146,7 +146,7 @@ class Index:
     ) -> None:
         old = [path for path in self._runs if path not in runs]
         new = [row for path, row in runs.items() if self._runs.get(path) != row]
-        with self._connected() as connection, whole_change(connection):
+        with self._connected() as connection, one_transaction(connection):
             for some in _some([*changed, *gone]):
                 connection.execute(MODELS.delete().where(MODELS.c.name.in_(some)))
             for some in _some([*old, *(row.path for row in new)]):

@@ -127,13 +127,13 @@ class WorldParts:
         """Return further pages of a model that has a run: (what the tab says, what follows the model's address)."""
         return []
 
-    def tab_page(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+    def tab_page(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
         """Return a page of `tabs`: its template, which extends "racecraft.console/model_frame.html", and its data.
 
         Args:
             row: The model's row.
             tab: The last word of its address.
-            asked: The words behind its address.
+            query: The words behind its address.
 
         Raises:
             UserInputError: There is no such page, or the run cannot be read.
@@ -147,17 +147,17 @@ class WorldParts:
         """
         return None
 
-    def look(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> Look | None:
+    def look(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> Look | None:
         """Return the closer look that belongs to a page of `tabs`; arguments as of `tab_page`."""
         return None
 
-    def look_ahead(self, step: str, values: Mapping[str, Any], asked: Mapping[str, str]) -> Look | None:
+    def look_ahead(self, step: str, values: Mapping[str, Any], query: Mapping[str, str]) -> Look | None:
         """Return the closer look at what was chosen in a step of the form.
 
         Args:
             step: Its key.
             values: What was chosen until now.
-            asked: The words behind the look's address.
+            query: The words behind the look's address.
         """
         return None
 
@@ -170,7 +170,7 @@ class WorldParts:
         return None
 
     def drive_page(
-        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
+        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], query: Mapping[str, str]
     ) -> tuple[str, dict[str, Any]]:
         """Return the template and the data of a drive in a race; by default its places, film and files.
 
@@ -178,7 +178,7 @@ class WorldParts:
             race: The race.
             track: Where it was driven.
             drives: Racer and folder of the drive, and of each other drive on the same track, the leader's first.
-            asked: Words of the address.
+            query: Words of the address.
 
         Raises:
             UserInputError: A drive cannot be read.

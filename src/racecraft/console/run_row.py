@@ -55,8 +55,8 @@ def run_mark(run: Path) -> str:
     marks = []
     for name in (JOB, METRICS, LOCK):
         with contextlib.suppress(OSError):
-            told = (run / name).stat()
-            marks.append(f"{told.st_mtime_ns}.{told.st_size}")
+            status = (run / name).stat()
+            marks.append(f"{status.st_mtime_ns}.{status.st_size}")
     return "-".join(marks)
 
 

@@ -165,8 +165,8 @@ def looked(console: Console, request: Request, look: Look | None) -> Response:
     """Return the piece of a page that a closer look comes to; an empty one where there is nothing to look at."""
     if look is None:
         return Response("", media_type="text/html")
-    told = console.helper.ask(look.function, *look.arguments)
-    return page_answer(request, look.template, **told)
+    answer = console.helper.ask(look.function, *look.arguments)
+    return page_answer(request, look.template, **answer)
 
 
 async def form_fields(request: Request) -> dict[str, list[str]]:

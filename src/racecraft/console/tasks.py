@@ -46,13 +46,15 @@ class Tasks:
     """
 
     def __init__(
-        self, told: Callable[[str], None] = lambda model: None, workers: ThreadPoolExecutor | None = None
+        self, on_change: Callable[[str], None] = lambda model: None, workers: ThreadPoolExecutor | None = None
     ) -> None:
-        self._told, self._workers = told, workers or ThreadPoolExecutor(1)
+        self._told, self._workers = on_change, workers or ThreadPoolExecutor(1)
         self._lock = threading.Lock()
         self._tasks: dict[str, Task] = {}
 
-    def begin(self, model: str, what: str, words: Sequence[str], folder: Path, then: Then = lambda told: None) -> None:
+    def begin(
+        self, model: str, what: str, words: Sequence[str], folder: Path, then: Then = lambda result: None
+    ) -> None:
         """Begin a command, unless one of the same purpose works for this model already.
 
         Args:

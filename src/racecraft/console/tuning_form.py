@@ -23,7 +23,7 @@ RANGES: Mapping[str, str] = {
 }
 """Bounds within which a setting of a learner is worth trying, by the last part of its name, in this order."""
 CHECKED_FIRST = ("learning_rate", "entropy_weight")
-MOST_TRIALS, MOST_MINUTES = 1000, 1440.0
+MAX_TRIALS, MAX_MINUTES = 1000, 1440.0
 OWN_WORDS = ("--run", "--stop")
 OWN_SWITCHES = ("--resume", "--detach")
 
@@ -86,9 +86,9 @@ class SearchForm:
         names = [read_parameter(text)[0] for text in params]
         if twice := next((name for name in names if names.count(name) > 1), ""):
             raise SettingError("{name}: is varied twice; expected it once.", name=twice)
-        trials = _number("Trials", self.trials, 1, MOST_TRIALS)
-        minutes = _number("Minutes of a trial", self.minutes, 0.05, MOST_MINUTES)
-        parallel = [f"--parallel={_number('At a time', self.parallel, 1, MOST_TRIALS):.0f}"] if self.parallel else []
+        trials = _number("Trials", self.trials, 1, MAX_TRIALS)
+        minutes = _number("Minutes of a trial", self.minutes, 0.05, MAX_MINUTES)
+        parallel = [f"--parallel={_number('At a time', self.parallel, 1, MAX_TRIALS):.0f}"] if self.parallel else []
         words = check_command([*_without_own(trained), f"--stop=minutes={minutes:g}"])
         return [f"--trials={trials:.0f}", *parallel, *(f"--param={text}" for text in params), *words]
 

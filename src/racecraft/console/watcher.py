@@ -28,8 +28,10 @@ class Watcher:
             moved that trains no model, such as an endpoint.
     """
 
-    def __init__(self, index: Index, home: JobPaths, told: Callable[[list[str]], None] = lambda names: None) -> None:
-        self._index, self._home, self.told = index, home, told
+    def __init__(
+        self, index: Index, home: JobPaths, on_change: Callable[[list[str]], None] = lambda names: None
+    ) -> None:
+        self._index, self._home, self.told = index, home, on_change
         self._wanted, self._closed = threading.Event(), threading.Event()
         self._one_at_a_time = threading.Lock()
         self._states: dict[str, State] = {}

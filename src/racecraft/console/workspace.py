@@ -92,15 +92,15 @@ class Model:
     def note(self) -> Note:
         """Return what people say of it; a damaged file says nothing."""
         try:
-            told = json.loads((self.path / MODEL_FILE).read_text(encoding="utf-8"))
+            note = json.loads((self.path / MODEL_FILE).read_text(encoding="utf-8"))
             return Note(
-                tags=tuple(str(tag) for tag in told.get("tags", ())),
-                text=str(told.get("text", "")),
-                archived=bool(told.get("archived", False)),
-                shared=bool(told.get("shared", False)),
-                cloned_from=str(told.get("cloned_from", "")),
-                created=float(told.get("created", 0.0)),
-                **{name: str(told.get(name, "")) for name in ("kind", "place", "picture")},
+                tags=tuple(str(tag) for tag in note.get("tags", ())),
+                text=str(note.get("text", "")),
+                archived=bool(note.get("archived", False)),
+                shared=bool(note.get("shared", False)),
+                cloned_from=str(note.get("cloned_from", "")),
+                created=float(note.get("created", 0.0)),
+                **{name: str(note.get(name, "")) for name in ("kind", "place", "picture")},
             )
         except (OSError, ValueError, TypeError, AttributeError):
             return Note()

@@ -69,12 +69,12 @@ def save_workspace(workspace: Workspace, file: Path) -> SavedWorkspace:
     """
     found = [(path, path.relative_to(workspace.path).as_posix()) for path in _files(workspace.path, file)]
     total = sum(path.stat().st_size for path, _ in found)
-    told = {
+    manifest = {
         "format": FORMAT, "version": VERSION, "racecraft": __version__, "python": platform.python_version(),
         "saved": round(time.time(), 1), "files": len(found), "bytes": total,
     }  # fmt: skip
     with atomic_file(file) as part, zipfile.ZipFile(part, "w", strict_timestamps=False) as archive:
-        archive.writestr(MANIFEST, json.dumps(told, indent=2) + "\n")
+        archive.writestr(MANIFEST, json.dumps(manifest, indent=2) + "\n")
         for path, name in found:
             packed = path.suffix.lower() in PACKED
             archive.write(path, name, zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED)
@@ -122,8 +122,8 @@ def _files(folder: Path, target: Path) -> Iterator[Path]:
 def _require_whole(file: Path, inside: Path, count: int) -> None:
     """Refuse what is no saved workspace, or one of a later version, or one that lacks files."""
     try:
-        told: dict[str, Any] = json.loads((inside / MANIFEST).read_text(encoding="utf-8"))
-        kind, version, files = told["format"], int(told["version"]), int(told["files"])
+        manifest: dict[str, Any] = json.loads((inside / MANIFEST).read_text(encoding="utf-8"))
+        kind, version, files = manifest["format"], int(manifest["version"]), int(manifest["files"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ArchiveError(file, Message("no {manifest} that can be read", manifest=MANIFEST), KIND) from error
     if kind != FORMAT or not 1 <= version <= VERSION:

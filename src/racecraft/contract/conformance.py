@@ -153,9 +153,9 @@ class WorldConformance:
         many, one = self.make_world(self.num_worlds), self.make_world(1)
         if one.spec.num_worlds != 1 or many.spec.num_worlds == 1:
             _could_not_reach("the number of worlds cannot be chosen")
-        told: list[Array] = []
-        full = self.story(many, told.append)
-        actions = iter(told)
+        recorded: list[Array] = []
+        full = self.story(many, recorded.append)
+        actions = iter(recorded)
         alone = self.story(one, choose=lambda: next(actions)[:1])
         for t, (some, every) in enumerate(zip(alone, full, strict=True)):
             for name, array in some.items():
@@ -171,19 +171,19 @@ class WorldConformance:
         world.reset(buffers, self.seed)
         for _ in range(self.ticks // 2):
             world.step(self.choose(spec, buffers, rng), buffers)
-        saved, shown = world.save_state(), _shown(buffers)
+        saved, observations = world.save_state(), _shown(buffers)
         assert all(isinstance(array, np.ndarray) for array in saved.values()), "a state is named arrays"
         kept = {name: array.copy() for name, array in saved.items()}
-        told: list[Array] = []
-        first = self.tell(world, buffers, rng, told.append)
+        recorded: list[Array] = []
+        first = self.tell(world, buffers, rng, recorded.append)
         for name, array in kept.items():
             np.testing.assert_array_equal(saved[name], array, f"the saved '{name}' changed while the world went on")
 
         restored = allocate(spec)
         other.load_state(saved, restored)
-        for name, array in shown.items():
+        for name, array in observations.items():
             np.testing.assert_array_equal(_shown(restored)[name], array, f"{name} after load_state")
-        actions = iter(told)
+        actions = iter(recorded)
         assert_same_story(first, self.tell(other, restored, rng, choose=lambda: next(actions)), "the restored world")
         world.close()
         other.close()
@@ -198,28 +198,28 @@ class WorldConformance:
     def story(
         self,
         world: World,
-        told: Callable[[Array], None] | None = None,
+        record: Callable[[Array], None] | None = None,
         choose: Callable[[], Array] | None = None,
     ) -> Story:
         """Begin the world anew and return what it wrote: one row for the start, one for each tick."""
         buffers = allocate(world.spec)
         world.reset(buffers, self.seed)
-        return [_written(buffers), *self.tell(world, buffers, np.random.default_rng(self.seed), told, choose)]
+        return [_written(buffers), *self.tell(world, buffers, np.random.default_rng(self.seed), record, choose)]
 
     def tell(
         self,
         world: World,
         buffers: StepBuffers,
         rng: np.random.Generator,
-        told: Callable[[Array], None] | None = None,
+        record: Callable[[Array], None] | None = None,
         choose: Callable[[], Array] | None = None,
     ) -> Story:
-        """Go on for `ticks` and return what the world wrote at each; `told` hears the actions, `choose` gives them."""
+        """Return what the world writes in each of `ticks`; `record` is given the actions, `choose` returns them."""
         rows: Story = []
         for _ in range(self.ticks):
             actions = self.choose(world.spec, buffers, rng) if choose is None else choose()
-            if told is not None:
-                told(actions.copy())
+            if record is not None:
+                record(actions.copy())
             world.step(actions, buffers)
             rows.append(_written(buffers))
         return rows

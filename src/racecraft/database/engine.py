@@ -78,7 +78,7 @@ def database_errors(url: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def whole_change(connection: sql.Connection) -> Iterator[None]:
+def one_transaction(connection: sql.Connection) -> Iterator[None]:
     """Make several statements of a connection from `open_engine` one change: others see all of it or none."""
     connection.exec_driver_sql("begin")
     try:
@@ -97,12 +97,12 @@ def place_of(url: str) -> str:
         return url
 
 
-def _what_happened(said: str) -> str:
+def _what_happened(text: str) -> str:
     """Return what a database said, as a message goes on after naming the place."""
-    if "full" in said:
-        return f"the disk is full ({said}); nothing was changed there. Free some space and run the same command again."
-    if "not a database" in said:
-        return f"no database of racecraft ({said}); expected one that racecraft made. Move it away; a new one is made."
-    if "readonly" in said or "unable to open" in said:
-        return f"cannot be written ({said}); expected a place that you may write to."
-    return f"the database refuses ({said}); expected one that answers."
+    if "full" in text:
+        return f"the disk is full ({text}); nothing was changed there. Free some space and run the same command again."
+    if "not a database" in text:
+        return f"no database of racecraft ({text}); expected one that racecraft made. Move it away; a new one is made."
+    if "readonly" in text or "unable to open" in text:
+        return f"cannot be written ({text}); expected a place that you may write to."
+    return f"the database refuses ({text}); expected one that answers."

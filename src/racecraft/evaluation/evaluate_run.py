@@ -20,9 +20,9 @@ from racecraft.rollout.statistics import summarise
 EPISODES = 100
 """Gymnasium's own measure."""
 JUDGING_WORLDS = 20
-MOST_TICKS = 100_000
+MAX_TICKS = 100_000
 """A policy that never comes to an end is cut."""
-MOST_STEPS = "most_steps"
+MAX_STEPS = "most_steps"
 """What an evaluation of a training calls the ticks that it gave an episode before it was cut."""
 SEED_OF_JUDGING = 1_000_000_007
 
@@ -87,12 +87,12 @@ def judge_episodes(
         episodes: How many count, all agents together.
         seed: Of the world.
         spare: Episodes of each agent that are played before those that count.
-        most_steps: Ticks that an episode may last, on average; None: MOST_TICKS in all.
+        most_steps: Ticks that an episode may last, on average; None: MAX_TICKS in all.
     """
     each = -(-episodes // (world.spec.num_worlds * world.spec.num_agents))
-    ticks = (each + spare) * most_steps if most_steps else MOST_TICKS
-    told = play_episodes(policy, world, episodes_each=each, seed=seed, spare=spare, max_ticks=ticks)[:episodes]
-    summary, returns = summarise(told), [one.reward for one in told]
+    ticks = (each + spare) * most_steps if most_steps else MAX_TICKS
+    records = play_episodes(policy, world, episodes_each=each, seed=seed, spare=spare, max_ticks=ticks)[:episodes]
+    summary, returns = summarise(records), [one.reward for one in records]
     return {
         "episodes": summary.episodes,
         "mean_return": summary.mean_reward,
@@ -101,7 +101,7 @@ def judge_episodes(
         "min_return": min(returns, default=0.0),
         "std_return": summary.std_reward,
         "mean_steps": summary.mean_steps,
-        "cut": sum(one.status == CUT for one in told),
+        "cut": sum(one.status == CUT for one in records),
     }
 
 

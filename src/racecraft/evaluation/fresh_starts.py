@@ -12,7 +12,7 @@ import numpy as np
 
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import find_kind
-from racecraft.evaluation.evaluate_run import JUDGING_WORLDS, MOST_TICKS
+from racecraft.evaluation.evaluate_run import JUDGING_WORLDS, MAX_TICKS
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
 from racecraft.rollout.episodes import play_episodes
@@ -77,6 +77,6 @@ def score_on_fresh_starts(run: RunFolder, which: str, episodes: int = EPISODES) 
     policy = load_policy(run, which)
     with judging_world(run, min(episodes, JUDGING_WORLDS)) as world:
         each = -(-episodes // (world.spec.num_worlds * world.spec.num_agents))
-        told = play_episodes(policy, world, episodes_each=each, seed=SEED, max_ticks=MOST_TICKS)[:episodes]
-    returns = tuple(one.reward for one in told)
+        records = play_episodes(policy, world, episodes_each=each, seed=SEED, max_ticks=MAX_TICKS)[:episodes]
+    returns = tuple(one.reward for one in records)
     return FreshScores("return", False, returns, policy.checkpoint.iteration, float(np.mean(returns)))

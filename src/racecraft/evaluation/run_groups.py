@@ -86,27 +86,27 @@ def group_runs(sources: Iterable[str]) -> list[SeedGroup]:
 def settings_of(run: RunFolder, which: str) -> dict[str, Any]:
     """Return everything that decides how good a checkpoint of a run is, by name, but its seed, name and place."""
     job = run.read_job()
-    asked = job.get("asked") or {}
-    told: dict[str, Any] = {"kind": job.get("kind"), "algorithm": job.get("algorithm"), "checkpoint": which}
-    told |= {"track": (job.get("track") or {}).get("name"), "stops": list(last_stops(job))}
-    told |= {"begun from": asked.get("from"), "against": asked.get("against")}
+    request = job.get("asked") or {}
+    result: dict[str, Any] = {"kind": job.get("kind"), "algorithm": job.get("algorithm"), "checkpoint": which}
+    result |= {"track": (job.get("track") or {}).get("name"), "stops": list(last_stops(job))}
+    result |= {"begun from": request.get("from"), "against": request.get("against")}
     metadata = job.get("model_metadata") or {}
-    told |= {name.replace("_", " "): metadata[name] for name in ("action_space", "sensor") if name in metadata}
+    result |= {name.replace("_", " "): metadata[name] for name in ("action_space", "sensor") if name in metadata}
     if run.reward_function.is_file():
         text = run.reward_function.read_bytes().replace(b"\r\n", b"\n")
-        told["reward function"] = hashlib.sha256(text).hexdigest()[:8]
-    told["racecraft"] = (job.get("versions") or {}).get("racecraft")
+        result["reward function"] = hashlib.sha256(text).hexdigest()[:8]
+    result["racecraft"] = (job.get("versions") or {}).get("racecraft")
     for group, settings in (job.get("settings") or {}).items():
         if group not in NO_SETTINGS:
-            told |= _flat(group, settings)
-    return {name: value for name, value in told.items() if value not in (None, [], {})}
+            result |= _flat(group, settings)
+    return {name: value for name, value in result.items() if value not in (None, [], {})}
 
 
 def differences(groups: Iterable[SeedGroup]) -> list[Difference]:
     """Return the settings in which groups differ, by name."""
-    told = [group.settings for group in groups]
-    names = sorted({name for settings in told for name in settings})
-    rows = [Difference(name, tuple(settings.get(name) for settings in told)) for name in names]
+    each = [group.settings for group in groups]
+    names = sorted({name for settings in each for name in settings})
+    rows = [Difference(name, tuple(settings.get(name) for settings in each)) for name in names]
     return [row for row in rows if any(value != row.values[0] for value in row.values)]
 
 

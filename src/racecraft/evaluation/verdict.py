@@ -86,9 +86,9 @@ def verdict_of(groups: Sequence[ScoredGroup], differing: Sequence[Difference]) -
         return Verdict(measure, order, means, None, (_alone(groups[0], seeds[0], means[0], measure),))
     first, second = _by_pairs(order, seeds, measure)
     comparison = compare_groups(seeds[first], seeds[second], measure.less_is_better)
-    told = _sentences(groups, seeds, means, (first, second), comparison, measure)
+    sentences = _sentences(groups, seeds, means, (first, second), comparison, measure)
     several = _of_several(len(groups))
-    return Verdict(measure, order, means, comparison, (*told, *several, *_cause(comparison, differing)))
+    return Verdict(measure, order, means, comparison, (*sentences, *several, *_cause(comparison, differing)))
 
 
 def _measure(groups: Sequence[ScoredGroup]) -> Measure:
@@ -161,10 +161,10 @@ def _sentences(
 def _gap(means: Sequence[Interval], pair: tuple[int, int], measure: Measure) -> str:
     """Return the two interquartile means, and how far they are apart where both are figures."""
     values = [means[k].value for k in pair]
-    told = " against ".join(measure.written(value) for value in values)
+    text = " against ".join(measure.written(value) for value in values)
     if not np.isfinite(values).all():
-        return f"{measure.name} {told}"
-    return f"{measure.name} {told}, by {measure.written(abs(values[1] - values[0]))}"
+        return f"{measure.name} {text}"
+    return f"{measure.name} {text}, by {measure.written(abs(values[1] - values[0]))}"
 
 
 def _of_several(groups: int) -> tuple[str, ...]:
@@ -179,8 +179,8 @@ def _cause(comparison: GroupComparison, differing: Sequence[Difference]) -> tupl
     if not names:
         return ("No setting differs: what you see is luck.",)
     if len(names) > 1:
-        told = ", ".join(names[:MAX_NAMED]) + (" …" if len(names) > MAX_NAMED else "")
-        return (f"{_count(len(names)).capitalize()} settings differ ({told}): the cause cannot be told.",)
+        text = ", ".join(names[:MAX_NAMED]) + (" …" if len(names) > MAX_NAMED else "")
+        return (f"{_count(len(names)).capitalize()} settings differ ({text}): the cause cannot be told.",)
     if comparison.luck <= BY_LUCK:
         return (f"One setting differs, {names[0]}: where it is not luck, that made the difference.",)
     return (f"One setting differs, {names[0]}.",)

@@ -88,7 +88,7 @@ class Member:
         Raises:
             ArchiveError: It is damaged.
         """
-        with _told_of_damage(self.archive, self.kind):
+        with _damage_as_errors(self.archive, self.kind):
             return self.stream.read()
 
     def write(self, target: Path) -> Path:
@@ -99,7 +99,7 @@ class Member:
             OutputFileError: There is no room for it.
         """
         make_folder(target.parent)
-        with _told_of_damage(self.archive, self.kind), atomic_file(target) as part, open(part, "wb") as file:
+        with _damage_as_errors(self.archive, self.kind), atomic_file(target) as part, open(part, "wb") as file:
             shutil.copyfileobj(self.stream, file, PIECE)
             if file.tell() != self.size:
                 found = Message(
@@ -186,7 +186,7 @@ def members(source: str | Path | bytes, kind: str, limits: Limits | None = None)
     limits = limits or Limits()
     if not isinstance(source, bytes):
         require_regular_file(path, ArchiveError, kind)
-    with _told_of_damage(path, kind), io.BytesIO(source) if isinstance(source, bytes) else open(path, "rb") as file:
+    with _damage_as_errors(path, kind), io.BytesIO(source) if isinstance(source, bytes) else open(path, "rb") as file:
         packed = file.seek(0, io.SEEK_END)
         file.seek(0)
         what = kind_of(file)
@@ -203,7 +203,7 @@ def members(source: str | Path | bytes, kind: str, limits: Limits | None = None)
 
 
 @contextmanager
-def _told_of_damage(path: Path, kind: str) -> Iterator[None]:
+def _damage_as_errors(path: Path, kind: str) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:

@@ -51,7 +51,7 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
         os.replace(part, path)
     except OSError as error:
         _remove(part)
-        raise OutputFileError(output_letter(path, error)) from error
+        raise OutputFileError(output_error(path, error)) from error
     except BaseException:
         _remove(part)
         raise
@@ -79,7 +79,7 @@ def append_atomic(path: str | Path, sound: int, data: bytes) -> int:
             file.flush()
             os.fsync(file.fileno())
     except OSError as error:
-        raise OutputFileError(output_letter(path, error)) from error
+        raise OutputFileError(output_error(path, error)) from error
     return end + len(data)
 
 
@@ -93,7 +93,7 @@ def make_folder(path: str | Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputFileError(output_letter(path, error)) from error
+        raise OutputFileError(output_error(path, error)) from error
 
 
 def _to_disk(path: Path) -> None:
@@ -118,7 +118,7 @@ def _remove(part: Path) -> None:
         part.unlink()
 
 
-def output_letter(path: Path, error: OSError) -> str:
+def output_error(path: Path, error: OSError) -> str:
     """Return the error about a file that could not be written."""
     full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
     if full:

@@ -415,5 +415,5 @@ def _in_rows(numbers: list[int]) -> str:
             rows[-1].append(number)
         else:
             rows.append([number])
-    told = [f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows]
-    return ", ".join(told)
+    ranges = [f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows]
+    return ", ".join(ranges)

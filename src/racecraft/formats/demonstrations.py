@@ -89,9 +89,9 @@ def read_demonstrations(path: str | Path) -> Demonstrations:
         CheckpointError: The file is missing, damaged, of another kind, or lacks an array.
     """
     path = Path(path)
-    arrays, told = read_tensors(path, KIND)
+    arrays, metadata = read_tensors(path, KIND)
     missing = [name for name in ("actions", "reward", "episode") if name not in arrays]
-    if missing or "spec" not in told:
+    if missing or "spec" not in metadata:
         raise CheckpointError(
             path,
             Message("it lacks {missing}", missing=", ".join(missing) or "its spec"),
@@ -107,9 +107,9 @@ def read_demonstrations(path: str | Path) -> Demonstrations:
         actions=arrays["actions"],
         reward=arrays["reward"],
         episode=arrays["episode"],
-        spec=told["spec"],
+        spec=metadata["spec"],
         action_mask=arrays.get("action_mask"),
-        source=told.get("source", {}),
+        source=metadata.get("source", {}),
     )
 
 

@@ -92,8 +92,8 @@ class JobSpec:
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return what the file holds, format and version left out."""
-        told: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(self)))
-        return told
+        values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(self)))
+        return values
 
     def run_folder(self) -> Path | None:
         """Return where it trains into, as its supervisor finds it."""
@@ -118,8 +118,8 @@ def read_job_spec(path: str | Path) -> JobSpec:
     document = read_json(path, JobSpecError, "a JSON object with a command, such as racecraft writes")
     if not isinstance(document.value, dict):
         raise document.error_at(found=kind_of(document.value), expected='an object with "command"')
-    told = dict(document.value)
-    told_format, version = told.pop("format", FORMAT), told.pop("version", VERSION)
+    values = dict(document.value)
+    told_format, version = values.pop("format", FORMAT), values.pop("version", VERSION)
     if told_format != FORMAT:
         raise document.error_at(
             "format",
@@ -133,7 +133,7 @@ def read_job_spec(path: str | Path) -> JobSpec:
             expected=Message("{version}", version=VERSION),
             hint="A newer racecraft wrote it: upgrade.",
         )
-    for name, value in told.items():
+    for name, value in values.items():
         if name not in _LEGAL:
             raise document.error_at(
                 name, found="an unknown field", expected="one of a job's", hint=nearest(name, _LEGAL)
@@ -141,23 +141,25 @@ def read_job_spec(path: str | Path) -> JobSpec:
         expected, is_legal = _LEGAL[name]
         if not is_legal(value):
             raise document.error_at(name, found=Message("{value!r}", value=value), expected=expected)
-    if "command" not in told:
+    if "command" not in values:
         raise document.error_at(
             found='no "command"', expected='one, such as "command": ["gym", "train", "CartPole-v1"]'
         )
     try:
-        return spec_of(told)
+        return spec_of(values)
     except JobNameError as error:
-        raise document.error_at("name", found=repr(told["name"]), expected=str(error)) from None
+        raise document.error_at("name", found=repr(values["name"]), expected=str(error)) from None
 
 
-def spec_of(told: Mapping[str, Any]) -> JobSpec:
+def spec_of(values: Mapping[str, Any]) -> JobSpec:
     """Return the spec that `JobSpec.as_dictionary` told.
 
     Raises:
         JobNameError: The name is not legal.
     """
-    fields: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
+    fields: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+    }
     spec = JobSpec(**fields)
     if spec.name:
         require_legal_name(spec.name)
@@ -177,7 +179,7 @@ def require_legal_name(name: str) -> str:
     return name
 
 
-def _is_whole(value: Any) -> bool:
+def _is_complete(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
@@ -208,7 +210,7 @@ def _is_metrics(value: Any) -> bool:
 
 
 def _is_seconds(value: Any) -> bool:
-    return value is None or (_is_whole(value) and value > 0)
+    return value is None or (_is_complete(value) and value > 0)
 
 
 _SECONDS = "a whole number of seconds above 0, or null"
@@ -224,8 +226,8 @@ _LEGAL = {
     "folder": ("a folder", _is_text),
     "environment": ("an object of texts", _is_texts),
     "python": ("the path of an interpreter", _is_text),
-    "cores": ("a whole number, or null for all", lambda value: value is None or _is_whole(value)),
-    "memory_mib": ("a whole number of MiB", _is_whole),
+    "cores": ("a whole number, or null for all", lambda value: value is None or _is_complete(value)),
+    "memory_mib": ("a whole number of MiB", _is_complete),
     "max_run_seconds": (_SECONDS, _is_seconds),
     "use_spot_instances": ("true or false", lambda value: isinstance(value, bool)),
     "max_wait_seconds": (_SECONDS, _is_seconds),

@@ -97,8 +97,8 @@ def write_population(folder: Path, record: PopulationRecord) -> None:
     Raises:
         OutputFileError: It cannot be written.
     """
-    told = {"format": FORMAT, "version": VERSION, **asdict(record)}
-    write_atomic(folder / FILE, json.dumps(told, indent=2) + "\n")
+    document = {"format": FORMAT, "version": VERSION, **asdict(record)}
+    write_atomic(folder / FILE, json.dumps(document, indent=2) + "\n")
 
 
 def read_population(folder: Path) -> PopulationRecord | None:
@@ -111,12 +111,12 @@ def read_population(folder: Path) -> PopulationRecord | None:
     if not path.is_file():
         return None
     try:
-        told = parse_json(read_regular(path))
-        if (told.pop("format"), told.pop("version")) != (FORMAT, VERSION):
+        document = parse_json(read_regular(path))
+        if (document.pop("format"), document.pop("version")) != (FORMAT, VERSION):
             raise ValueError("another format or version")
-        told["command"] = tuple(told["command"])
-        told["members"] = tuple(MemberRound(**one) for one in told["members"])
-        return PopulationRecord(**told)
+        document["command"] = tuple(document["command"])
+        document["members"] = tuple(MemberRound(**one) for one in document["members"])
+        return PopulationRecord(**document)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(
             "{path}: {error}; expected {file} of version {version}.", path=path, error=error, file=FILE, version=VERSION

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-_MOST_VARINT_BYTES = 10
+_MAX_VARINT_BYTES = 10
 
 
 class MessageError(ValueError):
@@ -62,14 +62,14 @@ def read_varint(data: bytes | memoryview, at: int) -> tuple[int, int]:
         MessageError: The bytes end within it, or it goes on for more than ten.
     """
     value = 0
-    for step in range(_MOST_VARINT_BYTES):
+    for step in range(_MAX_VARINT_BYTES):
         if at + step >= len(data):
             raise MessageError(f"the bytes end in the middle of a number at byte {at}")
         byte = data[at + step]
         value |= (byte & 0x7F) << (7 * step)
         if byte < 0x80:
             return value & 0xFFFFFFFFFFFFFFFF, at + step + 1
-    raise MessageError(f"a number of more than {_MOST_VARINT_BYTES} bytes at byte {at}")
+    raise MessageError(f"a number of more than {_MAX_VARINT_BYTES} bytes at byte {at}")
 
 
 def varint(value: int) -> bytes:

@@ -39,7 +39,7 @@ from typing import IO, Any
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.kinds import MissingWorldError, find_kind
-from racecraft.formats.atomic import OutputFileError, output_letter, write_atomic
+from racecraft.formats.atomic import OutputFileError, output_error, write_atomic
 from racecraft.formats.json_text import parse_json
 from racecraft.formats.run_lock import LOCK, RunLock, holder, unwritable
 from racecraft.formats.user_file import read_regular
@@ -323,7 +323,7 @@ class RunFolder:
                 _cut_torn_line(file)
                 file.write(line.encode())
         except OSError as error:
-            raise RunFolderError(output_letter(self.path / METRICS, error)) from error
+            raise RunFolderError(output_error(self.path / METRICS, error)) from error
 
     def read_metrics(self) -> list[dict[str, Any]]:
         """Return the metrics, a dictionary a line; a last line that was torn by a crash is passed over.
@@ -412,18 +412,18 @@ def _require_free(path: Path) -> None:
             path=path,
         )
     _require_no_file(path)
-    if path.is_dir() and any(path.iterdir()) and not _is_unborn(path):
+    if path.is_dir() and any(path.iterdir()) and not _is_incomplete(path):
         raise RunFolderError(
             "{path}: holds files that are no run; expected a new or empty folder. Give another.", path=path
         )
 
 
-def _is_unborn(path: Path) -> bool:
+def _is_incomplete(path: Path) -> bool:
     """Tell a folder whose birth was broken off: ours, empty but for the first copies, and without `job.json`."""
     copies = {LOCK, JOB, REWARD_FUNCTION, MODEL_METADATA, HYPERPARAMETERS}
     names = {entry.name.removesuffix(".part") for entry in path.iterdir()}
-    begun = [path / name for name in FOLDERS if (path / name).is_dir()]
-    return bool(begun) and names <= copies | set(FOLDERS) and not any(any(folder.iterdir()) for folder in begun)
+    existing = [path / name for name in FOLDERS if (path / name).is_dir()]
+    return bool(existing) and names <= copies | set(FOLDERS) and not any(any(folder.iterdir()) for folder in existing)
 
 
 def _require_no_checkpoint(path: Path) -> None:

@@ -38,8 +38,8 @@ class RunGroup:
             OutputFileError: The place cannot be written.
         """
         make_folder(self.path)
-        told = {"format": FORMAT, "version": VERSION, "command": list(self.command), "seeds": list(self.seeds)}
-        write_atomic(self.path / GROUP, json.dumps(told, indent=2) + "\n")
+        document = {"format": FORMAT, "version": VERSION, "command": list(self.command), "seeds": list(self.seeds)}
+        write_atomic(self.path / GROUP, json.dumps(document, indent=2) + "\n")
 
     @classmethod
     def open(cls, path: str | Path) -> RunGroup:
@@ -50,9 +50,9 @@ class RunGroup:
         """
         path = Path(path)
         try:
-            told = json.loads((path / GROUP).read_text(encoding="utf-8"))
-            is_ours = told["format"] == FORMAT and 1 <= told["version"] <= VERSION
-            group = cls(path, tuple(map(str, told["command"])), tuple(map(int, told["seeds"])))
+            document = json.loads((path / GROUP).read_text(encoding="utf-8"))
+            is_ours = document["format"] == FORMAT and 1 <= document["version"] <= VERSION
+            group = cls(path, tuple(map(str, document["command"])), tuple(map(int, document["seeds"])))
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise RunFolderError(
                 "{path}: cannot be read ({error}); expected a group of runs.", path=path / GROUP, error=error

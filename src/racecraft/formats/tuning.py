@@ -88,9 +88,9 @@ def write_tuning(path: str | Path, record: TuningRecord) -> None:
     Raises:
         OutputFileError: It cannot be written.
     """
-    told = {"format": FORMAT, "version": VERSION, **vars(record), "command": list(record.command)}
-    told["trials"] = [{**vars(one), "values": dict(one.values)} for one in record.trials]
-    write_atomic(path, json.dumps(told, indent=2) + "\n")
+    document = {"format": FORMAT, "version": VERSION, **vars(record), "command": list(record.command)}
+    document["trials"] = [{**vars(one), "values": dict(one.values)} for one in record.trials]
+    write_atomic(path, json.dumps(document, indent=2) + "\n")
 
 
 def read_tuning(folder: Path) -> TuningRecord | None:

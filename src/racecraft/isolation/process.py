@@ -123,10 +123,10 @@ class CodeProcess:
         while True:
             self._due_in(seconds)
             head, body = self._channel.receive()
-            told = from_head(head)
-            if "alive" not in told:
+            header = from_head(head)
+            if "alive" not in header:
                 self._owes = False
-                return told, body
+                return header, body
 
     def _due_in(self, seconds: float) -> None:
         self._deadline.at = time.monotonic() + (1.0 + ALIVE_SHARE) * seconds

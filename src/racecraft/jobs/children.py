@@ -63,13 +63,13 @@ def start(spec: JobSpec, log: Path) -> Child:
     Raises:
         OSError: The interpreter or the folder is gone, or the log cannot be written.
     """
-    with open(log, "ab") as said:
+    with open(log, "ab") as log_file:
         process = subprocess.Popen(
             [spec.python or sys.executable, "-m", "racecraft", *current_args(spec)],
             cwd=spec.folder,
             env=variables(spec),
             stdin=subprocess.PIPE,
-            stdout=said,
+            stdout=log_file,
             stderr=subprocess.STDOUT,
             **apart(),
         )
@@ -96,10 +96,10 @@ def has_begun(spec: JobSpec) -> bool:
 def run_mark(run: Path) -> str:
     """Return what tells a run from another one that stood in its place before; "" where none stands."""
     try:
-        told = (run / JOB).stat()
+        status = (run / JOB).stat()
     except OSError:
         return ""
-    return f"{told.st_mtime_ns}-{told.st_ino}-{told.st_size}"
+    return f"{status.st_mtime_ns}-{status.st_ino}-{status.st_size}"
 
 
 def apart() -> dict[str, Any]:

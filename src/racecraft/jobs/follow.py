@@ -10,7 +10,7 @@ LAST_BYTES = 4096
 ERROR_PREFIX = "racecraft: "
 """What a command of ours says before why it ends."""
 LOOK_SECONDS = 0.1
-MOST_WORDS = 1024
+MAX_WORDS = 1024
 """Letters of a failure's reason, as at SageMaker."""
 
 
@@ -29,11 +29,11 @@ def last_words(log: Path) -> str:
     if letters and lines[letters[-1]].startswith("Traceback "):
         trace = lines[letters[-1] + 1 :]
         error = next((at for at, line in enumerate(trace) if line and not line.startswith(" ")), len(trace) - 1)
-        return " ".join(trace[error:])[:MOST_WORDS]
-    return " ".join(lines[letters[-1] :] if letters else lines[-1:])[:MOST_WORDS]
+        return " ".join(trace[error:])[:MAX_WORDS]
+    return " ".join(lines[letters[-1] :] if letters else lines[-1:])[:MAX_WORDS]
 
 
-def last_letter(log: Path) -> str:
+def last_error(log: Path) -> str:
     """Return the error message that a job ended with; "" where it ended otherwise."""
     try:
         lines = log.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()

@@ -85,7 +85,7 @@ def check_overrides(hyperparameters: Mapping[str, Any]) -> tuple[str, ...]:
     racecraft.contract.errors.SettingError: hyperparameter 'rl.training.config.num_sgd_itr': RLlib's configuration has \
 no 'num_sgd_itr'. Did you mean 'num_sgd_iter'?
     """
-    said = []
+    notes = []
     for name in hyperparameters:
         if not name.startswith(PREFIX):
             continue
@@ -97,7 +97,7 @@ no 'num_sgd_itr'. Did you mean 'num_sgd_iter'?
         if steps[0] != "training":
             continue  # Coach presets have names of their own: rl.agent_params.…
         if steps == ["training", "config", "num_cpus"]:
-            said.append(
+            notes.append(
                 "rl.training.config.num_cpus means nothing to RLlib, though the AWS blog prints it; how many workers "
                 "there are is rl.training.config.num_workers, and it is taken as that."
             )
@@ -107,7 +107,7 @@ no 'num_sgd_itr'. Did you mean 'num_sgd_iter'?
             _require(name, steps, 2, STOP_WORDS, "RLlib's stop")
         if steps[1:2] == ["config"]:
             _require(name, steps, 2, CONFIG_WORDS, "RLlib's configuration")
-    return tuple(said)
+    return tuple(notes)
 
 
 def as_arguments(hyperparameters: Mapping[str, Any]) -> list[str]:
@@ -137,10 +137,10 @@ def encoded(hyperparameters: Mapping[str, Any]) -> dict[str, str]:
         ) from None
 
 
-def decoded(told: Mapping[str, str]) -> dict[str, Any]:
+def decoded(hyperparameters: Mapping[str, str]) -> dict[str, Any]:
     """Return what `encoded` was given; a text that is no JSON stands for itself."""
     values: dict[str, Any] = {}
-    for name, text in told.items():
+    for name, text in hyperparameters.items():
         try:
             values[name] = json.loads(text)
         except ValueError:

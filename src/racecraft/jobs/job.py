@@ -81,13 +81,13 @@ class Job:
 
     def training_seconds(self, now: float) -> float:
         """Return for how long somebody has worked at it, waiting left out."""
-        total, begun = 0.0, None
+        total, started = 0.0, None
         for step in self.transitions:
-            if step.state in WORKED_AT and begun is None:
-                begun = step.time
-            elif step.state not in WORKED_AT and begun is not None:
-                total, begun = total + step.time - begun, None
-        return total if begun is None else total + now - begun
+            if step.state in WORKED_AT and started is None:
+                started = step.time
+            elif step.state not in WORKED_AT and started is not None:
+                total, started = total + step.time - started, None
+        return total if started is None else total + now - started
 
     def moved(self, to: State, now: float, message: str = "", **changes: Any) -> Job:
         """Return the job one step further.
@@ -120,7 +120,7 @@ class Job:
         """Return the job ended."""
         return self.moved(to, now, message, owner="", process=None, ending=None)
 
-    def asked_to_stop(self, now: float, message: str, ending: State = State.STOPPED) -> Job:
+    def stop_requested_job(self, now: float, message: str, ending: State = State.STOPPED) -> Job:
         """Return the job on its way to its end; one that ends already, or has, as it is."""
         if self.ended or self.state is State.STOPPING:
             return self
@@ -160,14 +160,14 @@ class Job:
 _PLAIN = ("created", "revision", "owner", "beat", "process", "attempts", "barren", "reason")
 
 
-def job_of(told: Mapping[str, Any]) -> Job:
+def job_of(values: Mapping[str, Any]) -> Job:
     """Return the job that `Job.as_dictionary` told."""
     return Job(
-        spec=spec_of(told["spec"]),
-        state=State(told["state"]),
-        ending=State(told["ending"]) if told["ending"] else None,
-        transitions=tuple(Transition(State(state), time, message) for state, time, message in told["transitions"]),
-        **{name: told[name] for name in _PLAIN},
+        spec=spec_of(values["spec"]),
+        state=State(values["state"]),
+        ending=State(values["ending"]) if values["ending"] else None,
+        transitions=tuple(Transition(State(state), time, message) for state, time, message in values["transitions"]),
+        **{name: values[name] for name in _PLAIN},
     )
 
 

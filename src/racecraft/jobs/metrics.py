@@ -71,9 +71,9 @@ def read_metrics(log: Path, times: Path, definitions: Sequence[Mapping[str, str]
     points, end = [], 0
     for line in log.read_bytes().splitlines(keepends=True):
         end += len(line)
-        said = line.decode("utf-8", "replace")
+        text = line.decode("utf-8", "replace")
         for name, pattern in patterns:
-            for match in pattern.finditer(said):
+            for match in pattern.finditer(text):
                 value = _number(match[1])
                 if value is not None:
                     points.append(MetricPoint(name, _when(whens, sizes, end, log), value))

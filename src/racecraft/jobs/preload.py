@@ -163,7 +163,7 @@ class PreloadedProcess:
             spec: What is to be done.
             log: Where it says what it says.
         """
-        told = {
+        message = {
             "words": current_args(spec),
             "folder": str(Path(spec.folder).absolute()),
             "environment": variables(spec),
@@ -174,7 +174,7 @@ class PreloadedProcess:
         assert self._process.stdin is not None
         try:
             log.open("ab").close()
-            self._process.stdin.write(json.dumps(told).encode() + b"\n")
+            self._process.stdin.write(json.dumps(message).encode() + b"\n")
         except OSError:
             return None  # it has ended, or a new one would fail alike and say why
         self._close_output()
@@ -216,23 +216,23 @@ def await_words(modules: Sequence[str], warm_ups: Iterable[Callable[[], Any]] = 
             warm_up()
     if is_warm:
         os.write(1, READY)
-    said = b""
-    while not said.endswith(b"\n"):
+    line = b""
+    while not line.endswith(b"\n"):
         more = os.read(0, 1 << 16)
         if not more:
             os._exit(0)
-        said += more
-    told = json.loads(said)
+        line += more
+    message = json.loads(line)
     os.environ.clear()
-    os.environ.update(told["environment"])
+    os.environ.update(message["environment"])
     if sys.path[:1] == [os.getcwd()]:  # where `python -m` looks first
-        sys.path[0] = told["folder"]
-    os.chdir(told["folder"])
-    log = os.open(told["log"], os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+        sys.path[0] = message["folder"]
+    os.chdir(message["folder"])
+    log = os.open(message["log"], os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
     for output in (1, 2):
         os.dup2(log, output)
     os.close(log)
-    sys.argv[1:] = told["words"]
+    sys.argv[1:] = message["words"]
 
 
 def _read_by_libraries(variables: Mapping[str, str]) -> dict[str, str]:

@@ -66,8 +66,8 @@ class SqlStore:
     def find(self, name: str) -> Job | None:
         """Return the job of a name."""
         with self._connected() as connection:
-            told = connection.execute(sql.select(_JOBS.c.told).where(self._seen(_JOBS.c.name == name))).scalar()
-        return None if told is None else _job_in(told)
+            text = connection.execute(sql.select(_JOBS.c.told).where(self._seen(_JOBS.c.name == name))).scalar()
+        return None if text is None else _job_in(text)
 
     def jobs(self) -> list[Job]:
         """Return all jobs, the oldest first."""
@@ -81,7 +81,7 @@ class SqlStore:
     def _found(self, statement: sql.Select[Any]) -> list[Job]:
         with self._connected() as connection:
             rows = connection.execute(statement.order_by(_JOBS.c.created, _JOBS.c.name)).scalars().all()
-        return [_job_in(told) for told in rows]
+        return [_job_in(text) for text in rows]
 
     def replace(self, before: Job, after: Job) -> bool:
         """Put `after` in the place of `before`."""
@@ -116,5 +116,5 @@ def _row(job: Job) -> dict[str, Any]:
     return {"state": job.state.value, "revision": job.revision, "told": json.dumps(job.as_dictionary())}
 
 
-def _job_in(told: str) -> Job:
-    return job_of(json.loads(told))
+def _job_in(text: str) -> Job:
+    return job_of(json.loads(text))

@@ -21,7 +21,7 @@ from racecraft.jobs.store import JobStore, NameTakenError, change, get
 from racecraft.jobs.supervisor_start import ensure_supervisor, is_supervised
 from racecraft.training.stopping import parse_stops
 
-TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
+SENT_VARIABLES = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
 """Variables that a job takes along from where it was begun, beside those named RACECRAFT_… and DR_…"""
 LOOK_SECONDS = 0.2
 LOOK_AGAIN_SECONDS = 5.0
@@ -85,14 +85,14 @@ def environment_here() -> dict[str, str]:
     here = {
         name: value
         for name, value in os.environ.items()
-        if name in TOLD_FROM_HERE or name.startswith(("RACECRAFT_", "DR_"))
+        if name in SENT_VARIABLES or name.startswith(("RACECRAFT_", "DR_"))
     }
     return {**here, **CONFINED} if refuses_own_code.get() else here
 
 
 def request_stop(home: JobPaths, store: JobStore, name: str) -> Job:
     """Ask a job to end; what it has learned until then stays, and it can go on later."""
-    job = change(store, name, lambda job: job.asked_to_stop(time.time(), "asked to stop"))
+    job = change(store, name, lambda job: job.stop_requested_job(time.time(), "asked to stop"))
     if not job.ended:
         ensure_supervisor(home)
     return job

@@ -106,7 +106,7 @@ class Supervisor:
     def reconcile(self) -> bool:
         """Do once whatever is due; tell whether there is anything left to do."""
         self._note_log_times()
-        self._settle_ended()
+        self._record_ended()
         awaited = is_awaited(self._home)  # asked before the store: an announced job is there when it is taken back
         warm = is_kept_warm(self._home)
         jobs = self._store.open_jobs()
@@ -129,7 +129,7 @@ class Supervisor:
             self._change(name, lambda job: job.interrupted(self._clock(), "its supervisor ended", progressed=True))
         self._work.clear()
 
-    def _settle_ended(self) -> None:
+    def _record_ended(self) -> None:
         """Say of each process that has ended what became of its job."""
         for name, work in list(self._work.items()):
             code = work.child.ended()
@@ -151,8 +151,8 @@ class Supervisor:
         if code < 0:
             progressed = progress_mark(self._home, work.spec) > work.progress
             return job.interrupted(now, f"ended by {children.signal_name(code)}", progressed)
-        said = last_words(self._home.log(job.name))
-        return job.finished(State.FAILED, now, f"exit code {code}: {said}" if said else f"exit code {code}")
+        message = last_words(self._home.log(job.name))
+        return job.finished(State.FAILED, now, f"exit code {code}: {message}" if message else f"exit code {code}")
 
     def _heed_limits(self, jobs: list[Job]) -> None:
         """Ask jobs to end whose time is over."""
@@ -167,7 +167,7 @@ class Supervisor:
                 why, ending = f"{spec.max_run_seconds} s to train are over", State.MAX_RUNTIME_EXCEEDED
             else:
                 continue
-            self._change(job.name, lambda job, why=why, ending=ending: job.asked_to_stop(now, why, ending))  # type: ignore[misc]
+            self._change(job.name, lambda job, why=why, ending=ending: job.stop_requested_job(now, why, ending))  # type: ignore[misc]
 
     def _heed_stops(self, jobs: list[Job]) -> None:
         """Pass on to processes that they are asked to end; end those that do not."""
@@ -178,7 +178,7 @@ class Supervisor:
                 continue
             if work.asked_at is None:
                 work.asked_at = now
-                if not (job.state is State.STOPPING and _asked_in_its_run_folder(work.spec)):
+                if not (job.state is State.STOPPING and _request_stop_in_run(work.spec)):
                     work.child.ask_to_end()
             elif now - work.asked_at > self._grace:
                 work.child.kill()
@@ -215,12 +215,12 @@ class Supervisor:
                 continue  # for a larger machine
             if not free.has(wanted):
                 if not job.spec.use_spot_instances:
-                    self._make_room(wanted, free)
+                    self._preempt(wanted, free)
                 return
             if self._start(job):
                 free = free.without(wanted)
 
-    def _make_room(self, wanted: Capacity, free: Capacity) -> None:
+    def _preempt(self, wanted: Capacity, free: Capacity) -> None:
         """End jobs on spot instances, the youngest first, if that is enough."""
         spot = [work for work in reversed(self._work.values()) if work.spec.use_spot_instances]
         taken = []
@@ -350,7 +350,7 @@ def _given_up(held: Job, seen: Job, now: float, why: str) -> Job:
     return held.interrupted(now, why, progressed=True)
 
 
-def _asked_in_its_run_folder(spec: JobSpec) -> bool:
+def _request_stop_in_run(spec: JobSpec) -> bool:
     """Ask a training to end as `racecraft stop` does; False where there is none to be asked."""
     path = spec.run_folder()
     if path is None or not children.has_begun(spec):

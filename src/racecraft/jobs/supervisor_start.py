@@ -43,12 +43,12 @@ def ensure_supervisor(home: JobPaths) -> None:
     make_folder(home.path)
     if _wakes(home) or is_supervised(home):
         return
-    _tell_of_failed(home)
+    _raise_failed(home)
     environment = {**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url}
-    with open(home.path / SUPERVISOR_LOG, "ab") as said:
+    with open(home.path / SUPERVISOR_LOG, "ab") as log_file:
         command = [sys.executable, "-m", "racecraft.jobs"]
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, **apart()
+            command, stdin=subprocess.DEVNULL, stdout=log_file, stderr=log_file, env=environment, **apart()
         )
     if not _started:
         atexit.register(_leave_them)
@@ -64,21 +64,21 @@ def _wakes(home: JobPaths) -> bool:
     )
 
 
-def _tell_of_failed(home: JobPaths) -> None:
+def _raise_failed(home: JobPaths) -> None:
     """Raise what a supervisor that was started here ended with, so that nobody waits for one that cannot work."""
     failed = [one for one in _started if one[0] == home.path and (one[2].poll() or 0) > 0]
     for one in failed:
         _started.remove(one)
     if failed:
-        from racecraft.jobs.follow import last_letter
+        from racecraft.jobs.follow import last_error
         from racecraft.jobs.states import JobError
 
         log = home.path / SUPERVISOR_LOG
-        letter = last_letter(log) or f"the supervisor ended with code {failed[-1][2].returncode}; see {log}."
+        message = last_error(log) or f"the supervisor ended with code {failed[-1][2].returncode}; see {log}."
         raise JobError(
             "nobody can work at the jobs of {path}: {letter} Jobs are kept, and go on afterwards.",
             path=home.path,
-            letter=letter,
+            letter=message,
         )
 
 

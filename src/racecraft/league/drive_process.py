@@ -87,15 +87,15 @@ class DriveProcess:
             DriveError: It cannot be driven, crashed, or did not end in time.
         """
         self._warming.join()
-        told: dict[str, Any] = {
+        request: dict[str, Any] = {
             "kind": self._kind,
             "order": asdict(order),
             "recorded": str(recorded) if recorded else None,
         }
         if not self.layers:
             places = [*self._readable, *order.models, *order.files, *([recorded] if recorded else ())]
-            told |= {"readable": [str(place) for place in places], "scratch": self._scratch.name}
-        head, body = self._ask(told, DRIVE_SECONDS)
+            request |= {"readable": [str(place) for place in places], "scratch": self._scratch.name}
+        head, body = self._ask(request, DRIVE_SECONDS)
         self.layers = self.layers or tuple(head["layers"])
         outcomes = msgspec.convert(head["outcomes"], tuple[Outcome, ...])
         files, at = {}, 0
@@ -108,9 +108,9 @@ class DriveProcess:
         with contextlib.suppress(DriveError):  # which the drive will meet again
             self._ask({"warm_up": self._kind}, WARM_SECONDS)
 
-    def _ask(self, told: dict[str, Any], seconds: float) -> tuple[dict[str, Any], bytes]:
+    def _ask(self, request: dict[str, Any], seconds: float) -> tuple[dict[str, Any], bytes]:
         try:
-            head, body = self._process.ask(to_head(told), b"", seconds)
+            head, body = self._process.ask(to_head(request), b"", seconds)
         except EndedError as error:
             how = f"took longer than {seconds:g} s" if error.was_late else error.found
             raise DriveError(f"the process that drove {how}") from error
@@ -137,15 +137,15 @@ def main() -> None:
         os._exit(1)
 
 
-def _answer(told: dict[str, Any]) -> tuple[bytes, bytes]:
-    if "warm_up" in told:
-        league_world(str(told["warm_up"])).warm_up()
+def _answer(request: dict[str, Any]) -> tuple[bytes, bytes]:
+    if "warm_up" in request:
+        league_world(str(request["warm_up"])).warm_up()
         return b"", b""
-    order = msgspec.convert(told["order"], DriveOrder)
-    world = league_world(str(told["kind"]))
-    recorded = told["recorded"]
-    may_limit = "scratch" in told and (recorded is not None or world.is_alone(order))
-    layers = _limit(told["readable"], told["scratch"]) if may_limit else ()
+    order = msgspec.convert(request["order"], DriveOrder)
+    world = league_world(str(request["kind"]))
+    recorded = request["recorded"]
+    may_limit = "scratch" in request and (recorded is not None or world.is_alone(order))
+    layers = _limit(request["readable"], request["scratch"]) if may_limit else ()
     driven = world.drive(order) if recorded is None else world.redrive(order, Path(str(recorded)))
     outcomes = msgspec.to_builtins(driven.outcomes)
     files = [(name, len(data)) for name, data in driven.files.items()]

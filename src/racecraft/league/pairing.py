@@ -46,13 +46,13 @@ def next_group(
         able: Players who can play now, at least `size`.
         size: How many sit at a board.
     """
-    told = np.round(gains(strengths, covariance), 9)
+    expected_gains = np.round(gains(strengths, covariance), 9)
 
     def first(pair: tuple[int, int]) -> tuple[float, ...]:
-        return float(told[pair]), -float(met[pair]), -pair[0], -pair[1]
+        return float(expected_gains[pair]), -float(met[pair]), -pair[0], -pair[1]
 
     def adds(one: int) -> tuple[float, ...]:
-        return float(told[one, group].sum()), -float(met[one, group].sum()), -one
+        return float(expected_gains[one, group].sum()), -float(met[one, group].sum()), -one
 
     pairs: list[tuple[int, int]] = [(a, b) for a in able for b in able if a < b]
     group: list[int] = [*max(pairs, key=first)]

@@ -34,7 +34,7 @@ import msgspec
 
 from racecraft.contract.errors import InputFileError, SettingError, UserInputError, nearest
 from racecraft.contract.message import Message
-from racecraft.formats.atomic import OutputFileError, make_folder, output_letter, write_atomic
+from racecraft.formats.atomic import OutputFileError, make_folder, output_error, write_atomic
 from racecraft.formats.run_lock import FileLock
 from racecraft.formats.user_file import read_regular
 from racecraft.league.race import Entry, Race, Result, Season
@@ -223,7 +223,7 @@ class League:
                     return entry
                 except OSError as error:
                     if not (folder / ENTRIES / f"{number:05}").exists():
-                        raise OutputFileError(output_letter(folder / ENTRIES, error)) from error
+                        raise OutputFileError(output_error(folder / ENTRIES, error)) from error
                     number += 1
         raise SettingError("{race} has {count} entries, and takes no more.", race=race, count=MAX_ENTRIES)
 
@@ -391,7 +391,7 @@ def _write_secret(path: Path) -> None:
     except FileExistsError:
         return
     except OSError as error:
-        raise OutputFileError(output_letter(path, error)) from error
+        raise OutputFileError(output_error(path, error)) from error
     with open(handle, "wb") as file:
         file.write(secrets.token_hex(32).encode())
         os.fsync(file.fileno())
@@ -415,7 +415,7 @@ def _take_name(folder: Path, name: str) -> str:
         except FileExistsError:
             continue
         except OSError as error:
-            raise OutputFileError(output_letter(folder / free, error)) from error
+            raise OutputFileError(output_error(folder / free, error)) from error
     raise AssertionError
 
 
@@ -451,4 +451,4 @@ def _move(source: Path, target: Path) -> None:
     try:
         os.rename(source, target)
     except OSError as error:
-        raise OutputFileError(output_letter(target, error)) from error
+        raise OutputFileError(output_error(target, error)) from error

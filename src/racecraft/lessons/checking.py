@@ -64,15 +64,15 @@ class Answer:
         Raises:
             AnswerError: It is missing, no number, or outside.
         """
-        value, asked = self._given.get(name), self._fields[name]
+        value, field = self._given.get(name), self._fields[name]
         try:
             found = float(str(value).replace(",", ".").replace("−", "-").strip())
         except ValueError:
             found = math.nan
-        if not asked.low <= found <= asked.high:
+        if not field.low <= found <= field.high:
             raise AnswerError(
                 "{label}: found {value!r}; expected a number from {low:g} to {high:g}.",
-                label=asked.label, value=value, low=asked.low, high=asked.high,
+                label=field.label, value=value, low=field.low, high=field.high,
             )  # fmt: skip
         return found
 
@@ -82,9 +82,9 @@ class Answer:
         Raises:
             AnswerError: None was chosen.
         """
-        value, asked = self._given.get(name), self._fields[name]
-        if value not in asked.options:
-            raise AnswerError("{label}: nothing is chosen; choose one.", label=asked.label)
+        value, field = self._given.get(name), self._fields[name]
+        if value not in field.options:
+            raise AnswerError("{label}: nothing is chosen; choose one.", label=field.label)
         return str(value)
 
     def code(self, name: str) -> str:

@@ -33,14 +33,14 @@ def main() -> None:
     channel.send(to_head(head), to_head({"values": values}))
 
 
-def _answer(asked: dict[str, Any]) -> tuple[dict[str, Any], list[Any]]:
+def _answer(request: dict[str, Any]) -> tuple[dict[str, Any], list[Any]]:
     names: dict[str, Any] = {"__name__": "__main__"}
     try:
-        exec(compile(asked["code"], FILE, "exec"), names)
-        function = names.get(asked["name"])
+        exec(compile(request["code"], FILE, "exec"), names)
+        function = names.get(request["name"])
         if not callable(function):
-            return {"error": f"there is no function {asked['name']}; define it", "line": 1}, []
-        values = [function(*call) for call in asked["calls"]]
+            return {"error": f"there is no function {request['name']}; define it", "line": 1}, []
+        values = [function(*call) for call in request["calls"]]
         to_head({"values": values})
         return {}, values
     except SyntaxError as error:

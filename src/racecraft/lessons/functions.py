@@ -25,7 +25,7 @@ def call_function(code: str, name: str, calls: Sequence[Sequence[Any]]) -> list[
     """
     process = CodeProcess("racecraft.lessons.function_worker")
     try:
-        told, body = process.ask(b"", to_head({"code": code, "name": name, "calls": calls}), SECONDS)
+        reply, body = process.ask(b"", to_head({"code": code, "name": name, "calls": calls}), SECONDS)
     except EndedError as error:
         found = "did not end" if error.was_late else error.found
         raise AnswerError(
@@ -34,6 +34,6 @@ def call_function(code: str, name: str, calls: Sequence[Sequence[Any]]) -> list[
         ) from None  # fmt: skip
     finally:
         process.close()
-    if "error" in told:
-        raise AnswerError("Line {line}: {error}", line=told["line"], error=str(told["error"])[:300])
+    if "error" in reply:
+        raise AnswerError("Line {line}: {error}", line=reply["line"], error=str(reply["error"])[:300])
     return list(from_head(body).get("values", []))

@@ -49,30 +49,30 @@ class Progress:
             OutputFileError: The file cannot be written.
         """
         with self._lock:
-            told = self._read()
-            row = told.setdefault(lesson, {}).setdefault(exercise, {"state": "tried", "tries": 0})
+            progress = self._read()
+            row = progress.setdefault(lesson, {}).setdefault(exercise, {"state": "tried", "tries": 0})
             row["tries"] += 1
             if _RANK[verdict.state] >= _RANK.get(row["state"], 0):
                 row["state"] = verdict.state
             if prediction is not None:
                 row.setdefault("prediction", dict(prediction))
-            self._write(told)
+            self._write(progress)
             return int(row["tries"])
 
     def clear(self, lesson: str) -> None:
         """Begin a lesson anew."""
         with self._lock:
-            told = self._read()
-            told.pop(lesson, None)
-            self._write(told)
+            progress = self._read()
+            progress.pop(lesson, None)
+            self._write(progress)
 
-    def _write(self, told: Mapping[str, Any]) -> None:
+    def _write(self, progress: Mapping[str, Any]) -> None:
         make_folder(self.path.parent)
-        write_atomic(self.path, json.dumps({"format": "racecraft lessons", "version": VERSION, "lessons": told}))
+        write_atomic(self.path, json.dumps({"format": "racecraft lessons", "version": VERSION, "lessons": progress}))
 
     def _read(self) -> dict[str, Any]:
         with contextlib.suppress(OSError, ValueError):
-            told = json.loads(self.path.read_text("utf-8"))
-            if isinstance(told, dict) and isinstance(told.get("lessons"), dict):
-                return dict(told["lessons"])
+            progress = json.loads(self.path.read_text("utf-8"))
+            if isinstance(progress, dict) and isinstance(progress.get("lessons"), dict):
+                return dict(progress["lessons"])
         return {}

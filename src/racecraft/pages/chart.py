@@ -17,7 +17,7 @@ from racecraft.contract.world import Array
 
 Look = Literal["line", "both", "dots", "dashed", "bars", "steps"]
 """How a series is drawn; "both": a line with its points."""
-MOST_ROWS = 60
+MAX_ROWS = 60
 """Of the table beside a chart; of more rows every second, third, … is written, and the table says so."""
 
 
@@ -142,7 +142,7 @@ class Chart:
         columns = [_by_place(one) for one in self.series]
         places = sorted({x for column in columns for x in column})
         found = [(x, k) for x in places for k in range(max(len(column.get(x, ())) for column in columns))]
-        every = max(1, math.ceil(len(found) / MOST_ROWS))
+        every = max(1, math.ceil(len(found) / MAX_ROWS))
         rows = [
             [self._place(x), *(_figure(c[x][k] if k < len(c.get(x, ())) else None, self.digits) for c in columns)]
             for x, k in found[::every]
@@ -166,8 +166,8 @@ def _by_place(one: Series) -> dict[float, list[float | None]]:
 
 def _plain(values: Iterable[Any]) -> list[float | None]:
     """Return numbers that JSON holds; whole ones stay whole."""
-    told = values.tolist() if hasattr(values, "tolist") else list(values)
-    return [None if one is None or not math.isfinite(one) else round(one, 6) for one in told]
+    listed = values.tolist() if hasattr(values, "tolist") else list(values)
+    return [None if one is None or not math.isfinite(one) else round(one, 6) for one in listed]
 
 
 def _figure(value: float | None, digits: int) -> str:

@@ -82,9 +82,9 @@ def table(
     heads: Sequence[str], rows: Iterable[Sequence[object]], numbers: Sequence[int] = (), caption: str = ""
 ) -> Markup:
     """Return a table; columns whose index is in `numbers` stand to the right, a cell that is a `Bar` is drawn."""
-    told = [list(row) for row in rows]
-    shares = sorted({k for row in told for k, cell in enumerate(row) if isinstance(cell, Bar)})
-    return _part("table", list(heads), told, list(numbers), caption, shares)
+    table_rows = [list(row) for row in rows]
+    shares = sorted({k for row in table_rows for k, cell in enumerate(row) if isinstance(cell, Bar)})
+    return _part("table", list(heads), table_rows, list(numbers), caption, shares)
 
 
 def terms(rows: Iterable[tuple[str, str, str]]) -> Markup:

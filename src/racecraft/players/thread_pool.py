@@ -13,7 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
-MOST_LEFT_BEHIND = 64
+MAX_LEFT_BEHIND = 64
 
 
 class ThreadPool:
@@ -49,7 +49,7 @@ class ThreadPool:
         if future.cancel():
             return
         with self._lock:
-            if not future.done() and future not in self._behind and len(self._behind) < MOST_LEFT_BEHIND:
+            if not future.done() and future not in self._behind and len(self._behind) < MAX_LEFT_BEHIND:
                 self._behind.add(future)
                 self._begin_thread()
 

@@ -159,10 +159,10 @@ class Collector:
     def state(self) -> dict[str, Any]:
         """Return everything an exact continuation needs, even in the middle of an episode, as named arrays (copies)."""
         view = self.buffer.views[self._row]
-        shown = {name: array.copy() for name, array in view.observations.items()}
+        observations = {name: array.copy() for name, array in view.observations.items()}
         return {
             "world": self.world.save_state(),
-            "shown": shown,
+            "shown": observations,
             "episodes": self.counter.state(),
             "exploration": {"generator": self.generator.get_state().numpy().copy()},
             "counts": {
@@ -200,8 +200,8 @@ class Collector:
         self._row = 0
         view = self.buffer.views[0]
         self.world.load_state(state["world"], view)
-        for name, shown in state["shown"].items():
-            if not np.array_equal(view.observations[name], shown, equal_nan=True):
+        for name, observations in state["shown"].items():
+            if not np.array_equal(view.observations[name], observations, equal_nan=True):
                 raise ContractError(
                     "{name}: after load_state the observation '{name_2}' is not what it was at "
                     "save_state; expected the same numbers.",

@@ -100,4 +100,4 @@ def play_episodes(
         if len(done[row]) < wanted and (steps[row] or not done[row]):
             n, m = divmod(row, spec.num_agents)
             done[row].append(EpisodeRecord(n, m, int(steps[row]), float(earned[row]), CUT))
-    return [record for told in done for record in told[min(spare, max(len(told) - 1, 0)) : wanted]]
+    return [record for records in done for record in records[min(spare, max(len(records) - 1, 0)) : wanted]]

@@ -72,7 +72,7 @@ class Replay:
         self.bytes = ring_bytes(spec, ticks, noted) + (
             TREE_BYTES * (ticks + 1) * self.rows if config.prioritised else 0
         )
-        _require_room(self.bytes, ticks * self.rows, config)
+        _require_memory(self.bytes, ticks * self.rows, config)
         self.ring = TransitionRing(spec, ticks, noted, stack_size)
         self._lock = threading.RLock()
         self.prioritised = config.prioritised
@@ -129,14 +129,14 @@ class Replay:
 
     def state(self) -> dict[str, Any]:
         """Return everything, where it is small enough for a checkpoint; else only that it was not."""
-        told: dict[str, Any] = {"collected": self.collected, "kept": self._filled_bytes <= self.config.keep_mib * MIB}
-        if told["kept"]:
+        state: dict[str, Any] = {"collected": self.collected, "kept": self._filled_bytes <= self.config.keep_mib * MIB}
+        if state["kept"]:
             with self._lock:
-                told["ring"] = self.ring.state()
+                state["ring"] = self.ring.state()
                 if self.priorities is not None:
-                    told["weights"] = self.priorities.leaves.copy()
-                    told["largest"] = self.priorities.largest
-        return told
+                    state["weights"] = self.priorities.leaves.copy()
+                    state["largest"] = self.priorities.largest
+        return state
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from what `state` gave; where it was too large to be kept, begin anew."""
@@ -211,7 +211,7 @@ class Replay:
         return errors
 
 
-def _require_room(needed: int, capacity: int, config: ReplayConfig) -> None:
+def _require_memory(needed: int, capacity: int, config: ReplayConfig) -> None:
     """Refuse a memory that is larger than is allowed, or than the machine's.
 
     Raises:

@@ -80,7 +80,7 @@ class TransitionRing:
         first, last = self.head + skipped, self.head + batch.shape[0]
         self.head = last
         end = np.where(batch.terminated, TERMINATED, np.where(batch.truncated, TRUNCATED, GOES_ON))
-        told = {
+        columns = {
             **{SEEN + name: array for name, array in batch.observations.items()},
             **{COLUMN + name: array for name, array in batch.columns.items()},
             "actions": batch.actions,
@@ -89,7 +89,7 @@ class TransitionRing:
             "end": end,
             "mask": batch.action_mask,
         }
-        for name, array in told.items():
+        for name, array in columns.items():
             if array is not None and name in self.arrays:
                 for slots, among in self._spans(first, last):
                     self.arrays[name][slots] = array[skipped:][among]

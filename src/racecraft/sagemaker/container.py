@@ -33,7 +33,7 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError
 from racecraft.contract.message import Message
-from racecraft.formats.atomic import OutputFileError, atomic_file, make_folder, output_letter, write_atomic
+from racecraft.formats.atomic import OutputFileError, atomic_file, make_folder, output_error, write_atomic
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import OWN_KEYS, as_arguments, decoded, encoded
 
@@ -42,7 +42,7 @@ FOLDERS = (
     "code", "input/config", "input/data", "model", "output/data", "output/intermediate", "checkpoints",
 )  # fmt: skip
 NOT_CODE = shutil.ignore_patterns("__pycache__", "*.pyc", ".git", ".ipynb_checkpoints")
-MOST_LETTERS_OF_A_FAILURE = 1024
+MAX_FAILURE_CHARACTERS = 1024
 
 
 class CodeError(InputFileError):
@@ -108,16 +108,16 @@ def lay_out(
         OutputFileError: The disk is full, or the place cannot be written.
     """
     try:
-        return _laid_out(folder, entry_point, source_dir, dependencies, hyperparameters, channels)
+        return _prepared(folder, entry_point, source_dir, dependencies, hyperparameters, channels)
     except shutil.Error as error:  # several files at once
         raise OutputFileError(
             "{folder}: the code cannot be copied there ({error}).", folder=folder, error=str(error)[:200]
         ) from error
     except OSError as error:
-        raise OutputFileError(output_letter(folder, error)) from error
+        raise OutputFileError(output_error(folder, error)) from error
 
 
-def _laid_out(
+def _prepared(
     folder: Path,
     entry_point: str,
     source_dir: str | None,
@@ -133,9 +133,9 @@ def _laid_out(
     else:
         shutil.copytree(source_dir, container.code, dirs_exist_ok=True, ignore=NOT_CODE)
     for dependency in dependencies:
-        _lay_dependency(dependency, container.code)
+        _copy_dependency(dependency, container.code)
     for name, place in channels.items():
-        _lay_channel(container.root / "input" / "data" / name, place)
+        _link_channel(container.root / "input" / "data" / name, place)
     config = container.root / "input" / "config"
     _write(config / "hyperparameters.json", encoded(hyperparameters))
     _write(config / "resourceconfig.json", {"current_host": HOST, "hosts": [HOST], "network_interface_name": "lo"})
@@ -143,7 +143,7 @@ def _laid_out(
     return container
 
 
-def _lay_dependency(dependency: str, code: Path) -> None:
+def _copy_dependency(dependency: str, code: Path) -> None:
     path = Path(dependency)
     if not path.is_dir():
         shutil.copy2(path, code)
@@ -209,8 +209,8 @@ def entered(folder: Path) -> Iterator[tuple[Path, list[str]]]:
         yield script, as_arguments(hyperparameters)
     except BaseException as error:
         if not (isinstance(error, SystemExit) and error.code in (None, 0)):
-            said = "".join(traceback.format_exception(error))[-MOST_LETTERS_OF_A_FAILURE:]
-            write_atomic(container.root / "output" / "failure", said)
+            text = "".join(traceback.format_exception(error))[-MAX_FAILURE_CHARACTERS:]
+            write_atomic(container.root / "output" / "failure", text)
         raise
     finally:
         pack(container)
@@ -290,11 +290,13 @@ def channels_of(inputs: Any, buckets: Path) -> dict[str, Path]:
     """
     named = {} if inputs is None else inputs if isinstance(inputs, Mapping) else {"training": inputs}
     found = {}
-    for name, said in named.items():
-        address = said if isinstance(said, str | Path) else getattr(said, "address", None)
+    for name, channel in named.items():
+        address = channel if isinstance(channel, str | Path) else getattr(channel, "address", None)
         if address is None:
             raise ChannelError(
-                "fit(inputs): channel '{name}' is {said!r}; expected a path, file://… or s3://….", name=name, said=said
+                "fit(inputs): channel '{name}' is {said!r}; expected a path, file://… or s3://….",
+                name=name,
+                said=channel,
             )
         place = local_path(str(address), buckets)
         if not place.exists():
@@ -309,7 +311,7 @@ def channels_of(inputs: Any, buckets: Path) -> dict[str, Path]:
     return found
 
 
-def _lay_channel(target: Path, place: Path) -> None:
+def _link_channel(target: Path, place: Path) -> None:
     """Lay an input before the script: a link where the system has links, else a copy."""
     if place.is_file():
         make_folder(target)

@@ -156,7 +156,7 @@ class Predictor:
         except urllib.error.HTTPError as error:
             with error:
                 raise EndpointAnswer(
-                    "{endpoint_name}: {letter_in}", endpoint_name=self.endpoint_name, letter_in=_letter_in(error.read())
+                    "{endpoint_name}: {letter_in}", endpoint_name=self.endpoint_name, letter_in=_error_in(error.read())
                 ) from None
         except OSError as error:
             raise EndpointError(
@@ -329,7 +329,7 @@ def _as_lists(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be sent as JSON")
 
 
-def _letter_in(body: bytes) -> str:
+def _error_in(body: bytes) -> str:
     try:
         return str(json.loads(body)["message"])
     except (ValueError, KeyError, TypeError):

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from racecraft.sagemaker.endpoint import Predictor
 
-MOST_LETTERS = 63
+MAX_SOURCE_CHARACTERS = 63
 LENT = ("sagemaker_rl",)
 """Dependencies that need not be there: `racecraft run` lends them."""
 _OWN_WORDS = (
@@ -215,8 +215,8 @@ class RLEstimator:
             metric_definitions = default_metric_definitions(toolkit)
         self.metric_definitions = check_definitions(metric_definitions or ())
         self._hyperparameters = dict(hyperparameters or {})
-        for said in check_overrides(self._hyperparameters):
-            warnings.warn(said, stacklevel=2)
+        for note in check_overrides(self._hyperparameters):
+            warnings.warn(note, stacklevel=2)
         self.base_job_name = given.pop("base_job_name", None)
         self.max_run: int | None = given.pop("max_run", None)
         self.max_wait: int | None = given.pop("max_wait", None)
@@ -249,15 +249,15 @@ class RLEstimator:
             SettingError: It is none of an estimator's.
         """
         job = TrainingJob(training_job_name, JobPaths.of_user())
-        told = job.describe()["Recorded"].get("estimator")
-        if told is None:
+        recorded = job.describe()["Recorded"].get("estimator")
+        if recorded is None:
             raise SettingError(
                 "Job {training_job_name} was not begun by an estimator; expected one that was.",
                 training_job_name=training_job_name,
             )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what is worth saying was said when the job began
-            found = cls(**told)
+            found = cls(**recorded)
         found.latest_training_job = job
         return found
 
@@ -304,9 +304,11 @@ class RLEstimator:
         name = require_legal_name(job_name or self._job_name())
         channels = channels_of(inputs, buckets_of(self._home))
         self._require_name_free(name)
-        told = {**self.hyperparameters(), "sagemaker_program": self._program(), "sagemaker_job_name": name}
+        hyperparameters = {**self.hyperparameters(), "sagemaker_program": self._program(), "sagemaker_job_name": name}
         try:
-            lay_out(self._home.folder(name), self.entry_point, self.source_dir, self.dependencies, told, channels)
+            lay_out(
+                self._home.folder(name), self.entry_point, self.source_dir, self.dependencies, hyperparameters, channels
+            )
             submit(self._home, self._spec(name, channels, experiment_config))
         except NameTakenError:
             raise  # somebody was quicker, and the folder is theirs
@@ -414,7 +416,7 @@ class RLEstimator:
         now = time.time()
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.gmtime(now)) + f"-{int(now * 1000) % 1000:03}"
         base = re.sub(r"[^A-Za-z0-9]+", "-", self.base_job_name or Path(self.entry_point).stem).strip("-") or "job"
-        return f"{base[: MOST_LETTERS - 1 - len(stamp)]}-{stamp}"
+        return f"{base[: MAX_SOURCE_CHARACTERS - 1 - len(stamp)]}-{stamp}"
 
     def _program(self) -> str:
         return self.entry_point if self.source_dir is not None else Path(self.entry_point).name

@@ -124,34 +124,34 @@ def check_image(image_uri: Any, toolkit: Any, version: Any, framework: Any) -> d
         ImageMissingError: Neither an image nor all of toolkit, toolkit_version and framework.
         SettingError: There is no such toolkit, version or framework.
     """
-    told = {"toolkit": _word(toolkit), "toolkit_version": version, "framework": _word(framework)}
+    parts = {"toolkit": _word(toolkit), "toolkit_version": version, "framework": _word(framework)}
     if image_uri is not None:
-        if any(value is not None for value in told.values()):
+        if any(value is not None for value in parts.values()):
             warnings.warn("image_uri is given, so toolkit, toolkit_version and framework are passed over", stacklevel=3)
         return {"image_uri": image_uri}
-    missing = [name for name, value in told.items() if value is None]
+    missing = [name for name, value in parts.items() if value is None]
     if missing:
         raise ImageMissingError(
             "RLEstimator: {missing} missing; expected them all, or image_uri.", missing=", ".join(missing)
         )
     for name, known in (("toolkit", RLToolkit), ("framework", RLFramework)):
         values = [str(one.value) for one in known]
-        if told[name] not in values:
+        if parts[name] not in values:
             raise SettingError(
                 "RLEstimator: there is no {name} '{told}'. {hint}",
                 name=name,
-                told=told[name],
-                hint=nearest(told[name], values),
+                told=parts[name],
+                hint=nearest(parts[name], values),
             )
-    versions = TOOLKIT_VERSIONS[told["toolkit"]]
+    versions = TOOLKIT_VERSIONS[parts["toolkit"]]
     if version not in versions:
         raise SettingError(
             "RLEstimator: there was no {told} {version} at SageMaker; expected {versions}.",
-            told=told["toolkit"],
+            told=parts["toolkit"],
             version=version,
             versions=", ".join(versions),
         )
-    return told
+    return parts
 
 
 def default_metric_definitions(toolkit: RLToolkit | str) -> list[dict[str, str]]:

@@ -27,7 +27,7 @@ from racecraft.jobs.tuning.warm_start import WarmStartConfig, WarmStartTypes
 from racecraft.sagemaker.estimator import RLEstimator, TrainingJob
 from racecraft.sagemaker.estimator_config import TUNER_ARGUMENTS
 from racecraft.sagemaker.search_analytics import HyperparameterTuningJobAnalytics
-from racecraft.sagemaker.tuner_request import RANGES, TunerRequest, folder_of, job_of, read_asked, write_asked
+from racecraft.sagemaker.tuner_request import RANGES, TunerRequest, folder_of, job_of, read_request, write_request
 
 if TYPE_CHECKING:
     from racecraft.sagemaker.endpoint import Predictor
@@ -114,10 +114,10 @@ class HyperparameterTuner:
         Raises:
             SettingError: There is no search of that name.
         """
-        asked = read_asked(tuning_job_name)
+        request = read_request(tuning_job_name)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what is worth saying was said when it searched
-            found = cls(RLEstimator(**asked.estimator), **asked.tuner)
+            found = cls(RLEstimator(**request.estimator), **request.tuner)
         folder = folder_of(tuning_job_name)
         found.latest_tuning_job, found._study = TuningJob(tuning_job_name, folder), found._study_in(folder)
         return found
@@ -160,7 +160,7 @@ class HyperparameterTuner:
         name = job_name or _stamped(base)
         folder = folder_of(name)
         make_folder(folder)
-        write_asked(folder, TunerRequest(self.estimator.words(), self._words()))
+        write_request(folder, TunerRequest(self.estimator.words(), self._words()))
         self._study = self._study_in(folder)
         self.latest_tuning_job = TuningJob(name, folder)
         for parent in self._parents():
@@ -207,7 +207,7 @@ class HyperparameterTuner:
         "OverallBestTrainingJob", of this search and those it began with, is told where their figures may be compared.
         """
         own = self._tried()
-        told = {
+        description = {
             "HyperParameterTuningJobName": None if self.latest_tuning_job is None else self.latest_tuning_job.name,
             "HyperParameterTuningJobStatus": "Completed",
             "TrainingJobStatusCounters": {"Completed": sum(one.state == COMPLETE for one in own)},
@@ -215,8 +215,8 @@ class HyperparameterTuner:
         }
         warm = self.warm_start_config
         if warm is not None and warm.type is WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM:
-            told["OverallBestTrainingJob"] = self._told(self._searched().best())
-        return told
+            description["OverallBestTrainingJob"] = self._told(self._searched().best())
+        return description
 
     def _told(self, best: TrialRecord | None) -> dict[str, Any] | None:
         if best is None:
@@ -257,9 +257,9 @@ class HyperparameterTuner:
         return [] if self.warm_start_config is None else sorted(self.warm_start_config.parents)
 
     def _require_comparable(self, parent: str) -> None:
-        asked = read_asked(parent)
+        request = read_request(parent)
         for word in ("objective_metric_name", "objective_type"):
-            theirs, ours = asked.tuner[word], getattr(self, word)
+            theirs, ours = request.tuner[word], getattr(self, word)
             if theirs != ours:
                 raise SettingError(
                     "warm_start_config: the search {parent} had {word} {theirs!r} and this one has {ours!r}; expected "
@@ -271,7 +271,7 @@ class HyperparameterTuner:
                 )
         warm = self.warm_start_config
         assert warm is not None
-        script, theirs = self.estimator.words()["entry_point"], asked.estimator["entry_point"]
+        script, theirs = self.estimator.words()["entry_point"], request.estimator["entry_point"]
         if warm.type is WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM and script != theirs:
             raise SettingError(
                 "warm_start_config: the search {parent} trained {theirs} and this one trains {script}; expected the "
@@ -340,10 +340,10 @@ class _EstimatorTrial:
         self._job, self._metric = TrainingJob(name, JobPaths.of_user()), metric
 
     def look(self) -> TrialStatus:
-        told = self._job.describe()
+        description = self._job.describe()
         figures = [point.value for point in self._job.metrics() if point.name == self._metric]
-        ended = told["TrainingJobStatus"] in ("Completed", "Failed", "Stopped")
-        return TrialStatus(tuple(enumerate(figures, 1)), ended, told["FailureReason"])
+        ended = description["TrainingJobStatus"] in ("Completed", "Failed", "Stopped")
+        return TrialStatus(tuple(enumerate(figures, 1)), ended, description["FailureReason"])
 
     def stop(self) -> None:
         self._job.stop()

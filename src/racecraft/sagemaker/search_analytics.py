@@ -14,7 +14,7 @@ from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParamete
 from racecraft.jobs.tuning.study import Study
 from racecraft.sagemaker.estimator import TrainingJob
 from racecraft.sagemaker.estimator_config import ANALYTICS_ARGUMENTS
-from racecraft.sagemaker.tuner_request import RANGES, folder_of, job_of, read_asked
+from racecraft.sagemaker.tuner_request import RANGES, folder_of, job_of, read_request
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -37,7 +37,7 @@ class HyperparameterTuningJobAnalytics:
         known = (*ANALYTICS_ARGUMENTS, *names_of(HyperparameterTuningJobAnalytics))
         require_arguments("HyperparameterTuningJobAnalytics", recorded, known)
         self.name = hyperparameter_tuning_job_name
-        self._asked = read_asked(self.name).tuner
+        self._asked = read_request(self.name).tuner
         ranges, aim = self._asked[RANGES], self._asked["objective_type"]
         self._study = Study(folder_of(self.name), ranges, maximise=aim == "Maximize")
 
@@ -85,16 +85,16 @@ class HyperparameterTuningJobAnalytics:
     def _row(self, one: TrialRecord) -> dict[str, Any]:
         job = job_of(self.name, one.number)
         try:
-            told = TrainingJob(job, JobPaths.of_user()).describe()
+            description = TrainingJob(job, JobPaths.of_user()).describe()
         except JobError:  # deleted since, or never begun
-            told = {"CreationTime": None, "TrainingEndTime": None}
+            description = {"CreationTime": None, "TrainingEndTime": None}
         return {
             **one.values,
             "TrainingJobName": job,
             "TrainingJobStatus": STATUSES.get(one.state, "InProgress"),
             "FinalObjectiveValue": one.score,
-            "TrainingStartTime": _moment(told["CreationTime"]),
-            "TrainingEndTime": _moment(told["TrainingEndTime"]),
+            "TrainingStartTime": _moment(description["CreationTime"]),
+            "TrainingEndTime": _moment(description["TrainingEndTime"]),
             "TrainingElapsedTimeSeconds": one.seconds,
         }
 

@@ -1,4 +1,4 @@
-"""What a tuner of SageMaker's shape was asked, beside its study: `tuner.json`. Begin with `read_asked`.
+"""What a tuner of SageMaker's shape was asked, beside its study: `tuner.json`. Begin with `read_request`.
 
 {
 "format": "racecraft tuner", "version": 1,
@@ -54,23 +54,23 @@ def job_of(name: str, number: int) -> str:
     return f"{name}-{number:03}"
 
 
-def write_asked(folder: Path, asked: TunerRequest) -> None:
+def write_request(folder: Path, request: TunerRequest) -> None:
     """Write it down.
 
     Raises:
         OutputFileError: It cannot be written.
     """
-    ranges = {name: _as_json(one) for name, one in asked.tuner[RANGES].items()}
-    told = {
+    ranges = {name: _as_json(one) for name, one in request.tuner[RANGES].items()}
+    document = {
         "format": FORMAT,
         "version": VERSION,
-        "estimator": asked.estimator,
-        "tuner": {**asked.tuner, RANGES: ranges},
+        "estimator": request.estimator,
+        "tuner": {**request.tuner, RANGES: ranges},
     }
-    write_atomic(folder / FILE, json.dumps(told, indent=2) + "\n")
+    write_atomic(folder / FILE, json.dumps(document, indent=2) + "\n")
 
 
-def read_asked(name: str) -> TunerRequest:
+def read_request(name: str) -> TunerRequest:
     """Read what a search was asked.
 
     Raises:
@@ -86,16 +86,16 @@ def read_asked(name: str) -> TunerRequest:
             there=there,
             hint=nearest(name, known),
         )
-    told = parse_json(read_regular(path))
-    if told.get("version") != VERSION:
+    document = parse_json(read_regular(path))
+    if document.get("version") != VERSION:
         raise SettingError(
             "{path} is of version {told}; expected {version}. Search anew.",
             path=path,
-            told=told.get("version"),
+            told=document.get("version"),
             version=VERSION,
         )
-    ranges = {name: _of_json(one) for name, one in told["tuner"][RANGES].items()}
-    return TunerRequest(told["estimator"], {**told["tuner"], RANGES: ranges})
+    ranges = {name: _of_json(one) for name, one in document["tuner"][RANGES].items()}
+    return TunerRequest(document["estimator"], {**document["tuner"], RANGES: ranges})
 
 
 def _as_json(one: Parameter) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _as_json(one: Parameter) -> dict[str, Any]:
     return {"kind": kind, **asdict(one)}
 
 
-def _of_json(told: Mapping[str, Any]) -> Parameter:
-    words = {name: value for name, value in told.items() if name != "kind"}
-    made: Parameter = KINDS[told["kind"]](**words)
+def _of_json(values: Mapping[str, Any]) -> Parameter:
+    words = {name: value for name, value in values.items() if name != "kind"}
+    made: Parameter = KINDS[values["kind"]](**words)
     return made

@@ -18,7 +18,7 @@ from racecraft.players.thread_pool import ThreadPool
 Question = TypeVar("Question")
 Answer = TypeVar("Answer")
 
-MOST_AT_ONCE = 256
+MAX_AT_ONCE = 256
 """Questions in one batch."""
 HANGING_SECONDS = 2.0
 """A batch that takes longer is given up, and the next begins without it."""
@@ -32,7 +32,7 @@ class BatchingQueue(Generic[Question, Answer]):
         most: Questions in one batch.
     """
 
-    def __init__(self, answer_many: Callable[[list[Question]], Sequence[Answer]], most: int = MOST_AT_ONCE) -> None:
+    def __init__(self, answer_many: Callable[[list[Question]], Sequence[Answer]], most: int = MAX_AT_ONCE) -> None:
         self._answer_many, self._most = answer_many, most
         self._pool = ThreadPool(1)
         self._waiting: list[tuple[Question, asyncio.Future[Answer]]] = []

@@ -135,8 +135,8 @@ def find_rclone() -> str:
             "rclone is not on PATH; expected it, since it serves the folder. {how_to_get_rclone}",
             how_to_get_rclone=HOW_TO_GET_RCLONE,
         )
-    asked = subprocess.run([program, "serve", "s3", "--help"], capture_output=True, text=True, check=False)
-    if "--auth-key" not in asked.stdout:
+    help_text = subprocess.run([program, "serve", "s3", "--help"], capture_output=True, text=True, check=False)
+    if "--auth-key" not in help_text.stdout:
         raise RcloneMissingError(
             "{program} has no `serve s3`; expected one that has it. {how_to_get_rclone}",
             program=program,

@@ -144,8 +144,8 @@ class EndpointServer:
         """Decide for everybody who waits; those with a mask and those without by themselves."""
         answers: list[InferenceResponse | None] = [None] * len(questions)
         for masked in (False, True):
-            asked = [at for at, one in enumerate(questions) if (one.action_mask is not None) is masked]
-            groups = [asked] if not masked else _by_width(questions, asked)
+            indices = [at for at, one in enumerate(questions) if (one.action_mask is not None) is masked]
+            groups = [indices] if not masked else _by_width(questions, indices)
             for group in groups:
                 if group:
                     for at, answer in zip(group, self._decide_alike([questions[at] for at in group]), strict=True):
@@ -193,10 +193,10 @@ def _decider_of(policy: TrainedPolicy, member: str) -> tuple[PolicySpec, Any]:
     return spec, decider
 
 
-def _by_width(questions: list[InferenceRequest], asked: list[int]) -> list[list[int]]:
+def _by_width(questions: list[InferenceRequest], indices: list[int]) -> list[list[int]]:
     """Return groups of questions whose masks are equally wide."""
     groups: dict[int, list[int]] = {}
-    for at in asked:
+    for at in indices:
         mask = questions[at].action_mask
         assert mask is not None
         groups.setdefault(mask.shape[1], []).append(at)

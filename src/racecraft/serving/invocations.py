@@ -39,7 +39,7 @@ MAX_PIXELS = 2**23
 """Of a picture: 4K has 8.3 million."""
 MAX_NESTED = 32
 """Dimensions of an array."""
-MOST_ROWS = 4096
+MAX_ROWS = 4096
 """Observations in one request."""
 PASSED_OVER = (
     "prev_action", "prev_actions", "prev_reward", "prev_rewards", "is_training", "seq_lens", "timestep", "explore",
@@ -107,16 +107,16 @@ def write_answer(answer: InferenceResponse, question: InferenceRequest, accept: 
     actions = answer.actions.tolist()
     likely = None if answer.probabilities is None else answer.probabilities.tolist()
     if question.shape == "inputs":
-        told: dict[str, Any] = {"outputs": {"actions": actions}}
+        document: dict[str, Any] = {"outputs": {"actions": actions}}
         if answer.probabilities is not None:
-            told["outputs"]["action_prob"] = answer.probabilities.max(axis=1).tolist()
-            told["outputs"]["action_dist"] = likely
+            document["outputs"]["action_prob"] = answer.probabilities.max(axis=1).tolist()
+            document["outputs"]["action_dist"] = likely
     else:
         rows = [{"actions": action} for action in actions]
         if likely is not None:
             rows = [{**row, "probabilities": part} for row, part in zip(rows, likely, strict=True)]
-        told = {"predictions": rows}
-    return Reply(msgspec.json.encode(told))
+        document = {"predictions": rows}
+    return Reply(msgspec.json.encode(document))
 
 
 def signature(spec: PolicySpec) -> dict[str, Any]:
@@ -134,14 +134,14 @@ def signature(spec: PolicySpec) -> dict[str, Any]:
     }
 
 
-def _from_json(said: Any, spec: PolicySpec) -> InferenceRequest:
-    if isinstance(said, list):
-        return _question(_rows(said, spec), spec, "instances")
-    if not isinstance(said, dict):
-        raise _bad(f"the body is {json.dumps(said)[:40]}; expected an object with instances or inputs, or a list.")
-    if "instances" in said:
-        return _question(_rows(said["instances"], spec), spec, "instances")
-    inputs = said.get("inputs", {name: part for name, part in said.items() if name != "signature_name"})
+def _from_json(body: Any, spec: PolicySpec) -> InferenceRequest:
+    if isinstance(body, list):
+        return _question(_rows(body, spec), spec, "instances")
+    if not isinstance(body, dict):
+        raise _bad(f"the body is {json.dumps(body)[:40]}; expected an object with instances or inputs, or a list.")
+    if "instances" in body:
+        return _question(_rows(body["instances"], spec), spec, "instances")
+    inputs = body.get("inputs", {name: part for name, part in body.items() if name != "signature_name"})
     if not isinstance(inputs, dict):
         inputs = {_only(spec): inputs}
     return _question(inputs, spec, "inputs")
@@ -159,10 +159,10 @@ def _rows(instances: Any, spec: PolicySpec) -> dict[str, Any]:
     return {name: [row[name] for row in instances] for name in names}
 
 
-def _question(said: Mapping[str, Any], spec: PolicySpec, shape: str) -> InferenceRequest:
+def _question(body: Mapping[str, Any], spec: PolicySpec, shape: str) -> InferenceRequest:
     visible = spec.visible
     named: dict[str, Any] = {}
-    for name, value in said.items():
+    for name, value in body.items():
         if name in visible or name == MASK:
             named[name] = value
         elif name in ANY_NAME and len(visible) == 1:
@@ -177,8 +177,8 @@ def _question(said: Mapping[str, Any], spec: PolicySpec, shape: str) -> Inferenc
     if len(set(counts.values())) > 1:
         raise _bad(f"different numbers of rows: {counts}; expected the same of each.")
     rows = next(iter(counts.values()))
-    if not 1 <= rows <= MOST_ROWS:
-        raise _bad(f"{rows} rows; expected 1 to {MOST_ROWS}.")
+    if not 1 <= rows <= MAX_ROWS:
+        raise _bad(f"{rows} rows; expected 1 to {MAX_ROWS}.")
     mask = _mask(named[MASK], rows) if MASK in named else None
     return InferenceRequest(columns, mask, shape)
 
@@ -290,5 +290,5 @@ def _shape(part: ArraySpec) -> str:
     return "one number" if part.shape == () else f"shape {part.shape}"
 
 
-def _bad(letter: str) -> WebError:
-    return WebError(422, "bad_observation", letter)
+def _bad(message: str) -> WebError:
+    return WebError(422, "bad_observation", message)

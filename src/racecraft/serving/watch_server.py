@@ -68,8 +68,8 @@ def watch_routes(run: RunFolder, base: str = "/") -> list[Route]:
     news = Topic("run", facts.read, LOOK_SECONDS)
 
     def page(request: Request) -> Response:
-        told: dict[str, Any] = {"from": base, "instead": facts.read()["instead"]}
-        return page_answer(request, source.template, title=run.path.name, **told)
+        context: dict[str, Any] = {"from": base, "instead": facts.read()["instead"]}
+        return page_answer(request, source.template, title=run.path.name, **context)
 
     async def events(request: Request) -> Response:
         return events_answer(request, [news])

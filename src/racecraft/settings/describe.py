@@ -35,10 +35,10 @@ def settings_markdown(composed: Mapping[Training, Settings]) -> str:
 
 
 def _defaults(row: Setting, groups: Mapping[Training, Any]) -> str:
-    told = {training: value_text(getattr(group, row.name)) for training, group in groups.items()}
-    usual = next(iter(told.values()))
+    values = {training: value_text(getattr(group, row.name)) for training, group in groups.items()}
+    usual = next(iter(values.values()))
     others: dict[str, list[Training]] = {}
-    for training, value in told.items():
+    for training, value in values.items():
         if value != usual:
             others.setdefault(value, []).append(training)
     return f"`{usual}`" + "".join(f"; `{value}`: {_named(those, groups)}" for value, those in others.items())

@@ -129,8 +129,8 @@ class Mirror:
             stamp = _stamp(path)
             if self._done.get(name) == stamp:
                 return
-            told = (self._there or {}).get(name)
-            if name in self._done or told is None or not is_same(path, told.size, told.etag):
+            stored = (self._there or {}).get(name)
+            if name in self._done or stored is None or not is_same(path, stored.size, stored.etag):
                 self._store.put(self._target.bucket, self._target.key(name), path)
         except (OSError, UserInputError) as error:
             if isinstance(error, NetworkError) or path.exists():
@@ -159,5 +159,5 @@ class Mirror:
 
 
 def _stamp(path: Path) -> Stamp:
-    told = path.stat()
-    return told.st_size, told.st_mtime_ns
+    status = path.stat()
+    return status.st_size, status.st_mtime_ns

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from racecraft.contract.errors import MissingExtraError, UserInputError
-from racecraft.formats.atomic import OutputFileError, make_folder, output_letter
+from racecraft.formats.atomic import OutputFileError, make_folder, output_error
 from racecraft.storage.address import Address, BucketError
 from racecraft.storage.connection import WHERE_KEYS_ARE, S3Connection
 from racecraft.storage.etags import PART_BYTES, is_same
@@ -67,7 +67,7 @@ class Objects(Protocol):
         """Put a file, whole or not at all."""
         ...
 
-    def get(self, bucket: str, key: str, told: StoredObject, path: Path) -> None:
+    def get(self, bucket: str, key: str, stored: StoredObject, path: Path) -> None:
         """Fetch an object into a file, whole or not at all."""
         ...
 
@@ -102,7 +102,7 @@ class ObjectStore:
                 "boto3 is not installed; expected it for buckets elsewhere. Run: {install}", install=INSTALL
             ) from None
         self.access, self._attempts = access, attempts
-        with self._letters(""):
+        with self._as_our_errors(""):
             session = boto3.Session(
                 profile_name=access.profile or None,
                 aws_access_key_id=access.key or None,
@@ -131,29 +131,29 @@ class ObjectStore:
 
     def buckets(self) -> list[str]:
         """Return the names of the buckets that this account sees."""
-        with self._letters(""):
+        with self._as_our_errors(""):
             return [str(one["Name"]) for one in self._s3.list_buckets().get("Buckets", ())]
 
     def listed(self, place: Address) -> dict[str, StoredObject]:
         """Return the objects below a place, by their name below it; what only stands for a folder is none."""
         found: dict[str, StoredObject] = {}
         pages = self._s3.get_paginator("list_objects_v2")
-        with self._letters(place.bucket):
+        with self._as_our_errors(place.bucket):
             for page in pages.paginate(Bucket=place.bucket, Prefix=place.key("")):
                 for one in page.get("Contents", ()):
                     name = place.name(str(one["Key"]))
                     if name and not name.endswith("/"):
-                        found[name] = _told(one, int(one["Size"]))
+                        found[name] = _object_of(one, int(one["Size"]))
         return found
 
     def find(self, bucket: str, key: str) -> StoredObject | None:
         """Return what is told of one object; None where there is none."""
         try:
-            with self._letters(bucket):
+            with self._as_our_errors(bucket):
                 answer = self._s3.head_object(Bucket=bucket, Key=key)
         except NoSuchObjectError:
             return None
-        return _told(answer, int(answer["ContentLength"]))
+        return _object_of(answer, int(answer["ContentLength"]))
 
     def put(self, bucket: str, key: str, path: Path) -> None:
         """Put a file, as long as it is now; one above 8 MiB in parts of 8 MiB.
@@ -162,14 +162,14 @@ class ObjectStore:
             UserInputError: The file cannot be read.
         """
         try:
-            with self._letters(bucket):
+            with self._as_our_errors(bucket):
                 self._s3.upload_file(str(path), bucket, key, Config=self._transfers)
         except OSError as error:
             raise UserInputError(
                 "{path}: cannot be read ({strerror}); expected a file to put.", path=path, strerror=error.strerror
             ) from error
 
-    def get(self, bucket: str, key: str, told: StoredObject, path: Path) -> None:
+    def get(self, bucket: str, key: str, stored: StoredObject, path: Path) -> None:
         """Fetch an object into a file, which takes its place in one move when all of it has come.
 
         Raises:
@@ -181,30 +181,30 @@ class ObjectStore:
         try:
             for old in path.parent.glob(f".{glob.escape(path.name)}{PARTIAL}*"):
                 old.unlink()  # of a transfer that was broken off
-            self._fetch(bucket, key, told.etag, part)
-            if not is_same(part, told.size, told.etag) and not self._is_still(bucket, key, told, part):
+            self._fetch(bucket, key, stored.etag, part)
+            if not is_same(part, stored.size, stored.etag) and not self._is_still(bucket, key, stored, part):
                 part.unlink()
                 raise NetworkError(
                     "s3://{bucket}/{key}: what came is not the object of {size} bytes and ETag {etag}; "
                     "expected an object that stays as it is meanwhile.",
                     bucket=bucket,
                     key=key,
-                    size=told.size,
-                    etag=told.etag,
+                    size=stored.size,
+                    etag=stored.etag,
                 )
             os.replace(part, path)
         except OSError as error:
             part.unlink(missing_ok=True)
-            raise OutputFileError(output_letter(path, error)) from error
+            raise OutputFileError(output_error(path, error)) from error
 
     def write(self, bucket: str, key: str, data: bytes) -> None:
         """Put bytes."""
-        with self._letters(bucket):
+        with self._as_our_errors(bucket):
             self._s3.put_object(Bucket=bucket, Key=key, Body=data)
 
     def remove(self, bucket: str, keys: Sequence[str]) -> None:
         """Take objects away; of one that is not there nothing is said."""
-        with self._letters(bucket):
+        with self._as_our_errors(bucket):
             for key in keys:  # not every store knows the request for many at once
                 self._s3.delete_object(Bucket=bucket, Key=key)
 
@@ -223,15 +223,15 @@ class ObjectStore:
                 seconds=seconds,
                 max_link_seconds=MAX_LINK_SECONDS,
             )
-        with self._letters(bucket):
-            asked = {"Bucket": bucket, "Key": key}
-            return str(self._s3.generate_presigned_url("get_object", Params=asked, ExpiresIn=seconds))
+        with self._as_our_errors(bucket):
+            target = {"Bucket": bucket, "Key": key}
+            return str(self._s3.generate_presigned_url("get_object", Params=target, ExpiresIn=seconds))
 
     def _fetch(self, bucket: str, key: str, etag: str, part: Path) -> None:
         """Write the object that has this ETag to a file; anew where the network breaks off on the way."""
         for attempt in range(1, self._attempts + 1):
             try:
-                with self._letters(bucket), open(part, "wb") as file:
+                with self._as_our_errors(bucket), open(part, "wb") as file:
                     answer = self._s3.get_object(Bucket=bucket, Key=key, IfMatch=f'"{etag}"')
                     for block in answer["Body"].iter_chunks(PART_BYTES):
                         file.write(block)
@@ -242,20 +242,20 @@ class ObjectStore:
                     raise
                 time.sleep(min(0.5 * 2.0**attempt, MAX_WAIT_SECONDS))
 
-    def _is_still(self, bucket: str, key: str, told: StoredObject, part: Path) -> bool:
+    def _is_still(self, bucket: str, key: str, stored: StoredObject, part: Path) -> bool:
         """Tell whether the object is what it was, for an ETag that is no sum of its bytes."""
-        is_a_sum = len(told.etag.partition("-")[0]) == 32 and "-" not in told.etag
-        return not is_a_sum and part.stat().st_size == told.size and self.find(bucket, key) == told
+        is_a_sum = len(stored.etag.partition("-")[0]) == 32 and "-" not in stored.etag
+        return not is_a_sum and part.stat().st_size == stored.size and self.find(bucket, key) == stored
 
     @contextlib.contextmanager
-    def _letters(self, bucket: str) -> Iterator[None]:
+    def _as_our_errors(self, bucket: str) -> Iterator[None]:
         """Turn what boto3, botocore and s3transfer raise into our letters; an OSError is about a file of ours."""
         try:
             yield
         except (BucketError, OSError):
             raise
         except Exception as error:  # three libraries' families of errors, with no common parent but this one
-            raise _letter(error, bucket, self.access) from error
+            raise _error_of(error, bucket, self.access) from error
 
 
 class NoSuchObjectError(BucketError):
@@ -266,19 +266,19 @@ class UnknownRequestError(BucketError):
     """The store does not know what it was asked for."""
 
 
-def _told(answer: Mapping[str, Any], size: int) -> StoredObject:
+def _object_of(answer: Mapping[str, Any], size: int) -> StoredObject:
     moment = answer.get("LastModified")
     return StoredObject(size, str(answer.get("ETag", "")).strip('"'), moment.timestamp() if moment else 0.0)
 
 
-def _letter(error: Exception, bucket: str, access: S3Connection) -> BucketError:
+def _error_of(error: Exception, bucket: str, access: S3Connection) -> BucketError:
     """Return the error about what went wrong."""
     where = access.endpoint or "AWS"
     place = f"s3://{bucket}" if bucket else where
     source = next((one for one in (error, error.__cause__, error.__context__) if hasattr(one, "response")), None)
     response = getattr(source, "response", None) or {}
-    told = response.get("Error", {})
-    code, status = str(told.get("Code", "")), response.get("ResponseMetadata", {}).get("HTTPStatusCode", 0)
+    details = response.get("Error", {})
+    code, status = str(details.get("Code", "")), response.get("ResponseMetadata", {}).get("HTTPStatusCode", 0)
     kind = type(error).__name__
     if kind in ("ProfileNotFound", "NoCredentialsError", "PartialCredentialsError", "CredentialRetrievalError"):
         return BucketError(

@@ -122,12 +122,12 @@ def pull(
         RunFolder(target).lock().release()  # refused while somebody trains there
     mover = _Mover(len(wanted), dry_run, say, f"from {source} to {target}")
     for name in in_order(wanted):
-        told, path = wanted[name], file_of(target, name)
-        if is_same(path, told.size, told.etag):
+        stored, path = wanted[name], file_of(target, name)
+        if is_same(path, stored.size, stored.etag):
             mover.skip()
         else:
             key = found[name][0]
-            mover.move(name, told.size, partial(store.get, source.bucket, key, told, path))
+            mover.move(name, stored.size, partial(store.get, source.bucket, key, stored, path))
     return mover.result()
 
 
@@ -158,9 +158,9 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 def _found(store: Objects, source: Address) -> dict[str, tuple[str, StoredObject]]:
     """Return key and facts of the objects at an address, by the name they get."""
-    below = {name: (source.key(name), told) for name, told in store.listed(source).items()}
-    if not below and source.prefix and (told := store.find(source.bucket, source.prefix)) is not None:
-        return {PurePosixPath(source.prefix).name: (source.prefix, told)}
+    below = {name: (source.key(name), stored) for name, stored in store.listed(source).items()}
+    if not below and source.prefix and (stored := store.find(source.bucket, source.prefix)) is not None:
+        return {PurePosixPath(source.prefix).name: (source.prefix, stored)}
     return below
 
 

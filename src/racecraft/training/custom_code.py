@@ -46,11 +46,11 @@ def own_code_of_names(names: Iterable[str]) -> OwnCode:
     stays = []
     for named in dict.fromkeys(name for name in names if ":" in name):
         module = sys.modules.get(named.partition(":")[0])
-        told = {} if module is None else getattr(module, TRAVELS, None) or _texts_of(module)
-        if isinstance(told, str):
-            stays.append(told)
+        stored = {} if module is None else getattr(module, TRAVELS, None) or _texts_of(module)
+        if isinstance(stored, str):
+            stays.append(stored)
         else:
-            texts.update(told)
+            texts.update(stored)
     return OwnCode(texts, tuple(stays))
 
 

@@ -14,8 +14,8 @@ from racecraft.formats.checkpoint import STATES_KEPT
 from racecraft.training.settings import RuntimeConfig
 from racecraft.training.stopping import StopCondition
 
-WORTH_SAYING_BYTES = 10**9
-WORTH_SAYING_SHARE = 0.5
+NOTABLE_BYTES = 10**9
+NOTABLE_SHARE = 0.5
 """Of what is free."""
 STATE_PER_WEIGHTS = 3
 """A trainer's state holds the weights and two moments of Adam for each."""
@@ -35,12 +35,12 @@ class DiskForecast:
 
     def sentence(self) -> str:
         """Return what is worth saying; "" where the disk is no matter."""
-        is_much = self.kept is not None and self.total >= WORTH_SAYING_BYTES
-        if not is_much and self.total < WORTH_SAYING_SHARE * self.free:
+        is_much = self.kept is not None and self.total >= NOTABLE_BYTES
+        if not is_much and self.total < NOTABLE_SHARE * self.free:
             return ""
         each = f"{_gb(self.weights)} each" + ("" if self.kept is None else f", {self.kept} kept")
-        said = f"checkpoints take up to {_gb(self.total)} of the disk ({each}); {_gb(self.free)} are free"
-        return f"{said}. --keep best,last,10 keeps fewer." if self.total > WORTH_SAYING_SHARE * self.free else said
+        text = f"checkpoints take up to {_gb(self.total)} of the disk ({each}); {_gb(self.free)} are free"
+        return f"{text}. --keep best,last,10 keeps fewer." if self.total > NOTABLE_SHARE * self.free else text
 
 
 def forecast(

@@ -41,7 +41,7 @@ class LearnerRows:
             for name, array in whole.final_observations.items():
                 own.final_observations[name][ended, 0] = array[self.mine][ended]
 
-    def episodes(self, told: Iterable[EpisodeRecord]) -> list[EpisodeRecord]:
+    def episodes(self, records: Iterable[EpisodeRecord]) -> list[EpisodeRecord]:
         """Return the learner's episodes; the agent is always 0, the world the row."""
-        own = (one for one in told if self.mine[one.world, one.agent])
+        own = (one for one in records if self.mine[one.world, one.agent])
         return [replace(one, world=int(self._row_of[one.world, one.agent]), agent=0) for one in own]

@@ -78,7 +78,7 @@ class LiveMetrics(Collector):
     def iteration(self, report: IterationReport) -> None:
         """Take the figures of an iteration; the last one may come again, with its evaluation."""
         is_new = report.iteration != self._values.get("racecraft_iteration")
-        told: dict[str, float | None] = {
+        values: dict[str, float | None] = {
             "racecraft_training_reward": report.mean_reward,
             "racecraft_training_score": report.training_score,
             "dr_sagemaker_epochs_entropy": report.losses.get("entropy"),
@@ -90,11 +90,11 @@ class LiveMetrics(Collector):
         }
         if report.result is not None:
             lap = report.result.figures.get("best_lap_seconds")
-            told["dr_eval_episodes_progress"] = report.result.score
-            told["dr_eval_episodes_elapsed_time"] = None if lap is None else 1000.0 * lap
+            values["dr_eval_episodes_progress"] = report.result.score
+            values["dr_eval_episodes_elapsed_time"] = None if lap is None else 1000.0 * lap
         if report.is_best:
-            told["racecraft_best_iteration"] = report.iteration
-        self._put({name: float(value) for name, value in told.items() if value is not None}, report.losses)
+            values["racecraft_best_iteration"] = report.iteration
+        self._put({name: float(value) for name, value in values.items() if value is not None}, report.losses)
         if is_new:
             self._put_episodes("training", report.by_status)
         if report.result is not None:

@@ -130,20 +130,20 @@ class MlflowRun:
         """Send whenever there is something; after a failure, again with what comes next, and once at the end."""
         while True:
             with self._changed:
-                told, was_over = len(self._waiting), self._is_over
-                if not told and not was_over:
+                sent, was_over = len(self._waiting), self._is_over
+                if not sent and not was_over:
                     self._changed.wait()
                     continue
                 points = self._waiting[:POINTS_AT_ONCE]
             try:
-                self._send(points, is_last=was_over and told == len(points))
+                self._send(points, is_last=was_over and sent == len(points))
                 self._trouble = ""
             except Exception as cause:  # whatever MLflow and its network raise
                 self._trouble = first_line(cause)
                 with self._changed:
                     if was_over:
                         return
-                    while not self._is_over and len(self._waiting) == told:
+                    while not self._is_over and len(self._waiting) == sent:
                         self._changed.wait()
                 continue
             with self._changed:

@@ -51,10 +51,10 @@ def as_in_run(settings: Settings, of: str = "") -> Settings:
     return settings
 
 
-def asked_in_run(asked: Iterable[str], settings: Settings) -> list[str]:
+def overrides_in_run(names: Iterable[str], settings: Settings) -> list[str]:
     """Return `group.name=value` as given, with the copies' names in the place of the files'."""
     copies = {f"{_group(name)}.{SETTING}={path}": name for name, path in named_files(settings).items()}
-    return [f"{_group(copies[one])}.{SETTING}={copies[one]}" if one in copies else one for one in asked]
+    return [f"{_group(copies[one])}.{SETTING}={copies[one]}" if one in copies else one for one in names]
 
 
 def found_in_run(settings: Settings, run: RunFolder, of: str = "") -> Settings:

@@ -17,7 +17,7 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Names of `mallopt`, as <malloc.h> has them."""
 KEPT_BYTES = 1 << 30
 """Pieces up to this are kept, and as much free memory at the end of the heap."""
-MOST_IN_OLD_LIBRARIES = 32 << 20
+MAX_IN_OLD_LIBRARIES = 32 << 20
 """Older versions of the GNU C library refuse a larger M_MMAP_THRESHOLD and answer 0 (mallopt(3))."""
 
 
@@ -55,5 +55,5 @@ def keep_freed_memory() -> None:
     except (OSError, AttributeError):
         return
     if not mallopt(M_MMAP_THRESHOLD, KEPT_BYTES):
-        mallopt(M_MMAP_THRESHOLD, MOST_IN_OLD_LIBRARIES)
+        mallopt(M_MMAP_THRESHOLD, MAX_IN_OLD_LIBRARIES)
     mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)

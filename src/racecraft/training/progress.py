@@ -118,7 +118,7 @@ class LiveWatcher:
 
         table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
         short = self._score_name
-        told = any(row.result is not None and row.result.headline for row in self._rows)
+        has_headline = any(row.result is not None and row.result.headline for row in self._rows)
         scored = any(row.training_score is not None for row in self._rows)
         training = f"training {short}" if scored else "episodes"
         paid = tells_reward(self._score_name)
@@ -131,7 +131,7 @@ class LiveWatcher:
             *(["mean reward"] * paid),
             f"evaluation {short}",
         )
-        for title in (*titles, *([""] * told)):
+        for title in (*titles, *([""] * has_headline)):
             table.add_column(title, justify="right")
         for row in self._rows:
             result = row.result
@@ -143,7 +143,7 @@ class LiveWatcher:
                 number(row.training_score) if scored else str(row.episodes),
                 *([number(row.mean_reward)] * paid),
                 number(result.score) if result else "",
-                *([result.headline if result else ""] * told),
+                *([result.headline if result else ""] * has_headline),
                 style="green" if row.is_best else None,
             )
         best = f"   at its best: {self._best}" if self._best else ""

@@ -87,7 +87,7 @@ def restore_run(
     return last, why
 
 
-def tell_resumed(iteration: int, why_anew: str, say: MessageCallback) -> None:
+def print_resumed(iteration: int, why_anew: str, say: MessageCallback) -> None:
     """Say where a run goes on."""
     if not iteration:
         say("no whole iteration was saved: starts fresh")

@@ -41,10 +41,10 @@ from racecraft.training.custom_code import copy_code, own_code_in
 from racecraft.training.disk_forecast import DiskForecast, forecast
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
-from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
+from racecraft.training.named_files import as_in_run, found_in_run, lay_named_files, named_files, overrides_in_run
 from racecraft.training.processor import prepare_processor
 from racecraft.training.remote_collection import RecordingObserver, RemoteCollector, TickCallback
-from racecraft.training.resume import MessageCallback, restore_run, tell_resumed
+from racecraft.training.resume import MessageCallback, print_resumed, restore_run
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
@@ -253,7 +253,7 @@ class TrainingSession:
         """Take up the last whole iteration, and say so; return its number, 0 where none was saved."""
         lasts = self._experiment.world_lasts
         last, why_anew = restore_run(self._run, self._learner, self._collector, self._loop, self._writer, lasts)
-        tell_resumed(last, why_anew, self._say)
+        print_resumed(last, why_anew, self._say)
         if self._replay is not None and self._replay.begins_anew:
             self._say(
                 "what it remembered was too large to be kept (replay.keep_mib), so its memory begins anew and the "
@@ -263,8 +263,8 @@ class TrainingSession:
 
     def run(self) -> Outcome:
         """Train; where that fails, say what is left of it."""
-        if said := self._forecast().sentence():
-            self._say(said)
+        if sentence := self._forecast().sentence():
+            self._say(sentence)
         try:
             return self._loop.run(f"{self._experiment.title}, run {self._run.path}")
         except RacecraftError:
@@ -442,9 +442,9 @@ def _say_notes(experiment: Experiment, say: MessageCallback) -> None:
 def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str]) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
     named = named_files(experiment.settings)
-    asked = dict(experiment.asked)
-    if "set" in asked:
-        asked["set"] = asked_in_run(asked["set"], experiment.settings)
+    request = dict(experiment.asked)
+    if "set" in request:
+        request["set"] = overrides_in_run(request["set"], experiment.settings)
 
     def copy_user_files(run: RunFolder) -> None:
         experiment.copy_user_files(run)
@@ -455,7 +455,7 @@ def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str
         "kind": experiment.kind,
         "title": experiment.title,
         "algorithm": experiment.algorithm.name,
-        "asked": {**asked, "stops": [str(stop) for stop in experiment.stops]},
+        "asked": {**request, "stops": [str(stop) for stop in experiment.stops]},
         **experiment.job,
         "settings": as_dictionary(as_in_run(experiment.settings)),
         "notes": list(experiment.notes),

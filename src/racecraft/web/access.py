@@ -136,7 +136,7 @@ class Guard:
                 return
             answer: Response = error_answer(Request(scope), error.status, error.name, error.sentence)
             if error.name == NOT_SIGNED_IN and "text/html" in headers.get("accept", ""):
-                answer = RedirectResponse(f"{SIGN_IN}?{urlencode({'next': _asked(scope)})}", 303)
+                answer = RedirectResponse(f"{SIGN_IN}?{urlencode({'next': _requested_page(scope)})}", 303)
             await answer(scope, receive, send)
             return
         if exchange is not None:
@@ -176,8 +176,8 @@ class Guard:
     def _exchanged(self, scope: Scope, headers: Headers) -> RedirectResponse | None:
         """Return the answer that exchanges the printed token for a cookie; None where none is shown."""
         query = dict(parse_qsl(scope["query_string"].decode("latin-1")))
-        shown = query.pop("token", "")
-        if not (shown and scope["type"] == "http" and scope["method"] == "GET" and _equal(shown, self._access.token)):
+        token = query.pop("token", "")
+        if not (token and scope["type"] == "http" and scope["method"] == "GET" and _equal(token, self._access.token)):
             return None
         answer = RedirectResponse("/" + scope["path"].lstrip("/") + (f"?{urlencode(query)}" if query else ""), 303)
         set_cookie(scope, answer, self._session)
@@ -189,10 +189,10 @@ class Guard:
         Raises:
             WebError: Nobody who may.
         """
-        sessions, shown = self._access.sessions, _cookie(headers, _cookie_name(scope))
+        sessions, token = self._access.sessions, _cookie(headers, _cookie_name(scope))
         owner = sessions.owner if sessions else None
         bearer = headers.get("authorization", "").removeprefix("Bearer ")
-        if not self._access.token or _equal(shown, self._session) or _equal(bearer, self._access.token):
+        if not self._access.token or _equal(token, self._session) or _equal(bearer, self._access.token):
             return _Visitor(owner, self._session)
         if sessions is None:
             raise WebError(
@@ -200,13 +200,13 @@ class Guard:
                 "no_token",
                 "open the address with ?token=… that the terminal printed; it changes with every start.",
             )
-        found = await run_in_threadpool(sessions.find, shown) if shown else None
+        found = await run_in_threadpool(sessions.find, token) if token else None
         if found is not None:
             return _Visitor(found.person, found.session, found.renewed)
         if not self._is_open(scope["path"]):
             raise WebError(401, NOT_SIGNED_IN, f"sign in first, at {SIGN_IN}.")
-        if shown.startswith(STRANGER) and len(shown) < 80:
-            return _Visitor(None, shown)
+        if token.startswith(STRANGER) and len(token) < 80:
+            return _Visitor(None, token)
         stranger = STRANGER + secrets.token_urlsafe(24)
         return _Visitor(None, stranger, stranger)
 
@@ -249,7 +249,7 @@ def _with_cookie(scope: Scope, send: Send, token: str) -> Send:
     return sent
 
 
-def _asked(scope: Scope) -> str:
+def _requested_page(scope: Scope) -> str:
     """Return the path and the words of a request that only reads; of another "/"."""
     if scope["method"] not in SAFE_METHODS:
         return "/"
@@ -273,8 +273,8 @@ async def checked_form(request: Request) -> dict[str, str]:
     return fields
 
 
-def _equal(shown: str, right: str) -> bool:
-    return bool(right) and hmac.compare_digest(shown.encode(), right.encode())
+def _equal(given: str, right: str) -> bool:
+    return bool(right) and hmac.compare_digest(given.encode(), right.encode())
 
 
 def _name(host: str) -> str:

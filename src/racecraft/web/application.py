@@ -37,7 +37,7 @@ def make_application(
     Args:
         routes: Starlette's; a plain `def` runs in a thread. The styles and modules of pages are added.
         access: Who may ask.
-        most_body: Bytes of a body by the path's beginning, where MOST_BODY_BYTES is too little or too much.
+        most_body: Bytes of a body by the path's beginning, where MAX_BODY_BYTES is too little or too much.
         compress: Whether answers above SMALLEST_COMPRESSED bytes are compressed; no for servers that answer fast.
     """
     layers = [Middleware(SafeHeaders), Middleware(RequestLimits, most=most_body), Middleware(Guard, access=access)]

@@ -18,7 +18,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from racecraft.contract.errors import UserInputError
 from racecraft.web.access import ANYONE, Access, Guard
 from racecraft.web.errors import WebError
-from racecraft.web.limits import MOST_BODY_BYTES, SECONDS_FOR_A_BODY, arrived
+from racecraft.web.limits import MAX_BODY_BYTES, SECONDS_FOR_A_BODY, arrived
 
 JSON = "application/json"
 
@@ -80,7 +80,7 @@ class JsonApi:
     def __init__(
         self,
         answer: Answer,
-        most_body: int = MOST_BODY_BYTES,
+        most_body: int = MAX_BODY_BYTES,
         begin: Callable[[], None] = lambda: None,
         end: Callable[[], None] = lambda: None,
     ) -> None:

@@ -1,7 +1,7 @@
 """How much a request may be and how long it may take, while it arrives: nothing is kept to be counted later.
 
 head     `LimitedProtocol`: bytes and seconds of the first line and the headers, before a route is asked
-body     `RequestLimits`: bytes and seconds of the body; a route may raise the bytes (`MOST_BODY_BYTES` otherwise)
+body     `RequestLimits`: bytes and seconds of the body; a route may raise the bytes (`MAX_BODY_BYTES` otherwise)
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from racecraft.web.errors import WebError, error_answer
 
-MOST_CONNECTIONS = 2000
-MOST_HEAD_BYTES = 32 * 1024
+MAX_CONNECTIONS = 2000
+MAX_HEAD_BYTES = 32 * 1024
 SECONDS_FOR_A_HEAD = 10.0
 LINGER_SECONDS = 2.0
-MOST_BODY_BYTES = 1024 * 1024
+MAX_BODY_BYTES = 1024 * 1024
 SECONDS_FOR_A_BODY = 30.0
 """Without a byte of it arriving; a large upload may take as long as it moves."""
 
@@ -32,7 +32,7 @@ class RequestLimits:
 
     Args:
         app: What is asked.
-        most: Bytes of a body by the path's beginning, the longest beginning first; MOST_BODY_BYTES for all others.
+        most: Bytes of a body by the path's beginning, the longest beginning first; MAX_BODY_BYTES for all others.
     """
 
     def __init__(self, app: ASGIApp, most: Mapping[str, int] | None = None) -> None:
@@ -44,7 +44,7 @@ class RequestLimits:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        most = next((count for start, count in self._most if scope["path"].startswith(start)), MOST_BODY_BYTES)
+        most = next((count for start, count in self._most if scope["path"].startswith(start)), MAX_BODY_BYTES)
         length = Headers(scope=scope).get("content-length", "0")
         if length.isdigit() and (len(length) > 15 or int(length) > most):
             error = _too_large(most)
@@ -89,7 +89,7 @@ class LimitedProtocol(HttpToolsProtocol):
         super().connection_made(transport)
         self._head_bytes, self._in_head, self._refused = 0, True, False
         self._patience = self.loop.call_later(SECONDS_FOR_A_HEAD, self.transport.close)
-        if len(self.connections) > MOST_CONNECTIONS:
+        if len(self.connections) > MAX_CONNECTIONS:
             self._refuse(b"503 Service Unavailable", "too_many_connections", "too many are open; try again later.")
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -144,8 +144,8 @@ class LimitedProtocol(HttpToolsProtocol):
         self._refuse(b"400 Bad Request", "bad_request", "this is no HTTP request.")
 
     def _require_small_head(self, size: int) -> None:
-        if size > MOST_HEAD_BYTES and not self._refused:
-            sentence = f"the headers are too large; expected at most {MOST_HEAD_BYTES:,} bytes."
+        if size > MAX_HEAD_BYTES and not self._refused:
+            sentence = f"the headers are too large; expected at most {MAX_HEAD_BYTES:,} bytes."
             self._refuse(b"431 Request Header Fields Too Large", "headers_too_large", sentence)
 
     def _too_slow(self) -> None:

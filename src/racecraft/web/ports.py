@@ -47,21 +47,21 @@ def next_free(port: int, host: str = LOOPBACK) -> int | None:
     return next((one for one in range(port + 1, min(port + FURTHER, 65535) + 1) if is_free(one, host)), None)
 
 
-def choose_port(asked: int | None, usual: int) -> tuple[int, str]:
+def choose_port(requested: int | None, usual: int) -> tuple[int, str]:
     """Return the port to listen on, and what is worth saying about it.
 
     Args:
-        asked: What somebody insists on; None: the usual one, or where it is taken the next free.
+        requested: What somebody insists on; None: the usual one, or where it is taken the next free.
         usual: The port where nobody says.
 
     Raises:
         PortError: The one insisted on is taken, or none is free; the message names the next free one.
     """
-    port = usual if asked is None else asked
+    port = usual if requested is None else requested
     if port == 0 or is_free(port):
         return port, ""
     free = next_free(port) if 0 < port < 65536 else None
-    if asked is not None or free is None:
+    if requested is not None or free is None:
         offer = f"--port {free} is free" if free else "choose another --port, such as 0 for any free one"
         raise PortError(
             "{loopback}:{port}: is taken or not allowed; {offer}.", loopback=LOOPBACK, port=port, offer=offer

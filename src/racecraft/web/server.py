@@ -22,7 +22,7 @@ from racecraft.web.limits import LimitedProtocol
 from racecraft.web.ports import listen_on
 
 IDLE_SECONDS = 75
-MOST_MESSAGE_BYTES = 64 * 1024
+MAX_MESSAGE_BYTES = 64 * 1024
 """Of a WebSocket."""
 SECONDS_TO_END = 3
 """What is under way when a server is told to end may take so long."""
@@ -120,8 +120,8 @@ def address_of(host: str, port: int, access: Access, path: str = "/", scheme: st
     >>> address_of("127.0.0.1", 8100, Access())
     'http://127.0.0.1:8100/'
     """
-    shown = socket.gethostname() if host in ("0.0.0.0", "::") else f"[{host}]" if ":" in host else host
-    return f"{scheme}://{shown}:{port}{path}" + (f"?token={access.token}" if access.token else "")
+    name = socket.gethostname() if host in ("0.0.0.0", "::") else f"[{host}]" if ":" in host else host
+    return f"{scheme}://{name}:{port}{path}" + (f"?token={access.token}" if access.token else "")
 
 
 class TlsError(UserInputError):
@@ -148,7 +148,7 @@ class _Server(uvicorn.Server):
     def __init__(self, application: ASGIApp, tls: Tls | None = None) -> None:
         super().__init__(
             _loaded(uvicorn.Config(
-                application, loop="asyncio", http=LimitedProtocol, ws_max_size=MOST_MESSAGE_BYTES, lifespan="auto",
+                application, loop="asyncio", http=LimitedProtocol, ws_max_size=MAX_MESSAGE_BYTES, lifespan="auto",
                 log_config=None, log_level="critical", access_log=False, proxy_headers=False, server_header=False,
                 timeout_keep_alive=IDLE_SECONDS,
                 timeout_graceful_shutdown=SECONDS_TO_END,
@@ -170,12 +170,12 @@ class _Server(uvicorn.Server):
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {one: signal.signal(one, self._asked_to_end) for one in (signal.SIGINT, signal.SIGTERM)}
+        before = {one: signal.signal(one, self._is_ending) for one in (signal.SIGINT, signal.SIGTERM)}
         try:
             yield
         finally:
             for one, handler in before.items():
                 signal.signal(one, handler)
 
-    def _asked_to_end(self, number: int, frame: FrameType | None) -> None:
+    def _is_ending(self, number: int, frame: FrameType | None) -> None:
         self.handle_exit(number, frame)

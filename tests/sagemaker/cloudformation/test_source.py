@@ -72,7 +72,7 @@ def test_a_file_that_is_not_there_is_said_to_be_none(tmp_path):
 
 
 def test_as_many_letters_and_levels_are_read_as_there_may_be_and_no_more(tmp_path, monkeypatch):
-    monkeypatch.setattr(source, "MOST_LETTERS", 200)
+    monkeypatch.setattr(source, "MAX_SOURCE_CHARACTERS", 200)
     assert read(tmp_path, "a".ljust(200)).values == "a"
     with pytest.raises(TemplateError, match="201 letters"):
         read(tmp_path, "a".ljust(201))

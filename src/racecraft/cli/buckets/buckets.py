@@ -47,13 +47,13 @@ def _show_link(made: Link) -> None:
 def _lines(found: Mapping[str, StoredObject], recursive: bool) -> list[str]:
     """Return lines as `aws s3 ls` prints them."""
     lines, folders = [], set()
-    for name, told in sorted(found.items()):
+    for name, size in sorted(found.items()):
         top, slash, _ = name.partition("/")
         if slash and not recursive:
             folders.add(top)
             continue
-        when = datetime.datetime.fromtimestamp(told.modified).strftime("%Y-%m-%d %H:%M:%S")
-        lines.append(f"{when} {told.size:>10} {name}")
+        when = datetime.datetime.fromtimestamp(size.modified).strftime("%Y-%m-%d %H:%M:%S")
+        lines.append(f"{when} {size.size:>10} {name}")
     return [f"{'PRE':>30} {name}/" for name in sorted(folders)] + lines
 
 

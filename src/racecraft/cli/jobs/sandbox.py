@@ -27,12 +27,12 @@ def _print(made: Sandbox) -> None:
     for note in made.plan.notes:
         print(f"note     {note}")
     print("\nOutputs" if made.outputs else "\nno outputs")
-    for told in made.outputs:
-        print(f"  {told.name} = {told.value if told.value is not None else 'nothing here: ' + told.why}")
-        if SNAKE_ADDRESS in (told.value or ""):
+    for output in made.outputs:
+        print(f"  {output.name} = {output.value if output.value is not None else 'nothing here: ' + output.why}")
+        if SNAKE_ADDRESS in (output.value or ""):
             print("      once `racecraft snakes serve SNAKE` runs")
-        if told.rests_on:
-            print(f"      rests on {', '.join(told.rests_on)}, not here: the name is made up")
+        if output.rests_on:
+            print(f"      rests on {', '.join(output.rests_on)}, not here: the name is made up")
 
 
 sandbox = command(action, _print)

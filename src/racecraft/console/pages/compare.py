@@ -74,10 +74,10 @@ def judge(console: Console, request: Request, fields: Fields) -> str:
     rows = [console.index.row(name) for name in fields.get("m", [])[:MOST]]
     if len(rows) < 2 or not all(row["run"] for row in rows):
         raise SettingError("compare: expected two models or more that were trained.")
-    told = run_command(_words(rows), console.workspace.path)
+    result = run_command(_words(rows), console.workspace.path)
     place = _place(console, rows)
     make_folder(place.parent)
-    write_atomic(place, json.dumps(told, indent=2) + "\n")
+    write_atomic(place, json.dumps(result, indent=2) + "\n")
     return "/compare?" + urlencode([("m", row["name"]) for row in rows])
 
 
@@ -87,14 +87,14 @@ def _words(rows: list[dict[str, Any]]) -> list[str]:
 
 def _place(console: Console, rows: list[dict[str, Any]]) -> Path:
     """Return where a verdict of these runs, as they are now, is kept."""
-    told = sorted((row["run"], row["iterations"]) for row in rows)
-    return console.workspace.path / VERDICTS / f"{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]}.json"
+    runs = sorted((row["run"], row["iterations"]) for row in rows)
+    return console.workspace.path / VERDICTS / f"{hashlib.sha256(json.dumps(runs).encode()).hexdigest()[:16]}.json"
 
 
 def _kept(console: Console, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
     try:
-        told = json.loads(_place(console, rows).read_text(encoding="utf-8"))
-        return dict(told)
+        comparison = json.loads(_place(console, rows).read_text(encoding="utf-8"))
+        return dict(comparison)
     except (OSError, ValueError):
         return None
 
@@ -107,9 +107,9 @@ def _charts(rows: list[dict[str, Any]]) -> list[Chart]:
     for title, unit, column in kind.compared():
         series = []
         for row, lines in zip(rows, metrics, strict=True):
-            told = [line for line in lines if line.get(column) is not None]
+            known = [line for line in lines if line.get(column) is not None]
             series.append(
-                Series(row["name"], [line["iteration"] for line in told], [line[column] for line in told], "both")
+                Series(row["name"], [line["iteration"] for line in known], [line[column] for line in known], "both")
             )
         charts.append(Chart(title, "iteration", unit, series))
     return charts

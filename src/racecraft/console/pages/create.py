@@ -60,9 +60,9 @@ def makers() -> list[WorldParts]:
 
 def begin_draft(console: Console, request: Request) -> str:
     """Begin a draft, of a model that is cloned where one is named, and return the address of its first step."""
-    asked, drafts = request.query_params, Drafts(console.workspace.path / "drafts")
-    if asked.get("from"):
-        model = console.workspace.model(asked["from"])
+    query, drafts = request.query_params, Drafts(console.workspace.path / "drafts")
+    if query.get("from"):
+        model = console.workspace.model(query["from"])
         row = console.index.row(model.name)
         if not row["run"]:
             raise SettingError("{name}: was never trained; expected a model with a training to clone.", name=model.name)
@@ -72,15 +72,15 @@ def begin_draft(console: Console, request: Request) -> str:
             row["kind"],
             console.workspace.free(model.name),
             base,
-            cloned_from=_source(model.name, asked.get("checkpoint", "")),
+            cloned_from=_source(model.name, query.get("checkpoint", "")),
         )
     else:
         offered = makers()
         if not offered:
             raise SettingError("No installed world has a form; expected one that does. The command line trains them.")
-        parts = parts_of(asked["kind"]) if asked.get("kind") else offered[0]
+        parts = parts_of(query["kind"]) if query.get("kind") else offered[0]
         fields = {field.name for step in parts.steps({}) for field in step.fields}
-        typed = {name: value for name, value in asked.items() if name in fields}
+        typed = {name: value for name, value in query.items() if name in fields}
         draft = drafts.begin(parts.kind.name, console.workspace.free(f"my-{parts.noun}"), typed=typed)
     return _at(draft, parts.steps({})[0].key)
 

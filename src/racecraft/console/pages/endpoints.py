@@ -24,13 +24,13 @@ from racecraft.jobs.job import Job
 from racecraft.sagemaker.endpoint import EndpointError, Predictor, deploy
 from racecraft.web.errors import WebError
 
-MOST_FILE_BYTES = 16 * 1024**2
+MAX_FILE_BYTES = 16 * 1024**2
 """Of a picture or an array that is asked about; as much as an endpoint unpacks."""
 CONTENT_TYPES = {
     ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".npy": "application/x-npy",
     ".npz": "application/x-npz", ".json": "application/json",
 }  # fmt: skip
-MOST_ZEROS = 200
+MAX_ZEROS = 200
 """Numbers of an example; one of a picture would fill the page."""
 
 
@@ -40,7 +40,7 @@ def routes(console: Console) -> list[BaseRoute]:
     async def ask(request: Request) -> Response:
         async with form_with_file(request, "file") as (fields, file):
             name = file.filename or "" if file else ""
-            body = await file.read(MOST_FILE_BYTES + 1) if file else one(fields, "body").encode()
+            body = await file.read(MAX_FILE_BYTES + 1) if file else one(fields, "body").encode()
         page = await run_in_threadpool(asked_page, console, request, body, name)
         return await run_in_threadpool(shown, console, request, page)
 
@@ -121,10 +121,10 @@ class _AsItIs:
 
 def _answer(console: Console, name: str, body: bytes, file: str) -> Any:
     kind = CONTENT_TYPES.get(Path(file).suffix.lower() if file else ".json")
-    if kind is None or len(body) > MOST_FILE_BYTES:
+    if kind is None or len(body) > MAX_FILE_BYTES:
         raise SettingError(
             "{file}: expected one of {known}, of at most {most} MiB.",
-            file=file[:80] or "The question", known=", ".join(CONTENT_TYPES), most=MOST_FILE_BYTES // 1024**2,
+            file=file[:80] or "The question", known=", ".join(CONTENT_TYPES), most=MAX_FILE_BYTES // 1024**2,
         )  # fmt: skip
     return Predictor(name, serializer=_AsItIs(kind), home=console.home).predict(body)
 
@@ -153,7 +153,7 @@ def _nested(shape: list[int]) -> Any:
     size = 1
     for one_ in shape:
         size *= one_
-    if size > MOST_ZEROS:
+    if size > MAX_ZEROS:
         return "…"
     value: Any = 0.0
     for length in reversed(shape):

@@ -54,14 +54,14 @@ def routes(console: Console) -> list[BaseRoute]:
 def garage(console: Console, request: Request) -> Page:
     """Return the garage, or the first page where there is no model."""
     counts = console.counts()
-    asked = request.query_params
-    if request.url.path == "/" and not sum(counts.values()) and not asked:
+    query = request.query_params
+    if request.url.path == "/" and not sum(counts.values()) and not query:
         return first_page(console)
-    chosen = asked.get("status", "")
-    statement = _filtered(asked)
+    chosen = query.get("status", "")
+    statement = _filtered(query)
     found = console.index.query(sql.select(sql.func.count().label("n")).select_from(statement.subquery()))[0]["n"]
-    sort = asked.get("sort", "changed") if asked.get("sort") in SORTS else "changed"
-    first = int(asked["from"]) if re.fullmatch(r"[0-9]{1,9}", asked.get("from", "")) else 0
+    sort = query.get("sort", "changed") if query.get("sort") in SORTS else "changed"
+    first = int(query["from"]) if re.fullmatch(r"[0-9]{1,9}", query.get("from", "")) else 0
     ordered = statement.order_by(SORTS[sort], *([THEN[sort]] if sort in THEN else []), MODELS.c.name)
     rows = console.index.query(ordered.limit(PAGE).offset(first))
     running = console.index.query(sql.select(MODELS).where(MODELS.c.status.in_((TRAINING, STOPPING))).limit(4))
@@ -71,26 +71,26 @@ def garage(console: Console, request: Request) -> Page:
         {
             "rows": rows,
             "running": running,
-            "query": asked.get("q", ""),
+            "query": query.get("q", ""),
             "chosen": chosen,
             "chips": [
                 {
                     "label": label,
                     "count": sum(counts.values()) if not of else sum(counts.get(one, 0) for one in of),
-                    "href": _address(asked, status=label.lower() if of else "", **{"from": ""}),
+                    "href": _address(query, status=label.lower() if of else "", **{"from": ""}),
                     "here": chosen == (label.lower() if of else ""),
                 }
                 for label, of in CHIPS
             ],
             "sort": sort,
-            "sorts": {name: _address(asked, sort=name, **{"from": ""}) for name in SORTS},
+            "sorts": {name: _address(query, sort=name, **{"from": ""}) for name in SORTS},
             "found": found,
             "first": first,
-            "before": _address(asked, **{"from": str(max(0, first - PAGE))}) if first else "",
-            "behind": _address(asked, **{"from": str(first + PAGE)}) if first + PAGE < found else "",
-            "archived": asked.get("archived", ""),
-            "tag": asked.get("tag", ""),
-            "deleted": asked.get("deleted", ""),
+            "before": _address(query, **{"from": str(max(0, first - PAGE))}) if first else "",
+            "behind": _address(query, **{"from": str(first + PAGE)}) if first + PAGE < found else "",
+            "archived": query.get("archived", ""),
+            "tag": query.get("tag", ""),
+            "deleted": query.get("deleted", ""),
             "empty": not sum(counts.values()),
         },
     )
@@ -157,24 +157,24 @@ def _with(note: Note, **changes: Any) -> Note:
     return replace(note, **changes)
 
 
-def _filtered(asked: Mapping[str, str]) -> sql.Select[Any]:
+def _filtered(query: Mapping[str, str]) -> sql.Select[Any]:
     """Return the rows that an address asks for."""
-    statement = sql.select(MODELS).where(MODELS.c.archived.is_(asked.get("archived") == "1"))
-    of = {label.lower(): of for label, of in CHIPS}.get(asked.get("status", ""), ())
+    statement = sql.select(MODELS).where(MODELS.c.archived.is_(query.get("archived") == "1"))
+    of = {label.lower(): of for label, of in CHIPS}.get(query.get("status", ""), ())
     if of:
         statement = statement.where(MODELS.c.status.in_(of))
-    for word in asked.get("q", "").casefold().split():
+    for word in query.get("q", "").casefold().split():
         statement = statement.where(MODELS.c.search.contains(word, autoescape=True))
-    if tag := asked.get("tag", ""):
+    if tag := query.get("tag", ""):
         statement = statement.where(MODELS.c.search.contains(f"#{tag.casefold()} ", autoescape=True))
-    if place := asked.get("track", ""):
+    if place := query.get("track", ""):
         statement = statement.where(MODELS.c.place == place)
     return statement
 
 
-def _address(asked: Mapping[str, str], **changes: str) -> str:
+def _address(query: Mapping[str, str], **changes: str) -> str:
     """Return the address of the list with some of its words changed; "" takes one out."""
-    words = {name: value for name, value in {**asked, **changes}.items() if value}
+    words = {name: value for name, value in {**query, **changes}.items() if value}
     return f"/models?{urlencode(words)}" if words else "/"
 
 

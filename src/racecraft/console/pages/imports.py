@@ -140,17 +140,17 @@ def _imported(console: Console, place: Path, file: str) -> str:
     name = console.workspace.free(re.sub(r"(\.tar)?\.(gz|bz2|zip|tar|tgz|pb)$", "", file).strip("-. ") or "imported")
     model = console.workspace.create(name, {}, Note())
     try:
-        told = run_command(_words(place, model.path / model.next_run()), model.path)
+        result = run_command(_import_command(place, model.path / model.next_run()), model.path)
     except CommandError:
         shutil.rmtree(model.path)
         raise
-    notes = [f"Imported from {file}.", *(f"- {note}" for note in told.get("notes", ()))]
+    notes = [f"Imported from {file}.", *(f"- {note}" for note in result.get("notes", ()))]
     model.write_note(Note(tags=("imported",), text="\n".join(notes)))
     console.watcher.look()
     return f"/import/{model.name}"
 
 
-def _words(place: Path, run: Path) -> list[str]:
+def _import_command(place: Path, run: Path) -> list[str]:
     """Return the command that imports; the first world with one is asked."""
     for kind in kinds():
         if words := parts_of(kind.name).import_words(place, run):

@@ -23,7 +23,7 @@ from racecraft.formats.checkpoint_ranking import MERITS, ranked
 from racecraft.formats.run_folder import RunFolder
 from racecraft.web.errors import WebError
 
-MOST_FILES = 400
+MAX_FILES = 400
 ALONE = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; "
     "img-src data: blob:; media-src data: blob:; font-src data:; frame-ancestors 'none'"
@@ -100,7 +100,7 @@ def evaluations_page(console: Console, request: Request) -> Page:
             "heads": [] if table is None else list(table.heads),
             "lines": [] if table is None else [list(map(str, line)) for line in table.rows],
             "command": f"racecraft evaluate {row['run']}",
-            "told": _told(request.query_params.get("told", "")),
+            "told": _figures_in(request.query_params.get("told", "")),
         },
     )
 
@@ -108,8 +108,8 @@ def evaluations_page(console: Console, request: Request) -> Page:
 def evaluate(console: Console, request: Request, fields: Fields) -> str:
     """Judge the best checkpoint anew."""
     row, run = _run_of(console, request)
-    told = run_command(["evaluate", str(run.path)], console.workspace.path)
-    flat = {name: value for name, value in told.items() if isinstance(value, int | float | str)}
+    result = run_command(["evaluate", str(run.path)], console.workspace.path)
+    flat = {name: value for name, value in result.items() if isinstance(value, int | float | str)}
     return address(row["name"], f"/evaluations?told={quote(json.dumps(flat))}")
 
 
@@ -118,18 +118,18 @@ def files_page(console: Console, request: Request) -> Page:
     model, row = model_of(console, request)
     root = model.path
     paths = [path for path in root.rglob("*") if path.is_file() and not path.is_symlink()]
-    told = sorted(((path, path.stat()) for path in paths), key=lambda one: -one[1].st_mtime)
+    by_age = sorted(((path, path.stat()) for path in paths), key=lambda one: -one[1].st_mtime)
     files = [
         {"path": str(path.relative_to(root)), "bytes": stat.st_size, "changed": stat.st_mtime}
-        for path, stat in told[:MOST_FILES]
+        for path, stat in by_age[:MAX_FILES]
     ]
     exporters = sorted(parts_of(row["kind"]).kind.exporters) if row["kind"] and row["run"] else []
     task = console.tasks.of(row["name"], EXPORTING)
     data = {
         "task": task,
         "files": files,
-        "count": len(told),
-        "bytes": sum(stat.st_size for _, stat in told),
+        "count": len(by_age),
+        "bytes": sum(stat.st_size for _, stat in by_age),
         "exporters": exporters,
     }
     return _page(row, "Files", "files.html", data)
@@ -178,11 +178,11 @@ def _inside(root: Path, name: str) -> Path:
     return path
 
 
-def _told(text: str) -> list[tuple[str, str]]:
+def _figures_in(text: str) -> list[tuple[str, str]]:
     """Return the figures of an evaluation that an address carries."""
     try:
-        told = json.loads(text)
-        return [(str(name).replace("_", " "), str(value)) for name, value in told.items()]
+        parsed = json.loads(text)
+        return [(str(name).replace("_", " "), str(value)) for name, value in parsed.items()]
     except (ValueError, AttributeError):
         return []
 

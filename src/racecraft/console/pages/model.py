@@ -64,7 +64,7 @@ def overview(console: Console, request: Request) -> Page:
     metrics = _metrics(run)
     parts = parts_of(row["kind"]) if row["kind"] else None
     live = row["status"] in (TRAINING, STOPPING, QUEUED, NEW)
-    told = _sentence(run, metrics, live)
+    sentence = _sentence(run, metrics, live)
     return Page(
         "model.html",
         model.name,
@@ -73,7 +73,7 @@ def overview(console: Console, request: Request) -> Page:
             **_stage(row, parts),
             "live": live,
             "figures": [asdict(figure) for figure in (*(parts.figures(row) if parts else ()), *_counts(row))],
-            "sentence": told,
+            "sentence": sentence,
             "charts": [(chart.title, chart.shown()) for chart in parts.charts(row, metrics)] if parts else [],
             "log": _log(console, row, run),
             "commands": {"command": _commands(console, model, row), "python": _python(row)},
@@ -92,19 +92,19 @@ def tab_page(console: Console, request: Request) -> Page:
     if parts is None or label is None:
         raise WebError(404, "no_such_page", f"{model.name} has no page {tab[:40]!r}; begin at its overview.")
     template, data = parts.tab_page(row, tab, dict(request.query_params))
-    asked = parts.tab_task(row, tab)
-    told = {"task": console.tasks.of(model.name, asked[0]) if asked else None}
-    return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **told, **data})
+    task = parts.tab_task(row, tab)
+    context = {"task": console.tasks.of(model.name, task[0]) if task else None}
+    return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **context, **data})
 
 
 def ask(console: Console, request: Request, fields: Fields) -> str:
     """Begin what a page of a model's world can ask for."""
     model, row = model_of(console, request)
     tab = request.path_params["tab"]
-    asked = parts_of(row["kind"]).tab_task(row, tab) if row["kind"] and row["run"] else None
-    if asked is None:
+    task = parts_of(row["kind"]).tab_task(row, tab) if row["kind"] and row["run"] else None
+    if task is None:
         raise WebError(404, "no_such_page", f"{model.name} has nothing to ask for at {tab[:40]!r}.")
-    console.tasks.begin(model.name, *asked, console.workspace.path)
+    console.tasks.begin(model.name, *task, console.workspace.path)
     return address(model.name, f"/{tab}")
 
 
@@ -112,8 +112,8 @@ def look_at_tab(console: Console, request: Request) -> Response:
     """Return the closer look of a page that a model has from its world."""
     _, row = model_of(console, request)
     parts = parts_of(row["kind"]) if row["kind"] and row["run"] else None
-    asked = dict(request.query_params)
-    return looked(console, request, None if parts is None else parts.look(row, request.path_params["tab"], asked))
+    query = dict(request.query_params)
+    return looked(console, request, None if parts is None else parts.look(row, request.path_params["tab"], query))
 
 
 def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]:

@@ -23,13 +23,13 @@ from racecraft.web.answers import page_answer
 
 INVITATION = "/invitation/"
 OPEN_PATHS = (SIGN_IN, INVITATION, PREFIX)
-MOST_OF_AN_ADDRESS, MOST_OF_A_NAME = 30, 10
+MAX_OF_AN_ADDRESS, MAX_OF_A_NAME = 30, 10
 """Attempts within a minute: of one address on any names, and on one name."""
 
 
 def routes(accounts: Accounts, sessions: Sessions) -> list[BaseRoute]:
     """Return the routes that need no sign-in."""
-    by_address, by_name = Attempts(MOST_OF_AN_ADDRESS), Attempts(MOST_OF_A_NAME)
+    by_address, by_name = Attempts(MAX_OF_AN_ADDRESS), Attempts(MAX_OF_A_NAME)
 
     def form(request: Request) -> Response:
         return _sign_in_page(request, "", "", _inside(request.query_params.get("next", "/")))
@@ -44,7 +44,7 @@ def routes(accounts: Accounts, sessions: Sessions) -> list[BaseRoute]:
         except AccountError as error:
             return _sign_in_page(request, str(error), name[:64], then, 403)
         by_name.clear(who)
-        return _begun(request, sessions, person, then)
+        return _signed_in(request, sessions, person, then)
 
     def invitation(request: Request) -> Response:
         try:
@@ -67,7 +67,7 @@ def routes(accounts: Accounts, sessions: Sessions) -> list[BaseRoute]:
             accept(accounts, token, password)
         except AccountError as error:
             return _invitation_page(request, person, str(error), 422)
-        return _begun(request, sessions, person, "/")
+        return _signed_in(request, sessions, person, "/")
 
     return [
         Route(SIGN_IN, form),
@@ -85,7 +85,7 @@ def _taking(act: Callable[[Request, Any], Response]) -> Callable[[Request], Any]
     return take
 
 
-def _begun(request: Request, sessions: Sessions, person: Person, then: str) -> Response:
+def _signed_in(request: Request, sessions: Sessions, person: Person, then: str) -> Response:
     """Return the answer that signs somebody in: with a new token, whatever the browser held before."""
     if then == "/" and not may_open(person, "/"):
         then = "/account"

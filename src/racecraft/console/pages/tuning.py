@@ -36,7 +36,7 @@ from racecraft.web.errors import WebError
 
 TUNINGS = "tunings"
 """Folder of a workspace in which searches lie, as of the command."""
-MOST_CHARTS = 6
+MAX_CHARTS = 6
 MEMORY_MIB = 512
 
 
@@ -242,7 +242,7 @@ def _charts(record: TuningRecord, job: Job | None) -> Iterator[Chart]:
         Series("best so far", numbers, best, "steps", colour=1),
     ]
     yield Chart("Trial after trial", "trial", aim, tried)
-    for name in list(done[0].values)[:MOST_CHARTS]:
+    for name in list(done[0].values)[:MAX_CHARTS]:
         yield _slice(name, aim, done, scores, job)
 
 

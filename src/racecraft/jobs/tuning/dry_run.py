@@ -35,8 +35,8 @@ def require_can_begin(words: Sequence[str]) -> None:
     Raises:
         SettingError: It is refused, in the command's own words.
     """
-    if letter := _refusal(words, {}):
-        raise SettingError(letter)
+    if message := _refusal(words, {}):
+        raise SettingError(message)
 
 
 def require_understood(words: Sequence[str], parameters: Mapping[str, Parameter]) -> None:
@@ -50,9 +50,9 @@ def require_understood(words: Sequence[str], parameters: Mapping[str, Parameter]
         SettingError: A name that is no setting, or whatever else the command refuses, in the command's own words.
     """
     corners = [{name: _ends(one)[at] for name, one in parameters.items()} for at in (0, 1)]
-    letter = _refusal(words, corners[0])
-    if letter and _refusal(words, corners[1]):
-        raise SettingError("no trial could be begun: {letter}", letter=letter)
+    message = _refusal(words, corners[0])
+    if message and _refusal(words, corners[1]):
+        raise SettingError("no trial could be begun: {letter}", letter=message)
 
 
 def _ends(parameter: Parameter) -> tuple[Any, Any]:
@@ -70,6 +70,6 @@ def _refusal(words: Sequence[str], values: Mapping[str, Any]) -> str:
     )  # fmt: skip
     if not planned.returncode:
         return ""
-    _, sign, letter = planned.stderr.rpartition(ERROR_PREFIX)
+    _, sign, message = planned.stderr.rpartition(ERROR_PREFIX)
     framed = _BOX.search(planned.stderr)
-    return letter.strip() if sign else framed[1].strip(" \u2502") if framed else ""
+    return message.strip() if sign else framed[1].strip(" \u2502") if framed else ""

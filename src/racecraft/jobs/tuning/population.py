@@ -55,7 +55,7 @@ def train(
     parameters: Mapping[str, Parameter],
     launch: Launch,
     parallel: int,
-    told: RoundCallback,
+    on_round: RoundCallback,
 ) -> PopulationRecord:
     """Train a population to the end of its last round; one that lies there is gone on with.
 
@@ -65,17 +65,17 @@ def train(
         parameters: What may be varied, by name.
         launch: Begins a member's round.
         parallel: How many at a time.
-        told: Hears of every member's round that ends.
+        on_round: Hears of every member's round that ends.
 
     Raises:
         TuningError: Another population lies there, or every member of a round failed.
     """
-    record = _begun(folder, record)
+    record = _started(folder, record)
     for number in range(record.rounds):
         for one in _members_of(record, number, parameters):
             record = record.with_member(one)
         write_population(folder, record)
-        record = _round(folder, record, number, launch, parallel, told)
+        record = _round(folder, record, number, launch, parallel, on_round)
         if all(one.state == FAILED for one in record.of_round(number)):
             raise TuningError(
                 "every member of round {number} failed. Last: {note}; "
@@ -117,7 +117,7 @@ def explore(values: Mapping[str, Any], parameters: Mapping[str, Parameter], rng:
     }
 
 
-def _begun(folder: Path, record: PopulationRecord) -> PopulationRecord:
+def _started(folder: Path, record: PopulationRecord) -> PopulationRecord:
     there = read_population(folder)
     if there is None:
         return record
@@ -167,7 +167,7 @@ def _next_round(
 
 
 def _round(
-    folder: Path, record: PopulationRecord, number: int, launch: Launch, parallel: int, told: RoundCallback
+    folder: Path, record: PopulationRecord, number: int, launch: Launch, parallel: int, on_round: RoundCallback
 ) -> PopulationRecord:
     """Train every member that has not ended its round, so many at a time; who takes over weights is first."""
     before = {one.member: one for one in record.of_round(number - 1)}
@@ -194,7 +194,7 @@ def _round(
                 )  # fmt: skip
                 record = record.with_member(ended)
                 write_population(folder, record)
-                told(ended)
+                on_round(ended)
     finally:
         for _, trial, _ in under_way.values():
             trial.stop()

@@ -53,9 +53,9 @@ class PopulationTrials:
             command = resume
         else:
             sets = (f"--set={name}={as_text(value)}" for name, value in one.values.items())
-            begun = stops if parent is None else without_from(stops)
+            first_stops = stops if parent is None else without_from(stops)
             weights = () if parent is None else (f"--from={self._folder / TRIALS / parent.run}:{parent.iteration}",)
-            command = (*verb, *sets, f"--run={place}", *weights, *begun)
+            command = (*verb, *sets, f"--run={place}", *weights, *first_stops)
 
         def spec(name: str) -> JobSpec:
             return JobSpec(

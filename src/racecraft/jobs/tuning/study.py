@@ -47,7 +47,7 @@ class TuningError(UserInputError):
 
 
 @contextlib.contextmanager
-def database_letters(folder: Path) -> Iterator[None]:
+def as_database_errors(folder: Path) -> Iterator[None]:
     """Say as a letter what befell a search's database: the disk is full, or the file is damaged or no database.
 
     Raises:

@@ -22,13 +22,13 @@ GAMMA, ALPHA = 0.9, 0.5
 def total_is(answer: Answer) -> Verdict:
     """An episode that ended, began straight on, and has exactly the total that is asked for."""
     grid, driven = drive_of(answer, "drive")
-    asked = float(answer.arguments["total"])
+    total = float(answer.arguments["total"])
     if grid != make_grid():
         return tried("other_grid")
     if not driven.ended:
         return tried("not_ended", total=driven.total)
-    if abs(driven.total - asked) > CLOSE:
-        return tried("too_much" if driven.total > asked else "too_little", total=driven.total)
+    if abs(driven.total - total) > CLOSE:
+        return tried("too_much" if driven.total > total else "too_little", total=driven.total)
     if driven.moves[0] != 1:
         return tried("begins_aside", total=driven.total)
     return passed(total=driven.total, moves=len(driven.moves))
@@ -80,8 +80,8 @@ def after_three(answer: Answer) -> Verdict:
 
 def one_square(answer: Answer) -> Verdict:
     """One square changed, by no more than it takes for the best way to leave the centre."""
-    told = answer.taken("grid")
-    grid = grid_from(told)
+    raw = answer.taken("grid")
+    grid = grid_from(raw)
     usual = make_grid()
     changed = [(r, c) for r in range(usual.rows) for c in range(usual.columns)
                if grid.columns == usual.columns and abs(grid.pay[r][c] - usual.pay[r][c]) > CLOSE]  # fmt: skip

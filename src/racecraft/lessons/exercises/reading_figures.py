@@ -7,9 +7,9 @@ from typing import Any
 
 from racecraft.lessons.checking import Answer, AnswerError
 from racecraft.lessons.functions import call_function
-from racecraft.lessons.models.grid import MOST_MOVES, Drive, Grid, drive, make_grid
+from racecraft.lessons.models.grid import MAX_MOVES, Drive, Grid, drive, make_grid
 
-MOST_COLUMNS, MOST_PAY = 60, 100.0
+MAX_COLUMNS, MAX_PAY = 60, 100.0
 
 
 def drive_of(answer: Answer, name: str) -> tuple[Grid, Drive]:
@@ -18,15 +18,10 @@ def drive_of(answer: Answer, name: str) -> tuple[Grid, Drive]:
     Raises:
         AnswerError: It is no drive.
     """
-    told = answer.taken(name)
-    grid = grid_from(told.get("grid") if isinstance(told, dict) else None)
-    moves = told.get("moves")
-    if (
-        not isinstance(moves, list)
-        or not moves
-        or len(moves) > MOST_MOVES
-        or not all(one in (0, 1, 2) for one in moves)
-    ):
+    raw = answer.taken(name)
+    grid = grid_from(raw.get("grid") if isinstance(raw, dict) else None)
+    moves = raw.get("moves")
+    if not isinstance(moves, list) or not moves or len(moves) > MAX_MOVES or not all(one in (0, 1, 2) for one in moves):
         raise AnswerError("There is no drive in the figure yet; drive with its buttons or the arrow keys, then check.")
     return grid, drive(grid, [int(one) for one in moves])
 
@@ -46,20 +41,20 @@ def grid_paid_by(answer: Answer, name: str, columns: int, moves: str = "ahead") 
     return Grid(rows, grid.start, grid.goal, moves)
 
 
-def grid_from(told: Any) -> Grid:
+def grid_from(raw: Any) -> Grid:
     """Return a grid from what a figure gives: columns, pays, goal, moves, changed (row, column, pay).
 
     Raises:
         AnswerError: It is no grid.
     """
     try:
-        columns = int(told["columns"])
-        if not 3 <= columns <= MOST_COLUMNS:
+        columns = int(raw["columns"])
+        if not 3 <= columns <= MAX_COLUMNS:
             raise ValueError
-        grid = make_grid(columns, str(told.get("pays", "centre")), float(told.get("goal", 2.0)), str(told["moves"]))
+        grid = make_grid(columns, str(raw.get("pays", "centre")), float(raw.get("goal", 2.0)), str(raw["moves"]))
         pay = [list(row) for row in grid.pay]
-        for row, column, value in told.get("changed", []):
-            if not (0 <= row < grid.rows and 0 <= column < columns and abs(value) <= MOST_PAY and math.isfinite(value)):
+        for row, column, value in raw.get("changed", []):
+            if not (0 <= row < grid.rows and 0 <= column < columns and abs(value) <= MAX_PAY and math.isfinite(value)):
                 raise ValueError
             pay[row][column] = float(value)
     except (TypeError, KeyError, ValueError, IndexError):

@@ -19,7 +19,7 @@ from racecraft.lessons.models.chance import Chance
 MOVES = ("left", "straight", "right")
 TURN = (-1, 0, 1)
 GOAL, BESIDE, OFF = "goal", "beside", "off"
-MOST_MOVES = 200
+MAX_MOVES = 200
 """A free drive is cut here."""
 Square = tuple[int, int]
 Values = list[list[float]]
@@ -117,7 +117,7 @@ def drive(grid: Grid, moves: Sequence[int]) -> Drive:
         squares.append(square)
         rewards.append(grid.pay[square[0]][square[1]])
         ended = grid.ends(square)
-        if ended or len(rewards) >= MOST_MOVES:
+        if ended or len(rewards) >= MAX_MOVES:
             break
     return Drive(tuple(squares), tuple(moves[: len(rewards)]), tuple(rewards), ended)
 
@@ -157,7 +157,7 @@ def best_drive(grid: Grid, gamma: float) -> Drive:
     """Return the drive of the best policy; of equal moves straight, then left."""
     values, square = optimal_values(grid, gamma), grid.start
     moves: list[int] = []
-    while not grid.ends(square) and len(moves) < MOST_MOVES:
+    while not grid.ends(square) and len(moves) < MAX_MOVES:
         worth = action_values(grid, values, square, gamma)
         best = max(worth)
         move = next(one for one in (1, 0, 2) if worth[one] >= best - 1e-9)
@@ -237,7 +237,7 @@ def learn_drive(grid: Grid, q: Q, alpha: float, gamma: float, epsilon: float, ch
     square, squares, ended = grid.start, [grid.start], ""
     moves: list[int] = []
     rewards: list[float] = []
-    while not ended and len(moves) < MOST_MOVES:
+    while not ended and len(moves) < MAX_MOVES:
         move = choose(q[square[0]][square[1]], epsilon, chance)
         rewards.append(update(q, grid, square, move, alpha, gamma))
         square = grid.after(square, move)
@@ -251,7 +251,7 @@ def greedy_drive(grid: Grid, q: Q, chance: Chance) -> Drive:
     """Return the drive that always does what is known to be best; of equals one is drawn."""
     square = grid.start
     moves: list[int] = []
-    while not grid.ends(square) and len(moves) < MOST_MOVES:
+    while not grid.ends(square) and len(moves) < MAX_MOVES:
         moves.append(choose(q[square[0]][square[1]], 0.0, chance))
         square = grid.after(square, moves[-1])
     return drive(grid, moves)

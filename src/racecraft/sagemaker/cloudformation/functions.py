@@ -98,19 +98,19 @@ class Functions:
             return True
         if condition not in self._conditions:
             at = ("Conditions", condition)
-            told = self._template.conditions.get(condition)
-            if told is None or condition in self._waiting:
-                why = "a condition that is not there" if told is None else "a condition that waits for itself"
+            value = self._template.conditions.get(condition)
+            if value is None or condition in self._waiting:
+                why = "a condition that is not there" if value is None else "a condition that waits for itself"
                 self._refuse(at, why, "a condition of this template", nearest(condition, self._template.conditions))
             self._waiting.add(condition)
-            self._conditions[condition] = self._truth(told, at)
+            self._conditions[condition] = self._truth(value, at)
         return self._conditions[condition]
 
     def _function(self, name: str, inside: Any, at: At) -> Any:
-        asked = _FUNCTIONS.get(name)
-        if asked is None:
+        function = _FUNCTIONS.get(name)
+        if function is None:
             self._refuse(at, "an unknown function", "a function of CloudFormation", nearest(name, _FUNCTIONS))
-        return asked(self, inside, at)
+        return function(self, inside, at)
 
     def _ref(self, inside: Any, at: At) -> Any:
         name = self._name(inside, at)
@@ -200,8 +200,8 @@ class Functions:
         place = f"{self._template.path}:{self._template.source.line(at)}"
         raise NotHereError("{place}: {at} is not here", place=place, at=at[-1])
 
-    def _truth(self, told: Any, at: At) -> bool:
-        worked = self.value(told, at)
+    def _truth(self, value: Any, at: At) -> bool:
+        worked = self.value(value, at)
         if not isinstance(worked, bool):
             self._refuse(at, _kind(worked), "Fn::Equals, Fn::And, Fn::Or, Fn::Not or Condition")
         return bool(worked)

@@ -37,7 +37,9 @@ def settled(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
             raise ParameterError(
                 "--parameter {name}: {path} has no such parameter. {known}", name=name, path=template.path, known=known
             )
-    missing = [name for name, said in template.parameters.items() if name not in given and "Default" not in said]
+    missing = [
+        name for name, parameter in template.parameters.items() if name not in given and "Default" not in parameter
+    ]
     if missing:
         words = " ".join(f"--parameter {name}=…" for name in missing)
         raise ParameterError(
@@ -46,45 +48,45 @@ def settled(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
             missing=", ".join(missing),
             words=words,
         )
-    return {name: _value(template, name, said, given) for name, said in template.parameters.items()}
+    return {name: _value(template, name, parameter, given) for name, parameter in template.parameters.items()}
 
 
 def shown(template: Template, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values as they may be printed and kept: what the template calls NoEcho is hidden."""
-    hidden = {name for name, said in template.parameters.items() if said.get("NoEcho") == "true"}
+    hidden = {name for name, parameter in template.parameters.items() if parameter.get("NoEcho") == "true"}
     return {name: HIDDEN if name in hidden else value for name, value in values.items()}
 
 
-def _value(template: Template, name: str, said: Mapping[str, Any], given: Mapping[str, str]) -> Any:
+def _value(template: Template, name: str, parameter: Mapping[str, Any], given: Mapping[str, str]) -> Any:
     at: At = ("Parameters", name)
-    kind = said.get("Type")
+    kind = parameter.get("Type")
     if not isinstance(kind, str):
         template.source.refuse(at, "no `Type`", "a parameter's type such as String")
-    value = given[name] if name in given else said["Default"]
+    value = given[name] if name in given else parameter["Default"]
     if not isinstance(value, str):
         template.source.refuse((*at, "Default"), "no word", "a word or a number")
     is_list = kind == "CommaDelimitedList" or kind.startswith("List<")
     parts = [part.strip() for part in value.split(",")] if is_list else [value]
-    checked = [_allowed(template, name, said, part) for part in parts]
+    checked = [_allowed(template, name, parameter, part) for part in parts]
     return checked if is_list else checked[0]
 
 
-def _allowed(template: Template, name: str, said: Mapping[str, Any], value: str) -> str:
+def _allowed(template: Template, name: str, parameter: Mapping[str, Any], value: str) -> str:
     """Return a value that is among AllowedValues; other limits are not checked, since nothing is deployed.
 
     Raises:
         ParameterError: It is not.
     """
-    allowed = said.get("AllowedValues")
+    allowed = parameter.get("AllowedValues")
     if not isinstance(allowed, list) or value in allowed:
         return value
     if value.lower() in ("true", "false") and value.lower() in allowed:
         return value.lower()  # YAML's True and the word "True" are one to whoever types it
-    raise _refusal(template, name, said, value, f"one of {', '.join(map(str, allowed))}")
+    raise _refusal(template, name, parameter, value, f"one of {', '.join(map(str, allowed))}")
 
 
-def _refusal(template: Template, name: str, said: Mapping[str, Any], value: str, expected: str) -> ParameterError:
-    shown_value = HIDDEN if said.get("NoEcho") == "true" else repr(value)
-    why = str(said.get("ConstraintDescription") or "").strip()
-    letter = f"{template.path}: parameter {name} is {shown_value}; expected {expected}. Give --parameter {name}=…"
-    return ParameterError(Message("{letter} ({why})", letter=letter, why=why) if why else letter)
+def _refusal(template: Template, name: str, parameter: Mapping[str, Any], value: str, expected: str) -> ParameterError:
+    shown_value = HIDDEN if parameter.get("NoEcho") == "true" else repr(value)
+    why = str(parameter.get("ConstraintDescription") or "").strip()
+    message = f"{template.path}: parameter {name} is {shown_value}; expected {expected}. Give --parameter {name}=…"
+    return ParameterError(Message("{letter} ({why})", letter=message, why=why) if why else message)

@@ -28,9 +28,9 @@ YAML = "tag:yaml.org,2002:"
 PLAIN_TAGS = ("map", "seq", "str", "null", "bool", "int", "float", "timestamp")
 BARE = ("Ref", "Condition")
 """Those whose long form has no "Fn::"."""
-MOST_LETTERS = 1_048_576
+MAX_SOURCE_CHARACTERS = 1_048_576
 """CloudFormation's own limit for a template."""
-MOST_LEVELS = 60
+MAX_LEVELS = 60
 _TRUE = ("true", "yes", "on")
 
 
@@ -94,11 +94,13 @@ def _text(source: Source) -> str:
         raise TemplateError(
             source.path, Message("cannot be read ({reason})", reason=reason), "a CloudFormation template"
         ) from cause
-    if len(text) > MOST_LETTERS:
+    if len(text) > MAX_SOURCE_CHARACTERS:
         source.refuse(
             (),
             Message("{count} letters", count=len(text)),
-            Message("a template of at most {most_letters}, as CloudFormation takes it", most_letters=MOST_LETTERS),
+            Message(
+                "a template of at most {most_letters}, as CloudFormation takes it", most_letters=MAX_SOURCE_CHARACTERS
+            ),
         )
     return text.replace("\t", " ") if text.lstrip().startswith("{") else text
 
@@ -114,8 +116,8 @@ class _Values:
         self._source.lines.setdefault(at, node.start_mark.line + 1)
         if id(node) in self._seen:
             self._source.refuse(at, "an alias (*…)", "the value itself: CloudFormation knows no aliases")
-        if len(at) > MOST_LEVELS:
-            self._source.refuse(at, Message("more than {most_levels} levels", most_levels=MOST_LEVELS), "a template")
+        if len(at) > MAX_LEVELS:
+            self._source.refuse(at, Message("more than {most_levels} levels", most_levels=MAX_LEVELS), "a template")
         self._seen.add(id(node))
         tag = str(node.tag)
         if tag.removeprefix(YAML) in PLAIN_TAGS:

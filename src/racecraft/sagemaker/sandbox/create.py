@@ -22,10 +22,10 @@ from typing import Any
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.kinds import kinds
-from racecraft.formats.atomic import OutputFileError, make_folder, output_letter, write_atomic
+from racecraft.formats.atomic import OutputFileError, make_folder, output_error, write_atomic
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.sandbox.addresses import localised
-from racecraft.sagemaker.sandbox.stack import Plan, Told
+from racecraft.sagemaker.sandbox.stack import Plan, StackOutput
 from racecraft.sagemaker.session import buckets_of
 
 FORMAT, VERSION, RECORD = "racecraft sandbox", 1, "sandbox.json"
@@ -45,7 +45,7 @@ class Sandbox:
     kept_buckets: tuple[str, ...]
     """Those that stood already."""
     notebooks: Mapping[str, Path]
-    outputs: tuple[Told, ...]
+    outputs: tuple[StackOutput, ...]
     """With addresses of this machine."""
 
     def as_dictionary(self) -> dict[str, Any]:
@@ -61,7 +61,7 @@ class Sandbox:
             "buckets": {name: str(path) for name, path in self.buckets.items()},
             "notebooks": {name: str(path) for name, path in self.notebooks.items()},
             "resources": [vars(fate) for fate in self.plan.fates],
-            "outputs": [vars(told) for told in self.outputs],
+            "outputs": [vars(output) for output in self.outputs],
             "notes": list(self.plan.notes),
         }
 
@@ -75,9 +75,9 @@ def recorded_stacks(home: JobPaths) -> Iterator[dict[str, Any]]:
     """Yield what sandbox.json says of every stack whose folder still stands, by name."""
     for path in sorted(stacks_of(home).glob("*.json")):
         with contextlib.suppress(OSError, ValueError):
-            told = json.loads(path.read_text(encoding="utf-8"))
-            if isinstance(told, dict) and Path(str(told.get("folder"))).is_dir():
-                yield told
+            stack = json.loads(path.read_text(encoding="utf-8"))
+            if isinstance(stack, dict) and Path(str(stack.get("folder"))).is_dir():
+                yield stack
 
 
 def make(plan: Plan, folder: Path, home: JobPaths) -> Sandbox:
@@ -95,7 +95,7 @@ def make(plan: Plan, folder: Path, home: JobPaths) -> Sandbox:
     folder = folder.absolute()
     _require_free(plan, folder, home)
     notebooks = {name: folder / name for name in plan.notebooks}
-    outputs = tuple(_localised(told, notebooks) for told in plan.outputs)
+    outputs = tuple(_localised(output, notebooks) for output in plan.outputs)
     with _in_one_move(folder) as part:
         for name in plan.notebooks:
             make_folder(part / name)
@@ -118,13 +118,13 @@ def _require_free(plan: Plan, folder: Path, home: JobPaths) -> None:
         raise SandboxError(
             "{folder}: stands already; expected a new folder. Name another one, or take it away first.", folder=folder
         )
-    for told in recorded_stacks(home):
-        if told["stack"] == plan.name:
+    for stack in recorded_stacks(home):
+        if stack["stack"] == plan.name:
             raise SandboxError(
                 "stack '{name}' stands already in {told}; expected a name of its own. "
                 "Give --stack-name, or take that folder away first.",
                 name=plan.name,
-                told=told["folder"],
+                told=stack["folder"],
             )
 
 
@@ -135,7 +135,7 @@ def _in_one_move(folder: Path) -> Iterator[Path]:
     try:
         part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     except OSError as error:
-        raise OutputFileError(output_letter(folder, error)) from error
+        raise OutputFileError(output_error(folder, error)) from error
     try:
         yield part
         part.chmod(0o755)
@@ -145,14 +145,14 @@ def _in_one_move(folder: Path) -> Iterator[Path]:
     except shutil.Error as error:  # several files at once
         raise OutputFileError("{folder}: cannot be filled ({error}).", folder=folder, error=str(error)[:200]) from error
     except OSError as error:
-        raise OutputFileError(output_letter(folder, error)) from error
+        raise OutputFileError(output_error(folder, error)) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _localised(told: Told, notebooks: Mapping[str, Path]) -> Told:
-    if told.value is None:
-        return told
-    value = localised(told.value, notebooks)
-    has_address_here = value != told.value and not value.startswith("https:")
-    return Told(told.name, value, told.description, () if has_address_here else told.rests_on)
+def _localised(output: StackOutput, notebooks: Mapping[str, Path]) -> StackOutput:
+    if output.value is None:
+        return output
+    value = localised(output.value, notebooks)
+    has_address_here = value != output.value and not value.startswith("https:")
+    return StackOutput(output.name, value, output.description, () if has_address_here else output.rests_on)

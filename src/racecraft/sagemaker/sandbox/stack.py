@@ -47,7 +47,7 @@ class SkippedResource:
 
 
 @dataclass(frozen=True)
-class Told:
+class StackOutput:
     """An output, worked out."""
 
     name: str
@@ -72,7 +72,7 @@ class Plan:
     notebook_files: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Names of the .ipynb files that the start-up script of each fetches."""
     fates: list[SkippedResource] = field(default_factory=list)
-    outputs: list[Told] = field(default_factory=list)
+    outputs: list[StackOutput] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
@@ -110,7 +110,7 @@ def plan(path: str | Path, given: Mapping[str, str], name: str | None = None, re
     whole = Plan(name, template, shown(template, values))
     stack = _Stack(template, values, name, region, whole)
     stack.work_out()
-    whole.outputs = [told for output in template.outputs.values() if (told := stack.told(output))]
+    whole.outputs = [described for output in template.outputs.values() if (described := stack.told(output))]
     return whole
 
 
@@ -138,7 +138,7 @@ class _Stack:
                 made, why = None, f"condition {resource.condition} does not hold"
             self._whole.fates.append(SkippedResource(resource.name, resource.type, made, why))
 
-    def told(self, output: Output) -> Told | None:
+    def told(self, output: Output) -> StackOutput | None:
         """Return an output worked out; None where its condition does not hold."""
         if not self._functions.holds(output.condition):
             return None
@@ -146,8 +146,8 @@ class _Stack:
         try:
             value = self._functions.value(output.value, ("Outputs", output.name, "Value"))
         except NotHereError as reason:
-            return Told(output.name, None, output.description, (), str(reason))
-        return Told(output.name, str(value).strip(), output.description, tuple(sorted(self._touched)))
+            return StackOutput(output.name, None, output.description, (), str(reason))
+        return StackOutput(output.name, str(value).strip(), output.description, tuple(sorted(self._touched)))
 
     def name_of(self, resource: str, at: At) -> str:
         """Return what `Ref` gives of a resource."""

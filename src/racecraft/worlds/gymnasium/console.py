@@ -44,6 +44,6 @@ class GymnasiumParts(WorldParts):
     def values_of(self, run: Any) -> dict[str, Any]:
         """Return the environment and algorithm of a run."""
         job = run.read_job()
-        asked = job.get("asked") or {}
-        found = {"environment": asked.get("id") or asked.get("environment"), "algorithm": job.get("algorithm")}
+        request = job.get("asked") or {}
+        found = {"environment": request.get("id") or request.get("environment"), "algorithm": job.get("algorithm")}
         return self.defaults() | {name: value for name, value in found.items() if value}

@@ -122,12 +122,12 @@ def opened_judging_world(run: RunFolder, num_worlds: int) -> Iterator[World]:
     Raises:
         UserInputError: There is no such environment here, or its script fails.
     """
-    asked = run.read_job()["asked"]
-    environment = asked["environment"]
+    request = run.read_job()["asked"]
+    environment = request["environment"]
     with own_code_of(run):
         if not _is_known(environment) and (run.path / CODE / f"{REMADE_BY}.py").is_file():
             importlib.import_module(REMADE_BY)
-        world = open_judging_world(environment, num_worlds, Recipe.of_data(asked))
+        world = open_judging_world(environment, num_worlds, Recipe.of_data(request))
         try:
             yield world
         finally:

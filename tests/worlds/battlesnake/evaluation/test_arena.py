@@ -446,7 +446,7 @@ def test_who_fails_is_told_with_its_turns():
     failures = moody.failures
     assert (failures.failed_turns, failures.late_turns) == ([1], [2])
     assert (failures.crashes, failures.timeouts) == (1, 1)
-    assert failures.last_letter.startswith("turn 2: moody: no answer within")
+    assert failures.last_error.startswith("turn 2: moody: no answer within")
 
 
 def in_order(names, rounds):

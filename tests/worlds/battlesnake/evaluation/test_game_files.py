@@ -359,12 +359,12 @@ def test_games_one_after_another_are_no_piece_of_the_engine(played, tmp_path):
 
 
 def test_a_file_may_be_as_large_as_the_limit_and_no_larger(played, tmp_path, monkeypatch):
-    assert game_files.MOST_BYTES == 512 * 2**20
+    assert game_files.MAX_BYTES == 512 * 2**20
     path = kept(tmp_path / "game.json", *official(played))
     size = path.stat().st_size
-    monkeypatch.setattr(game_files, "MOST_BYTES", size)
+    monkeypatch.setattr(game_files, "MAX_BYTES", size)
     assert verify_file(path).steps == played.turns
-    monkeypatch.setattr(game_files, "MOST_BYTES", size - 1)
+    monkeypatch.setattr(game_files, "MAX_BYTES", size - 1)
     with pytest.raises(InputFileError, match="more than 0 MB"):
         verify_file(path)
 

@@ -157,11 +157,11 @@ def test_a_file_that_is_no_text_or_not_there_is_refused(tmp_path):
 
 
 def test_a_line_may_have_four_megabytes_and_not_a_letter_more(tmp_path, monkeypatch):
-    assert record.MOST_LINE_BYTES == 4 * 2**20
+    assert record.MAX_LINE_BYTES == 4 * 2**20
     texts = record_text(game()).splitlines()
     longest = max(map(len, texts))
-    monkeypatch.setattr(record, "MOST_LINE_BYTES", longest)
+    monkeypatch.setattr(record, "MAX_LINE_BYTES", longest)
     assert len(played_in(texts, tmp_path).boards) == 3
-    monkeypatch.setattr(record, "MOST_LINE_BYTES", longest - 1)
+    monkeypatch.setattr(record, "MAX_LINE_BYTES", longest - 1)
     with pytest.raises(InputFileError, match=f"{longest} characters"):
         played_in(texts, tmp_path)

@@ -140,7 +140,7 @@ def test_a_connection_that_was_closed_meanwhile_is_opened_once_more_and_a_new_on
 
 
 def test_an_answer_may_have_64_kib_and_not_a_byte_more(wire):
-    assert remote.MOST_ANSWER_BYTES == 65_536
+    assert remote.MAX_ANSWER_BYTES == 65_536
     text = b'{"move": "up"}'
     asked, line = wire(ok(text + b" " * (65_536 - len(text))), ok(text + b" " * (65_537 - len(text))))
     assert asked.move({}, 0.5) == "up"

@@ -62,7 +62,7 @@ def test_who_gives_no_move_goes_on_as_before_and_upward_at_first(clock, word, wo
     seat = Seat("wild", Thinks(clock, 0.1, word))
     assert (answered(seat), seat.latency_ms) == ("up", 100)
     assert (seat.failures.crashes, seat.failures.timeouts, seat.failures.failed_turns) == (1, 0, [4])
-    assert seat.failures.last_letter.startswith(words)
+    assert seat.failures.last_error.startswith(words)
     seat.player.word = "right"
     assert answered(seat) == "right"
     seat.player.word = word
@@ -148,7 +148,7 @@ def test_a_reader_has_the_time_less_the_way_and_a_server_all_of_it(clock, kind, 
     assert player.told == [({"turn": turn}, pytest.approx(limit)) for turn in range(4)]
     failures = seat.failures
     assert (failures.timeouts, failures.crashes) == (2, 1)
-    assert failures.last_letter == f"turn 4: reads: no answer within {limit:g} s."
+    assert failures.last_error == f"turn 4: reads: no answer within {limit:g} s."
 
 
 def test_who_is_still_busy_is_not_asked_again_and_is_late(clock, monkeypatch):
@@ -174,7 +174,7 @@ def test_who_comes_to_no_end_of_a_start_is_hung_up_on_and_a_failure_there_is_onl
     seat.tell("start", {"turn": 0}, 0.5)
     seat.tell("end", {"turn": 9}, 0.5)
     assert server.told == [("start", {"turn": 0}, 0.5), ("end", {"turn": 9}, 0.5)]
-    assert (seat.failures.last_letter, seat.failures.crashes, seat.failures.timeouts) == ("gone already", 0, 0)
+    assert (seat.failures.last_error, seat.failures.crashes, seat.failures.timeouts) == ("gone already", 0, 0)
 
 
 def test_who_looks_at_the_board_is_told_nothing_ahead(clock):

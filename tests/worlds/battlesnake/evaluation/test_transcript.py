@@ -122,4 +122,4 @@ def test_the_last_position_told_once_more_is_no_turn_where_the_game_is_decided()
 
 
 def test_all_moves_of_six_who_left_at_once_are_tried():
-    assert transcript.MOST_GUESSES == 4**6
+    assert transcript.MAX_GUESSES == 4**6

@@ -119,7 +119,7 @@ def test_the_critic_counts_as_its_share_says(monkeypatch):
 
 
 def test_a_full_tree_ends_the_walk(monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.MOST_NODES", 64)
+    monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.MAX_NODES", 64)
     monkeypatch.setattr("racecraft.worlds.battlesnake.players.mcts.FIRST_NODES", 32)
     tree = NetworkTree(open_board(), DUEL, "a", Network(Sure(), SnakeConfig(view=5)))
     tree.simulate(5000)

@@ -115,10 +115,10 @@ def test_better_players_take_the_win(name):
 
 def test_appraisal_by_law():
     board = board_of([(1, 1), (1, 0), (0, 0)], [(5, 5), (5, 6), (6, 6)])
-    worths = Lookout(board, SMALL).worths_after(("up", "down"))
+    worths = Lookout(board, SMALL).values_after(("up", "down"))
     assert worths[0] == pytest.approx(worths[1]), "a symmetric position is worth the same to both"
-    assert Lookout(board, SMALL).worths_after(("down", "down"))[0] == 0, "the dead are worth nothing"
-    assert Lookout(board, SMALL).worths_after(("down", "down"))[1] == 1, "the last one has won"
+    assert Lookout(board, SMALL).values_after(("down", "down"))[0] == 0, "the dead are worth nothing"
+    assert Lookout(board, SMALL).values_after(("down", "down"))[1] == 1, "the last one has won"
 
 
 def test_search_grows_one_visit_a_walk_and_repeats_itself():

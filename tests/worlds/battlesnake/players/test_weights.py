@@ -11,7 +11,7 @@ from racecraft.worlds.battlesnake.players.kernels.position import LENGTH_WEIGHT,
 from racecraft.worlds.battlesnake.players.mcts import EAGERNESS, Tree
 from racecraft.worlds.battlesnake.players.network_tree import Network, NetworkTree
 from racecraft.worlds.battlesnake.players.search import Search
-from racecraft.worlds.battlesnake.players.weights import AMONG_SEVERAL, DEFAULT_WEIGHTS, Weights, usual_among
+from racecraft.worlds.battlesnake.players.weights import AMONG_SEVERAL, DEFAULT_WEIGHTS, Weights, default_weights
 
 OWN = Weights(squares=0.1, length=0.2, meal=0.7)
 
@@ -33,7 +33,7 @@ def counted(tree):
 def test_among_several_lengths_count_as_much_as_squares(snakes, shares):
     tree = Tree(board_of(snakes), GameSettings(7, 7, snakes), "a")
     assert counted(tree) == shares
-    assert usual_among(snakes) is (DEFAULT_WEIGHTS if snakes == 2 else AMONG_SEVERAL)
+    assert default_weights(snakes) is (DEFAULT_WEIGHTS if snakes == 2 else AMONG_SEVERAL)
     assert counted(Tree(board_of(snakes), GameSettings(7, 7, snakes), "a", OWN)) == (1000, 2000, 7000)
 
 

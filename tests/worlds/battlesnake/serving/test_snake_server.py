@@ -171,7 +171,7 @@ def test_a_huge_body_that_is_sent_all_the_same_does_not_take_the_letter_back():
 
 
 def test_more_connections_than_there_is_room_for_are_sent_away(monkeypatch):
-    monkeypatch.setattr("racecraft.web.limits.MOST_CONNECTIONS", 1)
+    monkeypatch.setattr("racecraft.web.limits.MAX_CONNECTIONS", 1)
     server = SnakeServer(find_player("hungry"))
 
     async def talk(port):
@@ -244,7 +244,7 @@ def test_a_quick_player_is_asked_on_the_spot_and_where_time_is_up_not_at_all(mon
 
     async def talk(port):
         first = await exchange(port, post("/move", sent))
-        monkeypatch.setattr("racecraft.worlds.battlesnake.serving.snake_server.MOST_LAG_SHARE", 1.0)
+        monkeypatch.setattr("racecraft.worlds.battlesnake.serving.snake_server.MAX_LAG_SHARE", 1.0)
         server._lag.note(1e9)  # the request is thought to have waited for as long as there was
         return first, await exchange(port, post("/move", sent))
 

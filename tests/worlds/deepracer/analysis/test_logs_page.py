@@ -60,7 +60,7 @@ def test_what_travels_to_the_page_comes_out_as_it_went_in(ticks):
 
 
 def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.deepracer.analysis.logs.page_data.MOST_TICKS", 300)
+    monkeypatch.setattr("racecraft.worlds.deepracer.analysis.logs.page_data.MAX_TICKS", 300)
     episodes = page_data(ticks, load_track("reinvent_base"))["episodes"]
     shown = [number for number, count in zip(episodes["unique_episode"], episodes["ticks"], strict=True) if count]
     assert {23, 24, 0, 1, 2} <= set(shown), "evaluations and full laps come first"

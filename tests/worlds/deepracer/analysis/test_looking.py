@@ -13,7 +13,7 @@ from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.analysis.attribution import AttentionError
 from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
 from racecraft.worlds.deepracer.analysis.look import Look
-from racecraft.worlds.deepracer.analysis.look_page import findings, write_look_page
+from racecraft.worlds.deepracer.analysis.look_page import findings, write_saliency_page
 from racecraft.worlds.deepracer.analysis.looking import as_seen, look_at_lap, look_at_pictures
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SURFACES, SurfaceAttention, eye_poses, surface_shares
 from racecraft.worlds.deepracer.env.actions import ActionTable
@@ -82,7 +82,7 @@ def test_a_car_that_goes_by_the_walls_is_found_out(wall_rows, tmp_path):
     assert told["grass"].changed == told["border line"].changed == 0.0
     assert max(told["wall"].changed, told["sky"].changed) > 0.2
     assert "what is not the track" in " ".join(findings(lap.surfaces, lap.look))
-    text = write_look_page(tmp_path / "look.html", lap, "wall reader").read_text()
+    text = write_saliency_page(tmp_path / "look.html", lap, "wall reader").read_text()
     assert "what is not the track" in text
     assert "http" not in text.replace("http://www.w3.org", "")
 
@@ -215,7 +215,7 @@ def test_a_car_that_goes_by_one_beam_of_its_lidar_is_told_so(tmp_path):
     assert np.delete(seen, 40, axis=1).sum() == 0
     assert next(iter(lap.look.senses)) == "LIDAR"
     assert sum(lap.look.senses.values()) == pytest.approx(1.0)
-    page = write_look_page(tmp_path / "look.html", lap, "a car").read_text(encoding="utf-8")
+    page = write_saliency_page(tmp_path / "look.html", lap, "a car").read_text(encoding="utf-8")
     assert "By what it sees with" in page
     assert f"{100 * lap.look.senses['LIDAR']:.1f} %" in page
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from racecraft.worlds.deepracer.driving.action_design import design_ranges, design_table
-from racecraft.worlds.deepracer.driving.action_tables import read_table, usual_table
+from racecraft.worlds.deepracer.driving.action_tables import default_table, read_table
 from racecraft.worlds.deepracer.driving.demand import find_turns, table_warning, turns_beyond, unused_actions
 from racecraft.worlds.deepracer.driving.log_actions import chosen_actions
 from racecraft.worlds.deepracer.env.actions import ActionTable
@@ -46,7 +46,7 @@ def test_full_lock_that_is_too_fast_is_told_and_a_slower_one_is_not(track):
 def test_a_crawling_table_is_told_and_a_racing_one_is_not(track):
     car = PROFILES["v6"]
     assert "a lap of reinvent_base at best" in table_warning(track, "v6", car, read_table("default"))
-    assert table_warning(track, "v6", car, read_table(usual_table("v6", 2.5))) is None
+    assert table_warning(track, "v6", car, read_table(default_table("v6", 2.5))) is None
 
 
 def test_actions_without_a_choice_are_named():

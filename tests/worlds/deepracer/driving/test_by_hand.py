@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from racecraft.algorithms.demonstrations import shown_tensors
+from racecraft.algorithms.demonstrations import demonstration_tensors
 from racecraft.algorithms.stacking import stacked_specs
 from racecraft.contract.errors import SettingError
 from racecraft.formats.demonstrations import read_demonstrations
@@ -96,7 +96,7 @@ def test_a_recording_is_stacked_for_a_policy_that_sees_the_past(driven):
     world, (lap, _) = driven
     spec = dataclasses.replace(world.spec, observations=stacked_specs(world.spec.observations, 3))
     frames = lap.shown.observations["FRONT_FACING_CAMERA"]
-    seen = shown_tensors(lap.shown, spec, ["FRONT_FACING_CAMERA"], torch.device("cpu"), "--from")
+    seen = demonstration_tensors(lap.shown, spec, ["FRONT_FACING_CAMERA"], torch.device("cpu"), "--from")
     stacks = seen.observations["FRONT_FACING_CAMERA"].numpy()
     assert (stacks[0] == frames[0][..., None]).all()  # before the past is there, the first stands in for it
     assert (stacks[7] == np.stack([frames[5], frames[6], frames[7]], axis=-1)).all()

@@ -121,7 +121,7 @@ class Noting:
         camera = CameraConfig(16, 12)
         self.spec = world_spec(ACTIONS, camera, worlds, f"DeepRacer {name}", has_objects=objects)
         self.track, self.variation, self.has_reward = SimpleNamespace(name=name), variation, paid
-        self.episodes_begun, self.next_start_share, self.habits = begun, 0.25 * begun, f"habits of {name}"
+        self.episodes_started, self.next_start_share, self.habits = begun, 0.25 * begun, f"habits of {name}"
         self.start_shares, self.track_lengths = np.full(worlds, 0.1 * worlds), np.full(worlds, 10.0 * worlds)
         self.reports, self.heard, self.told = np.full((worlds, 1), worlds), [], []
 
@@ -154,7 +154,7 @@ def test_a_whole_is_named_and_counted_by_its_courses():
     assert (whole.spec.name, whole.spec.num_worlds, whole.spec.num_agents) == ("DeepRacer one and two", 5, 1)
     assert whole.track is one.track
     assert whole.habits == "habits of one"
-    assert (whole.episodes_begun, whole.next_start_share) == (3, 0.25)
+    assert (whole.episodes_started, whole.next_start_share) == (3, 0.25)
     assert whole.start_shares == pytest.approx([0.2, 0.2, 0.3, 0.3, 0.3])
     assert whole.track_lengths.tolist() == [20.0, 20.0, 30.0, 30.0, 30.0]
     assert whole.reports[:, 0].tolist() == [2, 2, 3, 3, 3]

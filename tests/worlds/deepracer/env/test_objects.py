@@ -379,7 +379,7 @@ def test_at_aws_fixed_boxes_stand_where_the_original_puts_them():
         expected = np.linspace(least, length - 1.0, 4)
         np.testing.assert_allclose(world._objects.states["arc"][0], expected, atol=2e-3)
         assert np.sign(world._objects.states["lane"][0]).tolist() == [1, -1, 1, -1], "inner lane first"
-        while world.episodes_begun == episode:
+        while world.episodes_started == episode:
             world.step(np.full((1, 1), 4), buffers)
     listed = make_world(BoxesConfig(positions="0.23,-1;0.46,1"), race_config=config)
     begin(listed)

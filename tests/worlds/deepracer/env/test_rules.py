@@ -6,7 +6,7 @@ import pytest
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME, told_of_objects, world_spec
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME, with_objects_in_critic, world_spec
 from racecraft.worlds.deepracer.env.rules import first_starts, most_ticks, require_grid, rules_of
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
@@ -118,5 +118,5 @@ def test_a_critic_is_told_of_the_road_two_metres_ahead_and_of_two_objects_three_
         assert spec.observations[CRITIC_NAME].shape == (numbers,)
         assert spec.observations[CRITIC_NAME].privileged
         assert (spec.num_worlds, spec.num_agents, spec.tick_seconds) == (1, 1, 1 / 15)
-        assert told_of_objects(spec).observations[CRITIC_NAME].shape == (21,)
+        assert with_objects_in_critic(spec).observations[CRITIC_NAME].shape == (21,)
     assert world_spec(ActionTable((0.0,), (1.0,)), CameraConfig(16, 12)).observations[CRITIC_NAME].shape == (17,)

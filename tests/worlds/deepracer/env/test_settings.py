@@ -7,7 +7,7 @@ from racecraft.settings.composition import Settings
 from racecraft.worlds.deepracer.env.settings import (
     HEAD_TO_BOT,
     HEAD_TO_MODEL,
-    MOST_CARS,
+    MAX_CARS,
     OBJECT_AVOIDANCE,
     RACE_TYPES,
     TIME_TRIAL,
@@ -60,7 +60,7 @@ def test_a_race_is_what_the_console_s_is_where_nothing_is_said():
     assert (bots.lane_change, bots.lane_change_after_low, bots.lane_change_after_high) == (False, 3.0, 5.0)
     assert bots.lane_change_distance == 1.0
     assert (against.cars, against.chosen_share, against.pool_share, against.pool_size) == (2, 0.5, 0.5, 8)
-    assert (against.pool_every, against.slowest, against.start_ahead, MOST_CARS) == (10, 0.5, 1.5, 8)
+    assert (against.pool_every, against.slowest, against.start_ahead, MAX_CARS) == (10, 0.5, 1.5, 8)
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def test_one_car_drives_one_lap_of_an_empty_road_where_nothing_is_said():
     assert (world.spec.num_worlds, world.spec.num_agents) == (1, 1)
     assert (world.boxes.shape, world.kinds.shape, world.reports.shape) == ((1, 0, 6), (1, 0), (1, 1))
     assert world._rules == rules_of(RaceConfig(), world.track, 1, 0.0)
-    assert (world.has_reward, world.variation, world.episodes_begun, world.next_start_share) == (False, None, 0, 0.0)
+    assert (world.has_reward, world.variation, world.episodes_started, world.next_start_share) == (False, None, 0, 0.0)
     assert world.start_shares.tolist() == [0.0]
     assert world.track_lengths.tolist() == [world.track.length]
     assert world.pop_episodes() == []
@@ -62,7 +62,7 @@ def test_rows_that_a_route_file_repeats_count_as_waypoints_unless_they_are_disti
 )
 def test_a_compiled_tick_is_all_where_one_eye_sees_what_is_there_and_nobody_pays(sensors, reward, variation, alone):
     world = world_of(reward, (sensors,), variation=VariationConfig(variation))
-    assert world.is_told_by_ticks_alone == alone
+    assert world.is_compiled_tick_enough == alone
     assert world.has_reward == (reward is not None)
 
 
@@ -98,7 +98,7 @@ def test_what_is_shown_of_a_world_is_a_copy():
 def test_the_next_start_is_where_one_car_would_be_that_had_driven_them_all():
     world = world_of(num_cars=3, start_shares=[0.9, 0.1, 0.2], race_config=RaceConfig(start_advance=0.05))
     world._cars["episode"][:, 0] = 1, 2, 4
-    assert world.episodes_begun == 7
+    assert world.episodes_started == 7
     assert world.next_start_share == pytest.approx(0.25)  # 0.9 and seven times 0.05, less a lap
 
 

@@ -6,7 +6,7 @@ import torch
 from torch import nn
 
 from racecraft.algorithms.architecture import Architecture
-from racecraft.algorithms.compiled_policy import MOST_PRODUCTS, compile_policy
+from racecraft.algorithms.compiled_policy import MAX_PRODUCTS, compile_policy
 from racecraft.algorithms.kernels.greedy_action import argmax_action
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.ppo_config import PpoConfig
@@ -151,5 +151,5 @@ def test_what_is_not_plain_is_asked_tick_by_tick(learner):
     assert compiled_drive(policy, world_of(1, reward=lambda params: 1.0)) is None
     assert compiled_drive(policy, world_of(1, variation=VariationConfig(lamps=True))) is None
     assert compile_policy(learner.network, learner.distribution, "another camera", (30, 40)) is None
-    wide = PpoLearner(world_of(1).spec, Architecture(trunk_units=(MOST_PRODUCTS // 1200 + 1,)), PpoConfig(), seed=1)
+    wide = PpoLearner(world_of(1).spec, Architecture(trunk_units=(MAX_PRODUCTS // 1200 + 1,)), PpoConfig(), seed=1)
     assert wide.compile_policy(FRONT, (30, 40)) is None

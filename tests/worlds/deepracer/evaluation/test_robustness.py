@@ -15,7 +15,7 @@ from racecraft.worlds.deepracer.evaluation.robustness import (
     Bar,
     RobustnessReport,
     judge_under,
-    names_asked,
+    requested_names,
 )
 
 
@@ -73,10 +73,10 @@ def test_every_row_drives_the_same_starts_evenly_round_the_lap(monkeypatch, aske
 def test_disturbances_are_those_named_else_all_where_each_is_asked_and_objects_have_theirs():
     timed = SimpleNamespace(settings=SimpleNamespace(race=SimpleNamespace(type="TIME_TRIAL")))
     boxes = SimpleNamespace(settings=SimpleNamespace(race=SimpleNamespace(type="OBJECT_AVOIDANCE")))
-    assert names_asked(timed, "strong", each=False) == []
-    assert names_asked(timed, "strong", each=True) == disturbances_of("strong", False)
-    assert names_asked(boxes, "strong", each=True) == disturbances_of("strong", True)
+    assert requested_names(timed, "strong", each=False) == []
+    assert requested_names(timed, "strong", each=True) == disturbances_of("strong", False)
+    assert requested_names(boxes, "strong", each=True) == disturbances_of("strong", True)
     assert set(disturbances_of("strong", True)) > set(disturbances_of("strong", False))
-    assert names_asked(timed, "strong", each=True, named=["glare"]) == ["glare"]
+    assert requested_names(timed, "strong", each=True, named=["glare"]) == ["glare"]
     with pytest.raises(SettingError, match="Did you mean 'glare'"):
-        names_asked(timed, "strong", each=False, named=["glair"])
+        requested_names(timed, "strong", each=False, named=["glair"])

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from racecraft.contract.errors import MetadataError
-from racecraft.worlds.deepracer.files.trained_model import ForeignModelError, _nearest, find_model, looks_foreign
+from racecraft.worlds.deepracer.files.trained_model import ForeignModelError, _nearest, find_model, looks_like_aws_model
 
 
 def test_of_several_files_of_a_name_the_one_nearest_to_the_weights_is_meant():
@@ -67,9 +67,9 @@ def test_of_two_of_a_number_the_one_that_lies_less_deep_is_taken(tmp_path):
 def test_files_lie_five_folders_deep_at_most(tmp_path):
     laid_out(tmp_path, "model_metadata.json", "1/2/3/4/5/model_1.pb", "1/2/3/4/5/6/model_2.pb")
     assert found(find_model(tmp_path), tmp_path) == [("1/2/3/4/5/model_1.pb", 1, 0)]
-    assert looks_foreign(tmp_path)
-    assert not looks_foreign(tmp_path / "1/2/3/4/5/6/none")
-    assert not looks_foreign(laid_out(tmp_path / "far", "1/2/3/4/5/6/model.pb"))
+    assert looks_like_aws_model(tmp_path)
+    assert not looks_like_aws_model(tmp_path / "1/2/3/4/5/6/none")
+    assert not looks_like_aws_model(laid_out(tmp_path / "far", "1/2/3/4/5/6/model.pb"))
 
 
 SIDES = ("model_metadata.json", "reward_function.py", "hyperparameters.json", "training_params.yaml")
@@ -146,4 +146,4 @@ def test_a_model_of_awss_is_known_by_its_names(tmp_path):
     laid_out(tmp_path, "g/model.pb", "c/3_Step-9.ckpt.index", "n/notes.txt")
     wanted = {"g": True, "c": True, "n": False, "g/model.pb": True, "c/3_Step-9.ckpt.index": True,
               "c/3_Step-9.ckpt": True, "c/4_Step-9.ckpt": False, "n/notes.txt": False}  # fmt: skip
-    assert {name: looks_foreign(tmp_path / name) for name in wanted} == wanted
+    assert {name: looks_like_aws_model(tmp_path / name) for name in wanted} == wanted

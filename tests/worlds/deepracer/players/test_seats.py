@@ -51,7 +51,7 @@ def drive(own, other, fidelity, ticks=50):
         seats.choose(buffers.observations, actions)
         world.step(actions, buffers)
         seats.reset_state(buffers.ended)
-    assert world.episodes_begun > 0, "a new episode should begin on the way"
+    assert world.episodes_started > 0, "a new episode should begin on the way"
     return other.policy.seen
 
 

@@ -13,7 +13,7 @@ from racecraft.contract.errors import RunFolderError, SettingError, TrackError, 
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.generalisation import COLUMNS, read_generalisation
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
-from racecraft.worlds.deepracer.training.groups import groups_asked, read_groups, track_names
+from racecraft.worlds.deepracer.training.groups import read_groups, requested_groups, track_names
 from racecraft.worlds.deepracer.training.hold_out import are_alike, twins_of
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car, plan_resume
 
@@ -236,7 +236,7 @@ def test_boxes_that_do_not_fit_on_a_held_out_track_are_named_before_the_training
 def test_a_file_of_groups(tmp_path):
     path = tmp_path / "groups.json"
     path.write_text(json.dumps([{"track": "Oval_track", "cars": 3}, "track=Vegas_track cars=1"]))
-    assert [(one.track, one.cars) for one in groups_asked((), read_groups(path))] == [
+    assert [(one.track, one.cars) for one in requested_groups((), read_groups(path))] == [
         ("Oval_track", 3),
         ("Vegas_track", 1),
     ]

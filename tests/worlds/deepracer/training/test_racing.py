@@ -5,7 +5,7 @@ import pytest
 from racecraft.contract.errors import SettingError
 from racecraft.training.stopping import Progress, parse_stops, reached
 from racecraft.worlds.deepracer.driving import known_laps
-from racecraft.worlds.deepracer.driving.action_tables import default_top_speed, read_table, usual_table
+from racecraft.worlds.deepracer.driving.action_tables import default_table, default_top_speed, read_table
 from racecraft.worlds.deepracer.env.settings import RaceConfig
 from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
 from racecraft.worlds.deepracer.training.plan import RaceRequest, known_lap_of, plan_car
@@ -111,7 +111,7 @@ def test_a_gap_to_a_lap_that_nobody_knows_is_refused_and_a_known_one_is_read(tmp
 @pytest.mark.parametrize(("car", "version"), [("v4", "4"), ("v5-classic", "5"), ("v6", "6")])
 def test_a_car_asked_for_by_name_brings_the_actions_that_its_best_known_laps_are_driven_with(car, version):
     plan = plan_car(RaceRequest(car=car))
-    table = read_table(usual_table(car, default_top_speed(car)))
+    table = read_table(default_table(car, default_top_speed(car)))
     assert plan.actions.speed == table.speed
     assert plan.actions.steering == pytest.approx(table.steering)
     assert (plan.model.metadata.version, plan.settings.race.car) == (version, car)

@@ -172,10 +172,10 @@ def test_old_players_find_their_actions_in_the_old_field(talk, scenes):
     heard = []
 
     class Old(Player):
-        def _obey(self, order):
+        def _apply_actions(self, order):
             for listed in order.agent_actions.values():
                 heard.extend(list(one.vector_actions_deprecated) for one in listed.value)
-            super()._obey(order)
+            super()._apply_actions(order)
 
     session = talk(scenes.BasicScene(), player=Old)
     session.reset()

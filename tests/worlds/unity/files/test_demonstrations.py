@@ -397,7 +397,7 @@ def test_ml_agents_own_demonstrations_are_read():
 
 def test_a_learner_is_shown_what_was_recorded(write, tmp_path):
     """Steps, not records: the action of the record after; the last record of an episode begins none."""
-    from racecraft.algorithms.demonstrations import read_demonstration_batch, shown_tensors
+    from racecraft.algorithms.demonstrations import demonstration_tensors, read_demonstration_batch
     from racecraft.algorithms.policy_spec import PolicySpec
     from racecraft.contract.errors import SettingError
     from racecraft.contract.world import ArraySpec, ContinuousActions, HybridActions, MultiDiscreteActions, WorldSpec
@@ -416,7 +416,7 @@ def test_a_learner_is_shown_what_was_recorded(write, tmp_path):
 
     actions = HybridActions(ContinuousActions((-1.0,) * 2, (1.0,) * 2), MultiDiscreteActions((3,)))
     fits = WorldSpec("unity", 1, 1, {"place": ArraySpec((3,), np.float32)}, actions, has_action_mask=True)
-    assert len(shown_tensors(shown, fits, ["place"], "cpu", "bc.demonstrations")) == 6
+    assert len(demonstration_tensors(shown, fits, ["place"], "cpu", "bc.demonstrations")) == 6
     other = WorldSpec("unity", 1, 1, {"place": ArraySpec((4,), np.float32)}, actions, has_action_mask=True)
     with pytest.raises(SettingError, match=r"gail\.demonstrations: the observation 'place'"):
-        shown_tensors(shown, other, ["place"], "cpu", "gail.demonstrations")
+        demonstration_tensors(shown, other, ["place"], "cpu", "gail.demonstrations")

@@ -8,7 +8,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.training.named_files import found_in_run
 from racecraft.worlds.unity.training.plan import defaults_for
 from racecraft.worlds.unity.training.resolve_settings import ResolvedSettings, own_groups, whose
-from racecraft.worlds.unity.training.trainer import _lay_files
+from racecraft.worlds.unity.training.trainer import _copy_files
 
 
 def test_the_demonstrations_of_every_behavior_travel(tmp_path):
@@ -20,7 +20,7 @@ def test_the_demonstrations_of_every_behavior_travel(tmp_path):
         each[base] = defaults.with_group("gail", replace(defaults.gail, demonstrations=str(shown)))
     settled = ResolvedSettings(each, ())
     planned = SimpleNamespace(request=SimpleNamespace(config=None))
-    run = RunFolder.create(tmp_path / "run", {}, lambda run: _lay_files(planned, settled, run))
+    run = RunFolder.create(tmp_path / "run", {}, lambda run: _copy_files(planned, settled, run))
     told = {base: groups["gail"]["demonstrations"] for base, groups in own_groups(settled, ppo).items()}
     assert told == {"Striker": "gail-demonstrations.demo", "Goalie 1": "Goalie-1-gail-demonstrations.demo"}
     again = found_in_run(each["Goalie 1"], run, of=whose(1, "Goalie 1")).gail.demonstrations

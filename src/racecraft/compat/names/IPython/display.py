@@ -28,9 +28,9 @@ class Markdown(HTML):
     """A text."""
 
 
-def display(*shown: Any, **recorded: Any) -> None:
+def display(*objects: Any, **recorded: Any) -> None:
     """Tell what would be shown."""
-    for one in shown:
+    for one in objects:
         print(repr(one))
 
 

@@ -85,25 +85,25 @@ class _CloudFormation:
         Raises:
             SettingError: There is no such stack.
         """
-        stacks = {told["stack"]: told for told in recorded_stacks(JobPaths.of_user())}
+        stacks = {stack["stack"]: stack for stack in recorded_stacks(JobPaths.of_user())}
         if StackName is not None and StackName not in stacks:
             raise SettingError(
                 f"describe_stacks: there is no stack '{StackName}'. `racecraft sandbox TEMPLATE.yaml` makes one. "
                 + (nearest(StackName, stacks) if stacks else "")
             )
         chosen = stacks.values() if StackName is None else [stacks[StackName]]
-        return {"Stacks": [_described(told) for told in chosen]}
+        return {"Stacks": [_described(stack) for stack in chosen]}
 
 
-def _described(told: dict[str, Any]) -> dict[str, Any]:
+def _described(stack: dict[str, Any]) -> dict[str, Any]:
     outputs = [
         {"OutputKey": one["name"], "OutputValue": one["value"], "Description": one["description"]}
-        for one in told["outputs"]
+        for one in stack["outputs"]
         if one["value"] is not None
     ]
-    parameters = [{"ParameterKey": key, "ParameterValue": value} for key, value in told["parameters"].items()]
+    parameters = [{"ParameterKey": key, "ParameterValue": value} for key, value in stack["parameters"].items()]
     return {
-        "StackName": told["stack"], "StackStatus": "CREATE_COMPLETE", "Description": told["description"],
+        "StackName": stack["stack"], "StackStatus": "CREATE_COMPLETE", "Description": stack["description"],
         "Outputs": outputs, "Parameters": parameters,
     }  # fmt: skip
 

@@ -125,10 +125,10 @@ class UnityEnvironment(BaseEnv):
 
     def reset(self) -> None:
         """Have all episodes begun anew, until some agent asks."""
-        begun = time.monotonic()
+        started = time.monotonic()
         self._moments = self._say(self._session.reset)
         while not any(len(moment.decisions) for moment in self._moments.values()):
-            self._require_patience(begun)
+            self._require_patience(started)
             self._moments = self._say(lambda: self._session.step({}))
         self._actions.clear()
 
@@ -159,9 +159,9 @@ class UnityEnvironment(BaseEnv):
 
     def set_actions(self, behavior_name: str, action: ActionTuple) -> None:
         """Set the actions of all agents that ask, in the order of `get_steps`."""
-        asked = len(self._moment(behavior_name).decisions)
-        spec_of(self._session.behaviors[behavior_name]).action_spec.require(action, asked, behavior_name)
-        if asked:
+        count = len(self._moment(behavior_name).decisions)
+        spec_of(self._session.behaviors[behavior_name]).action_spec.require(action, count, behavior_name)
+        if count:
             self._actions[behavior_name] = action
 
     def set_action_for_agent(self, behavior_name: str, agent_id: int, action: ActionTuple) -> None:
@@ -198,9 +198,9 @@ class UnityEnvironment(BaseEnv):
         except UnityError as cause:
             raise _in_their_words(cause) from cause
 
-    def _require_patience(self, begun: float) -> None:
+    def _require_patience(self, started: float) -> None:
         try:
-            require_patience(begun, self._timeout)
+            require_patience(started, self._timeout)
         except UnityError as cause:
             raise _in_their_words(cause) from cause
 

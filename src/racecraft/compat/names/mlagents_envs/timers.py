@@ -39,10 +39,10 @@ class TimerNode:
     def tree(self) -> dict[str, Any]:
         """Return this block as plain values."""
         own = max(0.0, self.total - sum(child.total for child in self.children.values()))
-        told: dict[str, Any] = {"total": self.total, "count": self.count, "self": own}
+        tree: dict[str, Any] = {"total": self.total, "count": self.count, "self": own}
         if self.children:
-            told["children"] = {name: child.tree() for name, child in self.children.items()}
-        return told
+            tree["children"] = {name: child.tree() for name, child in self.children.items()}
+        return tree
 
 
 class GaugeNode:
@@ -99,10 +99,10 @@ class TimerStack:
 
     def get_timing_tree(self) -> dict[str, Any]:
         """Return everything as plain values."""
-        told = {"name": "root", **self.get_root().tree()}
+        tree = {"name": "root", **self.get_root().tree()}
         if self.gauges:
-            told["gauges"] = {name: gauge.as_dict() for name, gauge in self.gauges.items()}
-        told["metadata"] = {
+            tree["gauges"] = {name: gauge.as_dict() for name, gauge in self.gauges.items()}
+        tree["metadata"] = {
             "timer_format_version": TIMER_FORMAT_VERSION,
             "start_time_seconds": str(int(self._wall)),
             "end_time_seconds": str(int(time.time())),
@@ -110,7 +110,7 @@ class TimerStack:
             "command_line_arguments": " ".join(sys.argv),
             **self.metadata,
         }
-        return told
+        return tree
 
 
 _of_thread = threading.local()
@@ -127,11 +127,11 @@ def _get_thread_timer() -> TimerStack:
 def hierarchical_timer(name: str, timer_stack: TimerStack | None = None) -> Iterator[TimerNode]:
     """Time a block; blocks inside it are its children."""
     stack = timer_stack or _get_thread_timer()
-    node, begun = stack.push(name), time.perf_counter()
+    node, started = stack.push(name), time.perf_counter()
     try:
         yield node
     finally:
-        node.add_time(time.perf_counter() - begun)
+        node.add_time(time.perf_counter() - started)
         stack.pop()
 
 

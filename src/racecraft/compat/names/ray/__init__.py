@@ -29,9 +29,9 @@ def init(address: str | None = None, **recorded: Any) -> None:
         SettingError: An argument that no Ray has.
     """
     require_arguments("ray.init", recorded, INIT_ARGUMENTS)
-    asked = address or recorded.get("redis_address")
-    if asked not in (None, "local"):
-        print(f"- ray.init: no cluster is joined at {asked}; inside `racecraft run` all is done on this machine")
+    target = address or recorded.get("redis_address")
+    if target not in (None, "local"):
+        print(f"- ray.init: no cluster is joined at {target}; inside `racecraft run` all is done on this machine")
 
 
 def shutdown(_exiting_interpreter: bool = False) -> None:

@@ -47,15 +47,15 @@ class SageMakerCoachPresetLauncher:
         """Train."""
         words = _pairs(sys.argv[1:])
         preset = str(words.pop("RLCOACH_PRESET", None) or self.default_preset_name())
-        for name, told in (("num_workers", "worlds stand side by side in one process"),
+        for name, reason in (("num_workers", "worlds stand side by side in one process"),
                            ("save_model", "the run folder in the model is what was trained")):  # fmt: skip
             if words.pop(name, None) is not None:
-                print(f"- {name}: {told}")
+                print(f"- {name}: {reason}")
         for name, value in words.items():
             self.map_hyperparameter(name, value)
         graph = _preset(preset)
         for name, value in self._laid:
-            _lay(graph, name, value)
+            _apply_override(graph, name, value)
         train_preset(graph)
 
     @classmethod
@@ -76,7 +76,7 @@ def _preset(name: str) -> Part:
     return graph
 
 
-def _lay(graph: Part, name: str, value: Any) -> None:
+def _apply_override(graph: Part, name: str, value: Any) -> None:
     """Lay one override into a preset; a word with :TYPE behind it is an amount."""
     path, _, kind = name.removeprefix("rl.").partition(":")
     if kind and kind not in AMOUNTS:

@@ -53,7 +53,7 @@ class SageMakerRayLauncher:
             print(f"- {sentence}")
         for name, value in words.items():
             if name.startswith(PREFIX):
-                _lay(config, name.removeprefix(PREFIX).split("."), value)
+                _apply_override(config, name.removeprefix(PREFIX).split("."), value)
         with primary_lock(words) if role == PRIMARY else contextlib.nullcontext():
             train_experiment(config["training"])
 
@@ -75,7 +75,7 @@ def _hyperparameters(words: list[str]) -> dict[str, Any]:
     return found
 
 
-def _lay(config: dict[str, Any], steps: list[str], value: Any) -> None:
+def _apply_override(config: dict[str, Any], steps: list[str], value: Any) -> None:
     """Lay one override over an experiment."""
     if steps == ["training", "config", "num_cpus"]:
         steps = ["training", "config", "num_workers"]

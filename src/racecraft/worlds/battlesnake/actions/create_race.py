@@ -13,7 +13,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, group, option
 
-MOST_SNAKES = 8
+MAX_SNAKES = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +21,7 @@ class SnakeOptions(Request):
     """How games are played, and who may enter."""
 
     PANEL: ClassVar[str] = "Games"
-    snakes: int = option(2, "Snakes at a board; more than two in a ladder alone.", low=2, high=MOST_SNAKES)
+    snakes: int = option(2, "Snakes at a board; more than two in a ladder alone.", low=2, high=MAX_SNAKES)
     width: int = option(11, "Squares from left to right.", "--width", "-W")
     height: int = option(11, "Squares from bottom to top.", "--height", "-H")
     ruleset: str = option("standard", "Rules: standard, royale, constrictor, …", "--gametype", "-g")

@@ -144,6 +144,6 @@ def _seat_facts(seats: list[Seat]) -> list[dict[str, object]]:
     return [
         {"name": seat.name, "timeouts": seat.failures.timeouts, "crashes": seat.failures.crashes,
          "late_turns": seat.failures.late_turns, "failed_turns": seat.failures.failed_turns,
-         "last_letter": seat.failures.last_letter}
+         "last_error": seat.failures.last_error}
         for seat in seats
     ]  # fmt: skip

@@ -65,7 +65,7 @@ def tune_weights(request: TuneWeightsRequest, progress: Progress = quiet) -> Tun
     from racecraft.worlds.battlesnake.env.dice import StreamDice
     from racecraft.worlds.battlesnake.env.reference import Referee
     from racecraft.worlds.battlesnake.league.spsa import GauntletSettings, WeightTuner
-    from racecraft.worlds.battlesnake.players.weights import read_weights, usual_among
+    from racecraft.worlds.battlesnake.players.weights import default_weights, read_weights
 
     check_folder(request.file)
     board, snakes = request.board, request.snakes
@@ -74,7 +74,7 @@ def tune_weights(request: TuneWeightsRequest, progress: Progress = quiet) -> Tun
         board.map_name, request.most_turns, request.seed or 0,
     )  # fmt: skip
     Referee(settings.game, StreamDice(0))
-    weights = usual_among(snakes) if request.begin is None else read_weights(request.begin)
+    weights = default_weights(snakes) if request.begin is None else read_weights(request.begin)
     gauntlet = WeightTuner(request.file, settings, weights)
     if gauntlet.scores and not gauntlet.is_over:
         kept = f"{len(gauntlet.scores)} of {request.rounds} rounds and {len(gauntlet.proof)} of {request.proof} games"

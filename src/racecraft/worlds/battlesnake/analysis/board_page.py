@@ -33,5 +33,5 @@ def board_data(
         live: Path of the WebSocket that has all events, on the server the page comes from; "" where `events` are all.
         speed: Turns a second at which it begins to play.
     """
-    told = {"title": title, "game": game, "events": list(events), "live": live, "speed": speed}
-    return {"title": title, "told": told}
+    data = {"title": title, "game": game, "events": list(events), "live": live, "speed": speed}
+    return {"title": title, "told": data}

@@ -29,5 +29,5 @@ def rating_table(evaluations: Sequence[Mapping[str, Any]]) -> EvaluationTable | 
     )
 
 
-def _won(told: Mapping[str, Any] | None) -> str:
-    return "–" if told is None else f"{told['won']} of {told['games']}"
+def _won(result: Mapping[str, Any] | None) -> str:
+    return "–" if result is None else f"{result['won']} of {result['games']}"

@@ -63,13 +63,13 @@ def _show(done: PlayedGame) -> None:
     print(f"Turn {played.turns}: {end}. Seed {done.seed}.", flush=True)
     for snake, seat in zip(played.boards[-1].snakes, done.seats, strict=True):
         print(f"  {seat.name:20} {fate(snake, played.card)}, length {len(snake.body)}{_missed(seat)}")
-        if seat.failures.last_letter:
-            print(f"  {'':20} {seat.failures.last_letter}")
+        if seat.failures.last_error:
+            print(f"  {'':20} {seat.failures.last_error}")
 
 
 def _missed(seat: Seat) -> str:
     """Return how many moves were late or failed, and on which turns; empty where none was."""
-    told = ""
+    text = ""
     failures = seat.failures
     for what, count, turns in (
         ("late", failures.timeouts, failures.late_turns),
@@ -77,8 +77,8 @@ def _missed(seat: Seat) -> str:
     ):
         if count:
             shown = ", ".join(map(str, turns[:TURNS_SHOWN])) + ", …" * (count > TURNS_SHOWN)
-            told += f", {count} {what} (turn{'s' * (count > 1)} {shown})"
-    return told
+            text += f", {count} {what} (turn{'s' * (count > 1)} {shown})"
+    return text
 
 
 play = command(watched, _show, messages_aside=True, help=str(play_game.__doc__))

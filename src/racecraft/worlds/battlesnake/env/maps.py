@@ -112,7 +112,7 @@ def set_up(settings: GameSettings, dice: Dice) -> tuple[Board, MapState]:
         board.hazards = layout(chosen.id).hazard_counts()
     else:
         place_snakes(board, standard_heads(board, settings.players, dice))
-    _lay_first_food(chosen, board, settings, dice)
+    _place_first_food(chosen, board, settings, dice)
     plan = chosen.plan(settings, dice)
     board.hazards += plan.start
     royale = chosen.hazards == "royale" or settings.ruleset == "royale"
@@ -192,7 +192,7 @@ FOOD_RULES: dict[str, FoodRule] = {
 }
 
 
-def _lay_first_food(chosen: GameMap, board: Board, settings: GameSettings, dice: Dice) -> None:
+def _place_first_food(chosen: GameMap, board: Board, settings: GameSettings, dice: Dice) -> None:
     if chosen.start_food == "standard":
         standard_food(board, dice)
     elif chosen.start_food == "beside heads":

@@ -9,7 +9,7 @@ from racecraft.settings.table import check_group, setting
 from racecraft.worlds.battlesnake.env.board import BoardError
 
 LARGEST_SIDE = 25
-MOST_PLAYERS = 16
+MAX_PLAYERS = 16
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class GameSettings:
         """Refuse numbers that no game can be played with."""
         _check("width", self.width, 3, LARGEST_SIDE)
         _check("height", self.height, 3, LARGEST_SIDE)
-        _check("players", self.players, 1, MOST_PLAYERS)
+        _check("players", self.players, 1, MAX_PLAYERS)
         _check("food_spawn_chance", self.food_spawn_chance, 0, 100)
         _check("minimum_food", self.minimum_food, 0, self.width * self.height)
         _check("hazard_damage", self.hazard_damage, -100, 100)

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.starter_pack import REWARDS_APRIL_2020 as PAID
-from racecraft.worlds.battlesnake.env.starter_pack_world import MOST_TURNS, SOURCE_SIDE, SOURCE_SNAKES, StarterPackWorld
+from racecraft.worlds.battlesnake.env.starter_pack_world import MAX_TURNS, SOURCE_SIDE, SOURCE_SNAKES, StarterPackWorld
 from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, RewardWeights, WorldSettings
 
 PRIZES = RewardWeights(turn=PAID.another_turn, win=PAID.won, loss=PAID.died)
@@ -36,12 +36,12 @@ class MaskedExactGames(BattlesnakeWorld):
     """The official rules with an action mask and the outlook behind each move."""
 
     def __init__(self, num_worlds: int) -> None:
-        super().__init__(WorldSettings(GAME, num_worlds, MOST_TURNS, outlook=True, prizes=PRIZES))
+        super().__init__(WorldSettings(GAME, num_worlds, MAX_TURNS, outlook=True, prizes=PRIZES))
 
 
 class ExactGames(BattlesnakeWorld):
     """The official rules, no mask."""
 
     def __init__(self, num_worlds: int) -> None:
-        super().__init__(WorldSettings(GAME, num_worlds, MOST_TURNS, prizes=PRIZES))
+        super().__init__(WorldSettings(GAME, num_worlds, MAX_TURNS, prizes=PRIZES))
         self._spec = replace(self._spec, has_action_mask=False)

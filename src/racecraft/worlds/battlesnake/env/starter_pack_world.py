@@ -28,7 +28,7 @@ FATES = (
     "starved", "forbidden_move",
 )  # fmt: skip
 """How an episode ended, by the kernel's fate; who lives at the end has won."""
-MOST_TURNS = 1000
+MAX_TURNS = 1000
 """The pack's own trainer cut its games there (facts: B.3)."""
 MOVES = ("up", "down", "left", "right")
 SOURCE_SIDE, SOURCE_SNAKES = 11, 5
@@ -57,7 +57,7 @@ class StarterPackWorld:
         side: int = SOURCE_SIDE,
         snakes: int = SOURCE_SNAKES,
         rewards: Rewards = REWARDS_APRIL_2020,
-        max_turns: int = MOST_TURNS,
+        max_turns: int = MAX_TURNS,
         is_masked: bool = False,
         is_centred: bool = False,
     ) -> None:
@@ -124,8 +124,8 @@ class StarterPackWorld:
 
     def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call; `status` is one of FATES, or "truncated"."""
-        told, self._finished = self._finished, []
-        return told
+        finished, self._finished = self._finished, []
+        return finished
 
     def save_state(self) -> dict[str, Array]:
         """Return copies of everything the games need to go on."""

@@ -173,9 +173,9 @@ class BattlesnakeWorld:
 
     def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call; status is "won", "truncated" or the cause of death."""
-        told = [self._tell(*row) for columns in self._finished for row in zip(*columns, strict=True)]
+        records = [self._tell(*row) for columns in self._finished for row in zip(*columns, strict=True)]
         self._finished.clear()
-        return told
+        return records
 
     def board(self, game: int) -> Board:
         """Return a game's position as a board; its snakes are s0, s1 and so on."""

@@ -18,7 +18,7 @@ from racecraft.rollout.episodes import play_episodes
 from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, WorldSettings
 from racecraft.worlds.battlesnake.players.anchors import AnchorSeats
 
-MOST_TURNS = 1000
+MAX_TURNS = 1000
 """A longer game is a draw of all who live, as in a tournament."""
 OUTLIVED = 1 << 30
 """Turns of whoever was still there at the end: more than anybody's who was not."""
@@ -31,7 +31,7 @@ Player = str | Policy
 
 
 def play_batch(
-    players: Sequence[Player], settings: WorldSettings, games: int, seed: int, most_turns: int = MOST_TURNS
+    players: Sequence[Player], settings: WorldSettings, games: int, seed: int, most_turns: int = MAX_TURNS
 ) -> list[Result]:
     """Play games of M snakes between `players` (M of them), seats swapped from game to game.
 
@@ -56,11 +56,11 @@ def play_batch(
     sitting = (np.arange(seats) + np.arange(games)[:, None]) % seats
     world = BattlesnakeWorld(played)
     try:
-        told = play_episodes(SeatedPlayers(players, sitting, world, seed), world, seed=seed)
+        records = play_episodes(SeatedPlayers(players, sitting, world, seed), world, seed=seed)
     finally:
         world.close()
-    steps = np.array([one.steps for one in told]).reshape(sitting.shape).sum(axis=1).tolist()
-    lasted = np.array([OUTLIVED if one.status in STAYED else one.steps for one in told]).reshape(sitting.shape)
+    steps = np.array([one.steps for one in records]).reshape(sitting.shape).sum(axis=1).tolist()
+    lasted = np.array([OUTLIVED if one.status in STAYED else one.steps for one in records]).reshape(sitting.shape)
     at = np.zeros_like(lasted)
     np.put_along_axis(at, sitting, lasted, axis=1)
     places = [tuple(int((row > own).sum()) for own in row) for row in at]
@@ -101,8 +101,8 @@ class SeatedPlayers:
         self._anchors.choose(self._moves)
         moves = self._moves.reshape(-1)
         for number, policy in self._policies.items():
-            asked = ((self._sitting == number) & self._playing).reshape(-1)
-            if asked.any():
-                seen = {name: part[asked] for name, part in observations.items()}
-                moves[asked] = policy.act(seen, None if action_mask is None else action_mask[asked])
+            rows = ((self._sitting == number) & self._playing).reshape(-1)
+            if rows.any():
+                seen = {name: part[rows] for name, part in observations.items()}
+                moves[rows] = policy.act(seen, None if action_mask is None else action_mask[rows])
         return moves

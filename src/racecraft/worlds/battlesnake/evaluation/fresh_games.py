@@ -9,6 +9,6 @@ from racecraft.worlds.battlesnake.evaluation.judged_run import judge_snake
 
 def fresh_games(run: RunFolder, which: str, episodes: int) -> FreshScores:
     """Let a checkpoint play so many games against each anchor of the rating; a value an anchor, the share it won."""
-    told = judge_snake(run, which, episodes, SEED)
-    shares = tuple(100.0 * one["won_share"] for one in told["against"].values())
-    return FreshScores("games won, %", False, shares, told["checkpoint"], sum(shares) / len(shares))
+    result = judge_snake(run, which, episodes, SEED)
+    shares = tuple(100.0 * one["won_share"] for one in result["against"].values())
+    return FreshScores("games won, %", False, shares, result["checkpoint"], sum(shares) / len(shares))

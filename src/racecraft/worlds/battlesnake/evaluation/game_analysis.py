@@ -22,7 +22,7 @@ from racecraft.worlds.battlesnake.players.kernels.alpha_beta import UNIT, WIN
 from racecraft.worlds.battlesnake.players.protocol import PlayerError
 from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 
-MOST_TURNS_BACK = 60
+MAX_TURNS_BACK = 60
 EFFORT = 20_000
 """Turns played forward to judge one position; some 50 ms."""
 _NO_HURRY = 3600.0
@@ -82,7 +82,7 @@ def _turns(count: int) -> str:
 
 
 def study_game(
-    game: RecordedGame, who: Sequence[str] = (), effort: int = EFFORT, most_back: int = MOST_TURNS_BACK
+    game: RecordedGame, who: Sequence[str] = (), effort: int = EFFORT, most_back: int = MAX_TURNS_BACK
 ) -> list[Loss]:
     """Return how the snakes lost that did, in the order of their ends.
 

@@ -33,9 +33,9 @@ from racecraft.worlds.battlesnake.env.verify import Report, verify_games
 from racecraft.worlds.battlesnake.evaluation.frame_files import PIECES, Pieces, dead_snake, known
 from racecraft.worlds.battlesnake.evaluation.transcript import Frame, recorded_game
 from racecraft.worlds.battlesnake.players.living_snakes import LivingSnakes
-from racecraft.worlds.battlesnake.players.messages import Letter, read_message
+from racecraft.worlds.battlesnake.players.messages import GameRequest, read_message
 
-MOST_BYTES = 1 << 29
+MAX_BYTES = 1 << 29
 EXPECTED = (
     "a game from `snakes play --output` or the official `battlesnake play --output`, a snake's log of a production "
     "game, the production engine's frames, or recorded games as JSON Lines"
@@ -141,12 +141,12 @@ def _read(path: Path) -> bytes:
         with regular(path).open("rb") as file:
             zipped = file.read(2) == b"\x1f\x8b"
         with gzip.open(path) if zipped else open(path, "rb") as file:
-            data = file.read(MOST_BYTES + 1)
+            data = file.read(MAX_BYTES + 1)
     except (OSError, EOFError) as problem:
         found = getattr(problem, "strerror", None) or str(problem)
         raise InputFileError(path, Message("the file cannot be read ({found})", found=found), EXPECTED) from problem
-    if len(data) > MOST_BYTES:
-        raise InputFileError(path, Message("more than {most_bytes} MB", most_bytes=MOST_BYTES >> 20), EXPECTED)
+    if len(data) > MAX_BYTES:
+        raise InputFileError(path, Message("more than {most_bytes} MB", most_bytes=MAX_BYTES >> 20), EXPECTED)
     return data
 
 
@@ -179,26 +179,26 @@ def _one_by_one(lines: Iterable[tuple[int, Any]]) -> Iterator[list[tuple[int, An
 
 def _from_output(lines: Sequence[tuple[int, Any]], path: Path) -> RecordedGame:
     """Read the official output file, or ours: ours tells how snakes died."""
-    letters: list[Letter] = []
+    requests: list[GameRequest] = []
     end: dict[str, Any] = {}
     for number, line in lines:
         if "board" in line:
             try:
-                letters.append(_letter(line))
+                requests.append(_request_in(line))
             except BoardError as problem:
                 raise InputFileError(path, str(problem)[:200], EXPECTED, line=number) from problem
         elif "winnerId" in line:
             end = line
-    if not letters:
+    if not requests:
         raise InputFileError(path, "no turn of a game in it", EXPECTED)
-    frames = [Frame(letter.board) for letter in letters]
+    frames = [Frame(request.board) for request in requests]
     for dead in end.get("eliminations", []):
         snake = dead_snake(dead["id"], dead["body"], "xy", dead["cause"], dead["turn"])
         for frame in frames:
             if frame.board.turn >= snake.on:
                 frame.dead[snake.id] = snake
     over = bool(end.get("winnerId") or end.get("isDraw"))
-    return recorded_game(_settings(letters[0]), frames, over, lines[0][0])
+    return recorded_game(_settings(requests[0]), frames, over, lines[0][0])
 
 
 def _from_log(log: dict[str, Any]) -> RecordedGame:
@@ -209,7 +209,7 @@ def _from_log(log: dict[str, Any]) -> RecordedGame:
     if _keeps_dead(requests):
         living = LivingSnakes()
         requests = [living.only(request, asks=request is not log.get("end_request")) for request in requests]
-    letters = [_letter(request) for request in requests]
+    letters = [_request_in(request) for request in requests]
     letters.sort(key=lambda letter: letter.board.turn)
     return recorded_game(_settings(letters[0]), [Frame(letter.board) for letter in letters], "end_request" in log)
 
@@ -239,7 +239,7 @@ def _from_pieces(paths: Sequence[Path]) -> RecordedGame:
     return pieces.recorded(paths[-1])
 
 
-def _letter(request: dict[str, Any]) -> Letter:
+def _request_in(request: dict[str, Any]) -> GameRequest:
     """Read a request; a ruleset or map that we do not know is refused here: there would be nothing to verify by."""
     letter = read_message(request)
     known(str(request["game"].get("ruleset", {}).get("name", "standard")), RULESETS, "ruleset")
@@ -247,5 +247,5 @@ def _letter(request: dict[str, Any]) -> Letter:
     return letter
 
 
-def _settings(first: Letter) -> GameSettings:
+def _settings(first: GameRequest) -> GameSettings:
     return replace(first.settings, solo=True) if first.settings.players == 1 else first.settings

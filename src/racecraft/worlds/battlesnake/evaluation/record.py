@@ -20,15 +20,15 @@ from racecraft.formats.user_file import regular
 from racecraft.worlds.battlesnake.env.board import CAUSES, MAX_HEALTH, Board, BoardError, Snake
 from racecraft.worlds.battlesnake.evaluation.match import Played
 from racecraft.worlds.battlesnake.players.messages import (
-    MOST_SEGMENTS,
+    MAX_SEGMENTS,
     GameCard,
-    Letter,
+    GameRequest,
     game_part,
     message,
     read_message,
 )
 
-MOST_LINE_BYTES = 1 << 22
+MAX_LINE_BYTES = 1 << 22
 UNKNOWN_CAUSE = "eliminated"
 """The cause of a snake of which only is known that it left."""
 _EXPECTED = "the output file of `snakes play --output`"
@@ -88,29 +88,29 @@ def played_in(texts: Iterable[str], path: Path) -> Played:
     Raises:
         InputFileError: They tell none; names the line.
     """
-    letters: list[tuple[Letter, list[Any]]] = []
+    requests: list[tuple[GameRequest, list[Any]]] = []
     told: dict[str, Any] = {}
     for number, text in enumerate(texts, 1):
         line = _read_line(text, path, number)
         if number == 1 or not isinstance(line, dict):
             continue
         if "board" in line:
-            letters.append((_read_letter(line, path, number), line["board"]["snakes"]))
+            requests.append((_read_request(line, path, number), line["board"]["snakes"]))
         elif "winnerId" in line:
             told = line
-    if not letters:
+    if not requests:
         raise InputFileError(path, "no turn in it", _EXPECTED)
-    boards = [letter.board for letter, _ in letters]
+    boards = [request.board for request, _ in requests]
     sizes = {(board.width, board.height) for board in boards}
     if len(sizes) > 1:
         raise InputFileError(path, Message("boards of {count} sizes", count=len(sizes)), "one size all game long")
     _put_back(boards, _eliminations(told))
-    first = letters[0][0]
-    return Played(first.settings, _card(letters), boards)
+    first = requests[0][0]
+    return Played(first.settings, _card(requests), boards)
 
 
 def _read_line(text: str, path: Path, number: int) -> Any:
-    if len(text) > MOST_LINE_BYTES:
+    if len(text) > MAX_LINE_BYTES:
         raise InputFileError(path, Message("{count} characters", count=len(text)), _EXPECTED, line=number)
     try:
         return json.loads(text)
@@ -118,17 +118,17 @@ def _read_line(text: str, path: Path, number: int) -> Any:
         raise InputFileError(path, str(problem)[:200], _EXPECTED, line=number) from problem
 
 
-def _read_letter(line: dict[str, Any], path: Path, number: int) -> Letter:
+def _read_request(line: dict[str, Any], path: Path, number: int) -> GameRequest:
     try:
         return read_message(line)
     except BoardError as problem:
         raise InputFileError(path, str(problem)[:200], _EXPECTED, line=number) from problem
 
 
-def _card(letters: list[tuple[Letter, list[Any]]]) -> GameCard:
-    last = letters[-1][0]
+def _card(requests: list[tuple[GameRequest, list[Any]]]) -> GameCard:
+    last = requests[-1][0]
     card = GameCard(last.game_id, last.timeout_ms)
-    for _, snakes in letters:
+    for _, snakes in requests:
         for part in snakes:
             card.names[part["id"]] = str(part.get("name") or part["id"])
             looks = part.get("customizations")
@@ -143,13 +143,13 @@ def _elimination(snake: Snake) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _eliminations(told: dict[str, Any]) -> dict[str, Snake]:
+def _eliminations(document: dict[str, Any]) -> dict[str, Snake]:
     """Return how every snake lies of which our last line tells it; what is no such thing is passed over."""
-    parts = told.get("eliminations")
+    parts = document.get("eliminations")
     found = {}
     for part in parts if isinstance(parts, list) else []:
         try:
-            body = [(int(point["x"]), int(point["y"])) for point in part["body"][:MOST_SEGMENTS]]
+            body = [(int(point["x"]), int(point["y"])) for point in part["body"][:MAX_SEGMENTS]]
             cause, health = CAUSES[CAUSES.index(part["cause"])], max(0, min(int(part["health"]), MAX_HEALTH))
             if body and cause:
                 found[part["id"]] = Snake(str(part["id"]), body, health, cause, str(part["by"]), int(part["turn"]))

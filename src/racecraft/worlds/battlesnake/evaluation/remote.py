@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.players.protocol import LatePlayerError, Message, PlayerError
 
-MOST_ANSWER_BYTES = 64 * 1024
+MAX_ANSWER_BYTES = 64 * 1024
 
 
 class Remote:
@@ -45,8 +45,8 @@ class Remote:
 
     def looks(self, seconds: float) -> dict[str, str]:
         """Return what the server says of itself on `GET /`, texts only."""
-        said = self._ask("GET", "/", None, seconds)
-        return {key: value for key, value in said.items() if isinstance(value, str)}
+        reply = self._ask("GET", "/", None, seconds)
+        return {key: value for key, value in reply.items() if isinstance(value, str)}
 
     def start(self, message: Message, seconds: float) -> None:
         """Tell it that a game begins; what it answers does not matter."""
@@ -116,10 +116,10 @@ class Remote:
                 connection.close()
                 if not (again and was_open):  # a connection kept open may have been closed at the other end meanwhile
                     raise
-        answer = response.read(MOST_ANSWER_BYTES + 1)
-        if len(answer) > MOST_ANSWER_BYTES:
+        answer = response.read(MAX_ANSWER_BYTES + 1)
+        if len(answer) > MAX_ANSWER_BYTES:
             connection.close()
-            raise http.client.HTTPException(f"more than {MOST_ANSWER_BYTES} bytes")
+            raise http.client.HTTPException(f"more than {MAX_ANSWER_BYTES} bytes")
         return response.status, answer
 
 

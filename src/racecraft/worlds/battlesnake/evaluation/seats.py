@@ -31,23 +31,23 @@ class Failures:
 
     timeouts: int = 0
     crashes: int = 0
-    last_letter: str = ""
+    last_error: str = ""
     """What was wrong last."""
     late_turns: list[int] = field(default_factory=list)
     """Turns of the timeouts, the first thousand."""
     failed_turns: list[int] = field(default_factory=list)
     """Turns of the crashes, the first thousand."""
 
-    def note_late(self, turn: int, letter: str) -> None:
+    def note_late(self, turn: int, message: str) -> None:
         """Count a move that came late."""
         self.timeouts += 1
-        self.last_letter = f"turn {turn}: {letter}"
+        self.last_error = f"turn {turn}: {message}"
         self.late_turns += [turn] * (len(self.late_turns) < MOMENTS_KEPT)
 
-    def note_crash(self, turn: int, letter: str) -> None:
+    def note_crash(self, turn: int, message: str) -> None:
         """Count a move that failed otherwise."""
         self.crashes += 1
-        self.last_letter = f"turn {turn}: {letter}"
+        self.last_error = f"turn {turn}: {message}"
         self.failed_turns += [turn] * (len(self.failed_turns) < MOMENTS_KEPT)
 
 
@@ -119,7 +119,7 @@ class Seat:
         except TimeoutError:
             self._hang_up()
         except Exception as error:
-            self.failures.last_letter = str(error)
+            self.failures.last_error = str(error)
 
     def leave(self) -> None:
         """Let go of connection, process and thread."""
@@ -178,5 +178,5 @@ def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_
     return Seat(name or what, player, _looks(looks))
 
 
-def _looks(said: dict[str, str]) -> dict[str, str]:
-    return {key: said.get(key) or default for key, default in LOOKS.items()}
+def _looks(card: dict[str, str]) -> dict[str, str]:
+    return {key: card.get(key) or default for key, default in LOOKS.items()}

@@ -18,7 +18,7 @@ from racecraft.worlds.battlesnake.evaluation.match import Played, play
 from racecraft.worlds.battlesnake.evaluation.seats import Seat
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult, Table, table_of
 
-MOST_TURNS = 1000
+MAX_TURNS = 1000
 """A game that lasts longer is a draw of all who live."""
 
 
@@ -45,7 +45,7 @@ class Tournament:
         rounds: int = 1,
         timeout_ms: int = 500,
         seed: int = 0,
-        most_turns: int = MOST_TURNS,
+        most_turns: int = MAX_TURNS,
         played: Iterable[GameResult] = (),
     ) -> None:
         self.names = [seat.name for seat in seats]
@@ -87,17 +87,17 @@ def tournament(
     rounds: int = 1,
     timeout_ms: int = 500,
     seed: int = 0,
-    most_turns: int = MOST_TURNS,
-    told: Callable[[Played, int, int], None] | None = None,
+    most_turns: int = MAX_TURNS,
+    on_game: Callable[[Played, int, int], None] | None = None,
 ) -> Table:
     """Play a round robin to its end; arguments as for `Tournament`.
 
-    `told` is called after each game with it, its number from 1, and how many there are.
+    `on_game` is called after each game with it, its number from 1, and how many there are.
     """
     held = Tournament(seats, settings, rounds, timeout_ms, seed, most_turns)
     for game, played in held.play():
-        if told is not None:
-            told(played, game.number, held.planned)
+        if on_game is not None:
+            on_game(played, game.number, held.planned)
     return held.table()
 
 

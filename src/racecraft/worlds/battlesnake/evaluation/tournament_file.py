@@ -46,24 +46,24 @@ class TournamentFile:
         self, path: str | Path, players: list[str], settings: GameSettings, timeout_ms: int, seed: int, most_turns: int
     ) -> None:
         self.path = Path(path)
-        asked = {
+        header = {
             "tournament": VERSION, "players": players, "game": asdict(settings), "timeout_ms": timeout_ms,
             "seed": seed, "most_turns": most_turns,
         }  # fmt: skip
         self.games: list[GameResult] = []
         """The games that stand in the file, in order."""
         if not self.path.exists():
-            head = _line(asked)
+            head = _line(header)
             write_atomic(self.path, head)
             self._sound = len(head)
             return
-        self._sound = self._read(asked)
+        self._sound = self._read(header)
 
     def add(self, game: GameResult) -> None:
         """Write a game down."""
         self._sound = append_atomic(self.path, self._sound, _line({name: getattr(game, name) for name in _FIELDS}))
 
-    def _read(self, asked: dict[str, Any]) -> int:
+    def _read(self, header: dict[str, Any]) -> int:
         """Take over what stands there; return how many bytes of it are whole lines."""
         try:
             data = read_regular(self.path)
@@ -76,20 +76,20 @@ class TournamentFile:
             try:
                 line = json.loads(text)
                 if number > 1:
-                    self.games.append(_game(line, number - 1, len(asked["players"])))
+                    self.games.append(_game(line, number - 1, len(header["players"])))
                     continue
-                found = {name: line[name] for name in asked}
+                found = {name: line[name] for name in header}
             except (ValueError, KeyError, TypeError, RecursionError) as problem:
                 raise InputFileError(
                     self.path, Message("{problem!r:.120}", problem=problem), _EXPECTED, line=number
                 ) from problem
-            self._compare(asked, found)
+            self._compare(header, found)
         if not whole:
             raise InputFileError(self.path, "no line in it", _EXPECTED)
         return len(whole)
 
-    def _compare(self, asked: dict[str, Any], found: dict[str, Any]) -> None:
-        other = [f"{name} {found[name]}, now {asked[name]}" for name in asked if found[name] != asked[name]]
+    def _compare(self, header: dict[str, Any], found: dict[str, Any]) -> None:
+        other = [f"{name} {found[name]}, now {header[name]}" for name in header if found[name] != header[name]]
         if other:
             raise InputFileError(
                 self.path,

@@ -21,7 +21,7 @@ from racecraft.worlds.battlesnake.env.rulesets import find_ruleset, is_over
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.stages import GameContext, outside_safe_zone
 
-MOST_GUESSES = 4096
+MAX_GUESSES = 4096
 """Combinations of moves tried for those who left in one turn: six snakes."""
 _ANY_SIDES = [0] * 1000
 """Royale's hazards come after the snakes have moved, so they do not matter for guessing moves."""
@@ -89,13 +89,13 @@ def _step(settings: GameSettings, before: Board, frame: Frame, zone: Counter[Poi
     guessed = [name for name, word in known.items() if not word]
     best: RecordedStep | None = None
     least = (True, 0, 0)
-    for guess in itertools.islice(itertools.product(MOVES, repeat=len(guessed)), MOST_GUESSES):
+    for guess in itertools.islice(itertools.product(MOVES, repeat=len(guessed)), MAX_GUESSES):
         moves = known | dict(zip(guessed, guess, strict=True))
         ours = before.copy()
         apply_rules(find_ruleset(settings.ruleset), ours, moves, GameContext(settings, _ANY_SIDES))
         if rebuilds and len(ours.food) < len(before.food):
             return RecordedStep(moves, before.copy(), ours, _after_map(before, frame.board.snakes, frame))
-        step = _told(settings, before, ours, moves, frame, zone)
+        step = _completed(settings, before, ours, moves, frame, zone)
         differs = _difference(step, ours, frame)
         if best is None or differs < least:
             best, least = step, differs
@@ -107,11 +107,11 @@ def _step(settings: GameSettings, before: Board, frame: Frame, zone: Counter[Poi
 
 def _difference(step: RecordedStep, ours: Board, frame: Frame) -> tuple[bool, int, int]:
     """Return how badly a guess explains a turn: other snakes, food that is gone though nobody ate it, new food."""
-    left, shown = set(ours.food), set(frame.board.food)
-    return step.after_rules.snakes != ours.snakes, len(left - shown), len(shown - left)
+    left, theirs = set(ours.food), set(frame.board.food)
+    return step.after_rules.snakes != ours.snakes, len(left - theirs), len(theirs - left)
 
 
-def _told(
+def _completed(
     settings: GameSettings,
     before: Board,
     ours: Board,
@@ -128,8 +128,8 @@ def _told(
         elif snake.alive:  # it left, and by our rules would not have
             snakes.append(frame.dead.get(snake.id, replace(snake, cause="snake-collision", on=frame.board.turn)))
         elif snake.id in frame.dead:
-            said = frame.dead[snake.id]
-            snakes.append(replace(snake, cause=said.cause or snake.cause, on=said.on or snake.on))
+            death = frame.dead[snake.id]
+            snakes.append(replace(snake, cause=death.cause or snake.cause, on=death.on or snake.on))
         else:
             snakes.append(snake)
     runs_away = find_map(settings.map).hazards == "maze"

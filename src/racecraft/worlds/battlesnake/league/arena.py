@@ -103,13 +103,15 @@ class Arena:
         if not all([self._takes_seat(entrants[one]) for one in meeting.players]):
             return
         for rotation in range(played, len(meeting.players)):
-            told, game = self._play_game(meeting, rotation)
-            gone = [one for one, bad in zip(told.players, told.crashes, strict=True) if bad and not self._answers(one)]
+            result, game = self._play_game(meeting, rotation)
+            gone = [
+                one for one, bad in zip(result.players, result.crashes, strict=True) if bad and not self._answers(one)
+            ]
             for one in gone:
                 self._pause(entrants[one], "its server went away; the game does not count")
             if gone:
                 return
-            kept = self.store.keep(told, record_text(game))
+            kept = self.store.keep(result, record_text(game))
             self.ladder.hear([kept])
             yield kept, game
         while len(self._seats) > SEATS_KEPT:

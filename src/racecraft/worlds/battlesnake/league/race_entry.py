@@ -33,7 +33,7 @@ BEFORE = ("search+", "search:")
 """Search on top of another player, and search that asks a run about every position."""
 KEPT_OF_JOB = ("kind", "title", "algorithm", "settings")
 ARCHIVE_KIND = "an archive of a run folder (.tar.gz or .zip)"
-MOST_FILE_BYTES = 1 << 22
+MAX_FILE_BYTES = 1 << 22
 
 
 def admit_snake(source: str, folder: Path, rules: SnakeRules) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def _copy_file(file: Path, folder: Path, rules: SnakeRules) -> str:
     if not can_isolate():
         raise SettingError("{file}: this system cannot isolate a stranger's code; expected a RUN, an address or a "
                            "built-in player.", file=file)  # fmt: skip
-    if file.stat().st_size > MOST_FILE_BYTES:
+    if file.stat().st_size > MAX_FILE_BYTES:
         raise InputFileError(file, "a file of more than 4 MiB", "a FILE.py")
     write_atomic(folder / FILE, read_regular(file))
     return FILE

@@ -119,8 +119,8 @@ class WeightTuner:
         """Whether all rounds and the proof were played."""
         return len(self.proof) >= self.settings.proof
 
-    def run(self, told: Callable[[str], None]) -> None:
-        """Play what is left; `told` is called with a sentence after each round, and now and then in the proof."""
+    def run(self, on_message: Callable[[str], None]) -> None:
+        """Play what is left; `on_message` is called with a sentence after each round, and now and then in the proof."""
         settings = self.settings
         while len(self.scores) < settings.rounds:
             number = len(self.scores)
@@ -128,7 +128,7 @@ class WeightTuner:
             games = [self._game(up, down, f"round {number}", turn) for turn in range(settings.snakes)]
             self.scores.append(float(np.mean(games)))
             self._write()
-            told(f"round {number + 1} of {settings.rounds}: {self.scores[-1]:.0%}; {_words(self.weights())}")
+            on_message(f"round {number + 1} of {settings.rounds}: {self.scores[-1]:.0%}; {_words(self.weights())}")
         tuned = self.weights()
         while not self.is_over:
             number = len(self.proof)
@@ -136,7 +136,7 @@ class WeightTuner:
             self.proof.append(self._game(tuned, self.start, f"proof {dice}", turn))
             self._write()
             if self.is_over or len(self.proof) % 20 == 0:
-                told(f"game {len(self.proof)} of {settings.proof}: {self.gain()}")
+                on_message(f"game {len(self.proof)} of {settings.proof}: {self.gain()}")
 
     def weights(self) -> Weights:
         """Return the weights found so far: the mean over the second half of the rounds played."""
@@ -187,18 +187,18 @@ class WeightTuner:
     def _read(self) -> None:
         kept: Any = read_weights_file(self.path).get("gauntlet")
         try:
-            asked = {"settings": asdict(self.settings), "start": asdict(self.start)}
-            found = {name: kept[name] for name in asked}
+            header = {"settings": asdict(self.settings), "start": asdict(self.start)}
+            found = {name: kept[name] for name in header}
             self.scores, self.proof = ([float(one) for one in kept[name]] for name in ("scores", "proof"))
         except (TypeError, KeyError, ValueError) as problem:
             raise InputFileError(
                 self.path, "weights of which no gauntlet tells", "a gauntlet's file, or a new one",
                 "Give another file; these weights may be what it begins with (--from).",
             ) from problem  # fmt: skip
-        if found != asked:
+        if found != header:
             raise InputFileError(
                 self.path,
-                Message("another gauntlet ({differences})", differences=_differences(asked, found)),
+                Message("another gauntlet ({differences})", differences=_differences(header, found)),
                 "the same one to go on with",
                 "Give another file, or the same settings.",
             )
@@ -227,11 +227,11 @@ def _words(weights: Weights) -> str:
     return ", ".join(f"{name} {value:.3g}" for name, value in asdict(weights).items())
 
 
-def _differences(asked: dict[str, Any], found: dict[str, Any]) -> str:
-    told = []
-    for part in asked:
+def _differences(header: dict[str, Any], found: dict[str, Any]) -> str:
+    differences = []
+    for part in header:
         there = found[part] if isinstance(found[part], dict) else {}
-        told += [
-            f"{name} {there.get(name)}, now {value}" for name, value in asked[part].items() if there.get(name) != value
+        differences += [
+            f"{name} {there.get(name)}, now {value}" for name, value in header[part].items() if there.get(name) != value
         ]
-    return "; ".join(told)
+    return "; ".join(differences)

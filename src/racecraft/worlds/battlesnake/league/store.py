@@ -73,14 +73,14 @@ class ArenaStore:
                 path=path,
             )
         with self._open() as database:
-            told = [database.execute(f"pragma {name}").fetchone()[0] for name in ("application_id", "user_version")]
-            if told[0] != APPLICATION:
+            pragmas = [database.execute(f"pragma {name}").fetchone()[0] for name in ("application_id", "user_version")]
+            if pragmas[0] != APPLICATION:
                 raise ArenaError("{path}: another program's database; expected an arena of racecraft's.", path=path)
-            if told[1] != VERSION:
+            if pragmas[1] != VERSION:
                 raise ArenaError(
                     "{path}: an arena of version {told}; expected {version}. Another racecraft made it: use that.",
                     path=path,
-                    told=told[1],
+                    told=pragmas[1],
                     version=VERSION,
                 )
             terms = json.loads(database.execute("select value from about where key = 'terms'").fetchone()[0])
@@ -184,9 +184,9 @@ class ArenaStore:
     def draw(self, players: Sequence[int]) -> Meeting:
         """Write down who meets next."""
         with self._open() as database:
-            told = database.execute("insert into meetings (players) values (?)", [json.dumps(list(players))])
+            cursor = database.execute("insert into meetings (players) values (?)", [json.dumps(list(players))])
             database.commit()
-        return Meeting(int(told.lastrowid or 0), tuple(players))
+        return Meeting(int(cursor.lastrowid or 0), tuple(players))
 
     def last_meeting(self) -> tuple[Meeting, int] | None:
         """Return the meeting drawn last, and how many of its games were played; None before the first."""
@@ -206,15 +206,15 @@ class ArenaStore:
         """
         zipped = gzip.compress(record.encode(), mtime=0)
         with self._open() as database:
-            told = database.execute(
+            cursor = database.execute(
                 "insert into games (meeting, rotation, turns, ended, record) values (?, ?, ?, ?, ?)",
                 [game.meeting, game.rotation, game.turns, game.ended, zipped],
             )
-            number = int(told.lastrowid or 0)
+            number = int(cursor.lastrowid or 0)
             columns = zip(game.players, game.places, game.timeouts, game.crashes, strict=True)
             database.executemany(
                 "insert into seats values (?, ?, ?, ?, ?, ?)",
-                [(number, seat, *told) for seat, told in enumerate(columns)],
+                [(number, seat, *cursor) for seat, cursor in enumerate(columns)],
             )
             database.commit()
         return ArenaGame(**asdict(game) | {"number": number})
@@ -261,16 +261,16 @@ def _connected(path: Path) -> Iterator[sqlite3.Connection]:
         raise ArenaError("{path}: {what_happened}", path=path, what_happened=_what_happened(str(error))) from error
 
 
-def _what_happened(said: str) -> str:
-    if "full" in said:
-        return f"the disk is full ({said}); nothing was changed there. Free some space and run the same command again."
-    if "not a database" in said or "malformed" in said or "no such table" in said:
-        return f"no arena ({said}); expected one that `racecraft snakes arena new` made."
-    if "readonly" in said or "unable to open" in said:
-        return f"cannot be opened or written ({said}); expected a place that you may write to."
-    if "locked" in said:
-        return f"others have been writing to it for {PATIENCE_SECONDS:g} s ({said}); try again."
-    return f"the database refuses ({said}); expected an arena that `racecraft snakes arena new` made."
+def _what_happened(event: str) -> str:
+    if "full" in event:
+        return f"the disk is full ({event}); nothing was changed there. Free some space and run the same command again."
+    if "not a database" in event or "malformed" in event or "no such table" in event:
+        return f"no arena ({event}); expected one that `racecraft snakes arena new` made."
+    if "readonly" in event or "unable to open" in event:
+        return f"cannot be opened or written ({event}); expected a place that you may write to."
+    if "locked" in event:
+        return f"others have been writing to it for {PATIENCE_SECONDS:g} s ({event}); try again."
+    return f"the database refuses ({event}); expected an arena that `racecraft snakes arena new` made."
 
 
 def _game(head: Sequence[Any], seats: Sequence[Sequence[Any]]) -> ArenaGame:

@@ -56,10 +56,10 @@ def wins_heads(answer: Answer) -> Verdict:
 
 
 def _played(answer: Answer) -> Board:
-    from racecraft.worlds.battlesnake.lessons.game import MOST_TURNS, play
+    from racecraft.worlds.battlesnake.lessons.game import MAX_TURNS, play
 
     moves = answer.taken("moves")
-    if not isinstance(moves, list) or len(moves) > MOST_TURNS or not all(one in STEPS for one in map(str, moves)):
+    if not isinstance(moves, list) or len(moves) > MAX_TURNS or not all(one in STEPS for one in map(str, moves)):
         raise AnswerError("The moves of the figure cannot be read; begin a new game in it.")
     return play([str(one) for one in moves])
 

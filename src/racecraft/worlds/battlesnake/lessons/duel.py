@@ -15,7 +15,7 @@ from racecraft.worlds.battlesnake.evaluation.seats import take_seat
 from racecraft.worlds.battlesnake.players.protocol import PlayerError
 
 SETTINGS = GameSettings(players=2)
-MOST_TURNS = 400
+MAX_TURNS = 400
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,14 @@ def duel(code: str, other: str, games: int) -> Duel:
             raise AnswerError("Your code cannot be used: {error}", error=_without(path, str(error))) from None
         seats, keys = [own, take_seat(other, seed=random.getrandbits(32))], random.Random()
         try:
-            played = [play(SETTINGS, seats, StreamDice(keys.getrandbits(60)), most_turns=MOST_TURNS)
+            played = [play(SETTINGS, seats, StreamDice(keys.getrandbits(60)), most_turns=MAX_TURNS)
                       for _ in range(games)]  # fmt: skip
         finally:
             for seat in seats:
                 seat.leave()
     failures = own.failures
     won, turns = sum(one.winner == "s0" for one in played), sum(one.turns for one in played)
-    return Duel(won, turns, failures.timeouts + failures.crashes, _without(path, failures.last_letter))
+    return Duel(won, turns, failures.timeouts + failures.crashes, _without(path, failures.last_error))
 
 
 def _without(path: Path, said: str) -> str:

@@ -13,7 +13,7 @@ from racecraft.worlds.battlesnake.env.rulesets import find_ruleset
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.stages import GameContext
 
-SIDE, MOST_TURNS = 7, 100
+SIDE, MAX_TURNS = 7, 100
 YOU, OTHER = "you", "other"
 START = [(1, 1), (1, 1), (1, 1)]
 START_HEALTH = 20
@@ -40,7 +40,7 @@ def play(moves: Sequence[str]) -> Board:
         moves: Names of `MOVES`.
     """
     board, rules = first_board(), find_ruleset("solo")
-    for move in moves[:MOST_TURNS]:
+    for move in moves[:MAX_TURNS]:
         if not board.snakes[0].alive:
             break
         before = board.food[0]

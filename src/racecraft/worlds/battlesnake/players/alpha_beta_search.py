@@ -134,7 +134,7 @@ class AlphaBetaSearch:
         while state[ab.TOP] >= 0:
             out_of_time = time.monotonic() >= until or (most_turns is not None and found.turns >= most_turns)
             if out_of_time and found.turns > 0:
-                self._hear_what_is_sure()
+                self._take_proven_move()
                 return False
             before, turns_at_a_time = state[[ab.TURNS, ab.LEAVES]], max(16, TURNS_AT_A_TIME // bulk(self.position))
             ab.think(
@@ -148,7 +148,7 @@ class AlphaBetaSearch:
         found.by_depth.append((found.move, found.value))
         return True
 
-    def _hear_what_is_sure(self) -> None:
+    def _take_proven_move(self) -> None:
         """Take from an unfinished look a move that proved better than the one that was thought best."""
         top, best = self._stack[0], int(self._stack[0, ab.BEST_WAY])
         if best < 0:

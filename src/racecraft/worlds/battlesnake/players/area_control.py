@@ -22,7 +22,7 @@ from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find
 
 NEARBY = 6
 """Moves between two heads up to which replies are looked at."""
-MOST_REPLIES = 81
+MAX_REPLIES = 81
 """Joint replies looked at for one move."""
 POSITION, AFTER = 0, 1  # games in the arrays: the one asked about, and the one after a turn
 
@@ -47,8 +47,8 @@ class AreaControl:
 
         def worth(move: str) -> float:
             replies[number] = [move]
-            joint_moves = itertools.islice(itertools.product(*replies), MOST_REPLIES)
-            worths = [table.worths_after(joint)[number] for joint in joint_moves]
+            joint_moves = itertools.islice(itertools.product(*replies), MAX_REPLIES)
+            worths = [table.values_after(joint)[number] for joint in joint_moves]
             return float(np.mean(worths) + min(worths))
 
         return max(mine, key=worth)
@@ -71,7 +71,7 @@ class Lookout:
         self._moves = np.zeros((2, num_snakes), np.int64)
         self._scratch, self._squares, self._food_steps, self._worths = scratch_arrays(num_snakes, settings.area)
 
-    def worths_after(self, moves: tuple[str, ...]) -> Array:
+    def values_after(self, moves: tuple[str, ...]) -> Array:
         """Return what the position after one turn is worth to each snake, float64 (M,), 0 dead to 1 won."""
         games = self.games
         copy_game(POSITION, AFTER, games.bodies, games.snakes, games.games, games.cells)

@@ -52,9 +52,9 @@ def main() -> None:
         return
     _say(answers, {"answer": None})
     while question := next_question():
-        asked = json.loads(question)
+        request = json.loads(question)
         try:
-            _say(answers, {"answer": answer(path, module, asked["ask"], asked["data"])})
+            _say(answers, {"answer": answer(path, module, request["ask"], request["data"])})
         except MemoryLimitError as error:
             _say(answers, {"last_words": _too_much(str(error), memory_mb) + " It is begun anew."})
             os._exit(1)
@@ -72,8 +72,8 @@ def limit_memory(memory_mb: int) -> None:
         import resource
 
         _, most = resource.getrlimit(resource.RLIMIT_DATA)
-        asked = memory_mb << 20
-        resource.setrlimit(resource.RLIMIT_DATA, (asked if most < 0 else min(asked, most), most))
+        limit = memory_mb << 20
+        resource.setrlimit(resource.RLIMIT_DATA, (limit if most < 0 else min(limit, most), most))
 
 
 def lift_memory_limit() -> None:
@@ -120,7 +120,7 @@ def load(path: Path) -> types.ModuleType:
         lift_memory_limit()
         raise MemoryLimitError("{place}: loading it", place=_place(path, error)) from error
     except (Exception, SystemExit) as error:
-        raise PlayerError(_letter(path, "loading it", error)) from error
+        raise PlayerError(_error_text(path, "loading it", error)) from error
     if not callable(getattr(module, "move", None)):
         names = [name for name, value in vars(module).items() if callable(value)]
         hint = nearest("move", names) if names else "It has no function."
@@ -139,30 +139,30 @@ def answer(path: Path, module: types.ModuleType, what: str, data: Any) -> Any:
     if not callable(getattr(module, what, None)):
         return {} if what == "info" else None
     try:
-        said = getattr(module, what)() if what == "info" else getattr(module, what)(data)
+        reply = getattr(module, what)() if what == "info" else getattr(module, what)(data)
     except MemoryError as error:
         lift_memory_limit()
         raise MemoryLimitError("{place}: {what}()", place=_place(path, error), what=what) from error
     except (Exception, SystemExit) as error:
-        raise PlayerError(_letter(path, f"{what}()", error)) from error
+        raise PlayerError(_error_text(path, f"{what}()", error)) from error
     if what == "info":
-        if not isinstance(said, dict):
+        if not isinstance(reply, dict):
             raise PlayerError(
                 "{path}: info() returned a {type_name}; expected a dictionary.",
                 path=path,
-                type_name=type(said).__name__,
+                type_name=type(reply).__name__,
             )
-        return {str(key): str(value) for key, value in said.items()}
-    return _move(path, said) if what == "move" else None
+        return {str(key): str(value) for key, value in reply.items()}
+    return _move(path, reply) if what == "move" else None
 
 
-def _move(path: Path, said: Any) -> str:
-    word = said.get("move") if isinstance(said, dict) else said
+def _move(path: Path, reply: Any) -> str:
+    word = reply.get("move") if isinstance(reply, dict) else reply
     if not isinstance(word, str) or word not in MOVES:
         raise PlayerError(
             "{path}: move() returned {shown}; expected one of {moves}.",
             path=path,
-            shown=_shown(said),
+            shown=_shown(reply),
             moves=", ".join(MOVES),
         )
     return word
@@ -186,7 +186,7 @@ def _place(path: Path, error: BaseException) -> str:
     return f"{path}:{lines[-1]}" if lines else str(path)
 
 
-def _letter(path: Path, what: str, error: BaseException) -> str:
+def _error_text(path: Path, what: str, error: BaseException) -> str:
     return f"{_place(path, error)}: {what} raised {type(error).__name__}: {str(error)[:200]}; {EXPECTED}."
 
 

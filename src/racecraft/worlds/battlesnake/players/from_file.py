@@ -29,11 +29,11 @@ LOAD_SECONDS = 30.0
 """Time a file may take to load: its imports may be heavy."""
 HANGING_SECONDS = 2.0
 """A single answer that takes longer hangs: the process is ended. Nobody waits for it so long."""
-MOST_ANSWER_BYTES = 64 * 1024
+MAX_ANSWER_BYTES = 64 * 1024
 MEMORY_MB = 2048
 """Memory a file may use unless told otherwise: much for a snake, little for a machine. Held to on Linux only."""
 
-LEAST_MEMORY_MB = 64
+MIN_MEMORY_MB = 64
 """Python and what runs the file take about half of it."""
 
 
@@ -55,12 +55,12 @@ class FilePlayer:
     """
 
     def __init__(self, path: str | Path, memory_mb: int = MEMORY_MB, is_isolated: bool = False) -> None:
-        if memory_mb and memory_mb < LEAST_MEMORY_MB:
+        if memory_mb and memory_mb < MIN_MEMORY_MB:
             raise PlayerError(
                 "{memory_mb} MB for {path}; expected at least {least_memory_mb}, or 0 for no limit.",
                 memory_mb=memory_mb,
                 path=path,
-                least_memory_mb=LEAST_MEMORY_MB,
+                least_memory_mb=MIN_MEMORY_MB,
             )
         self.path, self._memory_mb, self._is_isolated = Path(path), memory_mb, is_isolated
         self._lock = threading.Lock()
@@ -81,14 +81,14 @@ class FilePlayer:
     def looks(self) -> dict[str, str]:
         """Return what the file's `info()` says, texts only; empty where there is none."""
         try:
-            said: dict[str, str] = self._ask("info", {}, HANGING_SECONDS)
+            card: dict[str, str] = self._ask("info", {}, HANGING_SECONDS)
         except TimeoutError:
             raise PlayerError(
                 "{path}: info() gave no answer within {hanging_seconds:g} s.",
                 path=self.path,
                 hanging_seconds=HANGING_SECONDS,
             ) from None
-        return said
+        return card
 
     def start(self, message: Message, seconds: float) -> None:
         """Tell the file that a game begins, if it wants to know."""
@@ -116,16 +116,16 @@ class FilePlayer:
         if not self._lock.acquire(timeout=max(0.0, seconds)):
             raise TimeoutError(f"{self.path}: busy with other games.")
         try:
-            self._settle_debts(deadline)
+            self._await_late_answers(deadline)
             self._worker.put({"ask": what, "data": message})
             return self._worker.take(deadline - time.monotonic())
         except DiedError:
-            self._begin_anew()
+            self._restart()
             raise
         finally:
             self._lock.release()
 
-    def _settle_debts(self, deadline: float) -> None:
+    def _await_late_answers(self, deadline: float) -> None:
         """Wait until the process has answered what nobody waited for, or loaded; end it where it hangs."""
         while self._worker.owes:
             until = min(deadline, self._worker.patience_ends)
@@ -134,7 +134,7 @@ class FilePlayer:
             except TimeoutError:
                 if time.monotonic() < self._worker.patience_ends:
                     raise
-                self._begin_anew()
+                self._restart()
             except DiedError:
                 raise
             except PlayerError:
@@ -142,7 +142,7 @@ class FilePlayer:
                     raise  # the file was changed meanwhile, and cannot be used any more
         self._worker.loading = False
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         self._worker.end()
         self._worker = _Worker(self.path, self._memory_mb, self._is_isolated)
 
@@ -183,12 +183,12 @@ class _Worker:
         if not line.endswith("\n"):
             raise self._died()
         self.owes = False
-        said = json.loads(line)
-        if "last_words" in said:
-            raise DiedError(said["last_words"])
-        if "error" in said:
-            raise PlayerError(said["error"])
-        return said["answer"]
+        reply = json.loads(line)
+        if "last_words" in reply:
+            raise DiedError(reply["last_words"])
+        if "error" in reply:
+            raise PlayerError(reply["error"])
+        return reply["answer"]
 
     def _died(self) -> DiedError:
         with suppress(subprocess.TimeoutExpired):
@@ -211,7 +211,7 @@ def _gather(pipe: IO[str], answers: queue.SimpleQueue[str]) -> None:
     with pipe:
         while line.endswith("\n"):
             try:
-                line = pipe.readline(MOST_ANSWER_BYTES)
+                line = pipe.readline(MAX_ANSWER_BYTES)
             except (OSError, ValueError):
                 line = ""
             answers.put(line)

@@ -25,11 +25,11 @@ from racecraft.worlds.battlesnake.players.search_position import (
     fill_buffers,
     position_of,
 )
-from racecraft.worlds.battlesnake.players.weights import Weights, usual_among
+from racecraft.worlds.battlesnake.players.weights import Weights, default_weights
 
 WALKS_AT_A_TIME = 128
 """Walks between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
-FIRST_NODES, MOST_NODES = 1 << 12, 1 << 17
+FIRST_NODES, MAX_NODES = 1 << 12, 1 << 17
 """Room of a new tree, doubled when it is full, and the most it is given (some 40 MB for four snakes)."""
 EAGERNESS, EAGERNESS_AMONG_SEVERAL = 0.7, 0.25
 """Weight of curiosity, of two snakes and of more: the more share a board, the less is between a good move and a bad."""
@@ -53,7 +53,7 @@ class Tree:
     """
 
     def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights | None = None) -> None:
-        self._weights = weights or usual_among(len(board.alive()))
+        self._weights = weights or default_weights(len(board.alive()))
         self.position: Position = position_of(board, settings, weights=self._weights)
         self._board = board
         self._me = [snake.id for snake in board.alive()].index(snake_id)
@@ -87,8 +87,8 @@ class Tree:
     def make_room(self, walks: int) -> None:
         """Give the tree room for so many walks more, up to the most it may have."""
         room = len(self._nodes[0])
-        while room < min(self.size + walks, MOST_NODES):
-            room = min(2 * room, MOST_NODES)
+        while room < min(self.size + walks, MAX_NODES):
+            room = min(2 * room, MAX_NODES)
         if room > len(self._nodes[0]):
             self._nodes = tuple(_lengthened(array, room) for array in self._nodes)
 
@@ -172,8 +172,8 @@ class Tree:
             ways.append(int(np.argmax(came)))
         self._ways[0] = ways
         advance(0, self._ways, *self.position[:4], self.position.rules)
-        told = board_at(self.position, 1, self._board)
-        same = told.snakes == after and set(told.food) == set(board.food) and self._board.hazards == board.hazards
+        ahead = board_at(self.position, 1, self._board)
+        same = ahead.snakes == after and set(ahead.food) == set(board.food) and self._board.hazards == board.hazards
         return ways if same else None
 
 

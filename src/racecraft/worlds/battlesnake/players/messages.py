@@ -21,8 +21,8 @@ from racecraft.worlds.battlesnake.players.protocol import Message
 LOOKS = {"color": "#888888", "head": "default", "tail": "default"}
 """How a snake looks that does not say."""
 RULESET_VERSION = "cli"
-MOST_SEGMENTS = 25 * 25 + 3
-MOST_STACKED = 1000
+MAX_SEGMENTS = 25 * 25 + 3
+MAX_STACKED = 1000
 
 
 class MessageError(BoardError):
@@ -46,7 +46,7 @@ class GameCard:
 
 
 @dataclass(frozen=True)
-class Letter:
+class GameRequest:
     """A message, read."""
 
     game_id: str
@@ -103,7 +103,7 @@ def message(board: Board, settings: GameSettings, you: str, card: GameCard) -> M
     }
 
 
-def read_message(data: Any) -> Letter:
+def read_message(data: Any) -> GameRequest:
     """Take a message apart.
 
     An unknown ruleset is played as standard (wrapped, where its name says so), an unknown map as standard; figures of
@@ -129,7 +129,7 @@ def read_message(data: Any) -> Letter:
     you = _part(you_part, "id", str, None, "you.")
     game_id = _part(game, "id", str, None, "game.")
     timeout = _whole(game, "timeout", "game.", 500)
-    return Letter(game_id, you, timeout, board, settings)
+    return GameRequest(game_id, you, timeout, board, settings)
 
 
 def _snake_part(snake: Snake, card: GameCard) -> Message:
@@ -184,12 +184,12 @@ def _within(low: int, value: int, high: int) -> int:
 def read_snake(part: Any, where: str) -> Snake:
     """Return the snake of one part of `board.snakes`; `where` names it in errors. Raises MessageError."""
     body = [read_point(point, f"{where}.body") for point in _part(part, "body", list, None, f"{where}.")]
-    if not 1 <= len(body) <= MOST_SEGMENTS:
+    if not 1 <= len(body) <= MAX_SEGMENTS:
         raise MessageError(
             "{where}.body has {count} squares; expected 1 to {most_segments}.",
             where=where,
             count=len(body),
-            most_segments=MOST_SEGMENTS,
+            most_segments=MAX_SEGMENTS,
         )
     health = _whole(part, "health", f"{where}.")
     if not 0 <= health <= MAX_HEALTH:
@@ -212,8 +212,8 @@ def _check(board: Board) -> None:
     for point in board.food:
         if not board.holds(point):
             raise MessageError("food at {point}; expected squares of the board.", point=point)
-    if any(count > MOST_STACKED for count in board.hazards.values()):
-        raise MessageError("board.hazards stacks more than {most_stacked} on a square.", most_stacked=MOST_STACKED)
+    if any(count > MAX_STACKED for count in board.hazards.values()):
+        raise MessageError("board.hazards stacks more than {most_stacked} on a square.", most_stacked=MAX_STACKED)
 
 
 def read_point(part: Any, where: str) -> Point:

@@ -104,8 +104,8 @@ class Leaves:
                 0, most, which, rows, bodies, snakes, cells, self._params, self._mask, self._scratch,
                 self._shown["outlook"],
             )  # fmt: skip
-        shown = {name: array[rows] for name, array in self._shown.items()}
-        self._chances[rows], self._values[rows] = self._network.policy.appraise(shown, self._mask[rows])
+        inputs = {name: array[rows] for name, array in self._shown.items()}
+        self._chances[rows], self._values[rows] = self._network.policy.appraise(inputs, self._mask[rows])
         return self._chances, self._values
 
 

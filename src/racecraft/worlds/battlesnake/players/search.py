@@ -199,11 +199,11 @@ class Search:
         return max(mine, key=lambda move: chances[MOVES.index(move)])
 
     def _ask_guide(self, tree: Tree, mind: SearchSession, seconds: float) -> None:
-        said = self._guides_word(mind, seconds)
-        if isinstance(said, str):
-            tree.boost_move(said)
-        elif said is not None:
-            tree.mix_priors(said)
+        move = self._guides_word(mind, seconds)
+        if isinstance(move, str):
+            tree.boost_move(move)
+        elif move is not None:
+            tree.mix_priors(move)
 
     def _guides_word(self, mind: SearchSession, seconds: float) -> Array | str | None:
         """Return the priors of every living snake's moves, of a `MovePrior`, or one move of ours; or None."""

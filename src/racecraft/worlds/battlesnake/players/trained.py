@@ -133,5 +133,5 @@ def _run_there(name: str) -> bool:
 
 def snake_config_in(settings: Mapping[str, Mapping[str, Any]]) -> SnakeConfig:
     """Return what a run's snakes see; runs from before `snake` was a group of its own told it among `selfplay`."""
-    told = settings.get("snake") or settings["selfplay"]
-    return SnakeConfig(view=told["view"], outlook=told["outlook"])
+    section = settings.get("snake") or settings["selfplay"]
+    return SnakeConfig(view=section["view"], outlook=section["outlook"])

@@ -70,22 +70,22 @@ AMONG_SEVERAL = Weights(squares=0.4, length=0.4, meal=0.2)
 """Those among more, where squares are soon lost again and whoever is longer takes the food."""
 
 
-def usual_among(snakes: int) -> Weights:
+def default_weights(snakes: int) -> Weights:
     """Return the weights that search has without a file where so many snakes are alive."""
     return DEFAULT_WEIGHTS if snakes <= 2 else AMONG_SEVERAL
 
 
-def weights_in(told: Mapping[str, Any]) -> Weights:
+def weights_in(values: Mapping[str, Any]) -> Weights:
     """Return the weights that a mapping names; what it does not name is as usual.
 
     Raises:
         SettingError: There is no such weight, or one is out of its range.
     """
     names = [field.name for field in fields(Weights)]
-    for name in told:
+    for name in values:
         if name not in names:
             raise SettingError("There is no weight '{name}'. {hint}", name=name, hint=nearest(name, names))
-    return Weights(**told)
+    return Weights(**values)
 
 
 def read_weights(path: str | Path) -> Weights:
@@ -94,9 +94,9 @@ def read_weights(path: str | Path) -> Weights:
     Raises:
         InputFileError: It cannot be read, or is none; says what is wrong.
     """
-    told = read_weights_file(path)
+    document = read_weights_file(path)
     try:
-        return weights_in(told["weights"])
+        return weights_in(document["weights"])
     except SettingError as problem:
         raise InputFileError(path, str(problem).rstrip("."), _EXPECTED) from problem
 
@@ -104,25 +104,29 @@ def read_weights(path: str | Path) -> Weights:
 def read_weights_file(path: str | Path) -> dict[str, Any]:
     """Return all that a file of weights says. Raises what `read_weights` raises."""
     try:
-        told = parse_json(read_regular(path))
+        document = parse_json(read_regular(path))
     except OSError as problem:
         raise InputFileError(
             path, Message("the file cannot be read ({strerror})", strerror=problem.strerror), _EXPECTED
         ) from problem
     except (ValueError, RecursionError) as problem:
         raise InputFileError(path, Message("no JSON ({problem})", problem=str(problem)[:80]), _EXPECTED) from problem
-    if not isinstance(told, dict) or told.get("format") != FORMAT or not isinstance(told.get("weights"), dict):
+    if (
+        not isinstance(document, dict)
+        or document.get("format") != FORMAT
+        or not isinstance(document.get("weights"), dict)
+    ):
         raise InputFileError(path, "another kind of file", _EXPECTED)
-    if told.get("version") != VERSION:
+    if document.get("version") != VERSION:
         raise InputFileError(
             path,
-            Message("version {told!r:.20}", told=told.get("version")),
+            Message("version {told!r:.20}", told=document.get("version")),
             Message("version {version}", version=VERSION),
         )
-    return told
+    return document
 
 
 def weights_text(weights: Weights, more: Mapping[str, Any]) -> str:
     """Return what a file of weights holds; `more` is what its maker keeps there."""
-    told = {"format": FORMAT, "version": VERSION, "weights": asdict(weights), **more}
-    return json.dumps(told, indent=1) + "\n"
+    document = {"format": FORMAT, "version": VERSION, "weights": asdict(weights), **more}
+    return json.dumps(document, indent=1) + "\n"

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from racecraft.serving.loop_lag import LoopLag
 
-MOST_LAG_SHARE = 0.5
+MAX_LAG_SHARE = 0.5
 """Share of a move's time that requests may lastingly wait before they are read."""
-MOST_WAIT_SHARE = 0.2
+MAX_WAIT_SHARE = 0.2
 """Share of a move's time that the request of a new game may have waited, behind others and before it was read.
 
 A burst of starts shows by itself how many moves at once the machine can answer: a move costs no less than a start.
 """
-MOST_LATE_SHARE = 0.1
+MAX_LATE_SHARE = 0.1
 """Share of the latest moves that may have been answered late."""
 LATE_RATE = 0.02
 """How quickly that share follows: it looks back at some fifty moves."""
@@ -41,7 +41,7 @@ class Admission:
             allowed: Seconds for one of its moves.
         """
         return (
-            self._lag.lasting_seconds > MOST_LAG_SHARE * allowed
-            or waited + self._lag.lasting_seconds > MOST_WAIT_SHARE * allowed
-            or self.late_share > MOST_LATE_SHARE
+            self._lag.lasting_seconds > MAX_LAG_SHARE * allowed
+            or waited + self._lag.lasting_seconds > MAX_WAIT_SHARE * allowed
+            or self.late_share > MAX_LATE_SHARE
         )

@@ -59,7 +59,7 @@ class BoardServer:
         routes = [
             Route("/", self._own_page),
             Route(way, self._facts, methods=["GET", "OPTIONS"]),
-            WebSocketRoute(f"{way}/events", self._tell),
+            WebSocketRoute(f"{way}/events", self._send_events),
         ]
         self._thread = ServerThread(make_application(routes, Access(pages=False)), "racecraft-board")
         self._seen_to_the_end = threading.Event()
@@ -100,7 +100,7 @@ class BoardServer:
         status = "complete" if self._over else "running"
         return json_answer({"Game": self._game | {"Status": status}}, headers=FROM_EVERYWHERE)
 
-    async def _tell(self, socket: WebSocket) -> None:
+    async def _send_events(self, socket: WebSocket) -> None:
         """Tell a viewer everything, until it or the game is gone."""
         await socket.accept()
         wake = asyncio.Event()
@@ -108,13 +108,13 @@ class BoardServer:
         listening = asyncio.ensure_future(_listen(socket))
         listening.add_done_callback(lambda _: wake.set())
         try:
-            told = 0
+            sent = 0
             while not listening.done():
                 wake.clear()
-                while told < len(self._texts):
-                    await socket.send_text(self._texts[told])
-                    told += 1
-                if self._over and told == len(self._texts):
+                while sent < len(self._texts):
+                    await socket.send_text(self._texts[sent])
+                    sent += 1
+                if self._over and sent == len(self._texts):
                     await socket.close()
                     self._seen_to_the_end.set()
                     return

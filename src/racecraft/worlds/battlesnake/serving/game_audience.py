@@ -127,8 +127,8 @@ def page_address(server: str, board_url: str, game_id: str) -> str:
     """
     if not board_url:
         return f"{server}/"
-    asked = urlencode({"engine": server, "game": game_id, "autoplay": "true"})
-    return f"{board_url.rstrip('/')}/{'&' if '?' in board_url else '?'}{asked}"
+    query = urlencode({"engine": server, "game": game_id, "autoplay": "true"})
+    return f"{board_url.rstrip('/')}/{'&' if '?' in board_url else '?'}{query}"
 
 
 def _open_page(address: str, say: Callable[[str], None]) -> None:

@@ -28,7 +28,7 @@ from racecraft.web.errors import WebError
 from racecraft.web.json_api import ApiRequest, JsonApi, Reply
 from racecraft.worlds.battlesnake.env.board import MOVES, BoardError, Point
 from racecraft.worlds.battlesnake.players.living_snakes import LivingSnakes, move_anyway
-from racecraft.worlds.battlesnake.players.messages import LOOKS, Letter, read_message
+from racecraft.worlds.battlesnake.players.messages import LOOKS, GameRequest, read_message
 from racecraft.worlds.battlesnake.players.protocol import (
     BatchPlayer,
     InlinePlayer,
@@ -40,7 +40,7 @@ from racecraft.worlds.battlesnake.players.protocol import (
 )
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, square_after
 from racecraft.worlds.battlesnake.players.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
-from racecraft.worlds.battlesnake.serving.admission import MOST_LAG_SHARE, Admission
+from racecraft.worlds.battlesnake.serving.admission import MAX_LAG_SHARE, Admission
 
 SILENCE_SECONDS = 600.0
 ABANDONED_SECONDS = 30.0
@@ -51,7 +51,7 @@ CROWDED_SHARE = 0.75
 """Share of its fair time that a move gets where there are more games than threads: the way in and out takes its own."""
 OVERRUN_RATE = 0.1
 """How quickly it learns by how much players overrun their time, as they do where other programs want the cores."""
-MOST_GAMES = 10_000
+MAX_GAMES = 10_000
 LATENCIES_KEPT = 100_000
 
 
@@ -125,7 +125,7 @@ class SnakeServer:
         author: str = "",
         margin_ms: int = NETWORK_MARGIN_MS,
         silence_seconds: float = SILENCE_SECONDS,
-        most_games: int = MOST_GAMES,
+        most_games: int = MAX_GAMES,
         threads: int | None = None,
         complain: Callable[[str], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
@@ -184,7 +184,7 @@ class SnakeServer:
         if path == "/move":
             return {"move": await self._move(letter, message, request.arrived, game)}
         self._note(letter, game, request.arrived, ended=path == "/end")
-        await self._tell(path[1:], letter, message)
+        await self._notify_player(path[1:], letter, message)
         return {}
 
     def _only_living(self, message: Any, path: str) -> tuple[Any, OpenGame]:
@@ -198,38 +198,40 @@ class SnakeServer:
             game.answer = None
         return game.living.only(message, asks=path == "/move"), game
 
-    async def _move(self, letter: Letter, message: Message, arrived: float, game: OpenGame) -> str:
+    async def _move(self, request: GameRequest, message: Message, arrived: float, game: OpenGame) -> str:
         try:
-            head = find_snake(letter.board, letter.you).head
+            head = find_snake(request.board, request.you).head
         except PlayerError as error:
             raise WebError(422, "bad_board", f"you: {error}") from error
-        self._note(letter, game, arrived)
-        self.count.missed += _seems_missed(letter, message, game.answer)
-        seconds = self._seconds(letter)
-        unread = min(self._lag.seconds, MOST_LAG_SHARE * seconds)
-        word = await self._think(letter, message, arrived + seconds - unread)
+        self._note(request, game, arrived)
+        self.count.missed += _seems_missed(request, message, game.answer)
+        seconds = self._seconds(request)
+        unread = min(self._lag.seconds, MAX_LAG_SHARE * seconds)
+        word = await self._think(request, message, arrived + seconds - unread)
         if word is None:
-            word = best_safe_move(letter.board, letter.settings, letter.you)
+            word = best_safe_move(request.board, request.settings, request.you)
         taken = time.monotonic() - arrived
         self._admission.note_move(taken, seconds)
         self.count.moves += 1
         self.count.latencies_ms.append(taken * 1000)
-        game.answer = WebhookResponse(letter.board.turn, square_after(head, word, letter.board, letter.settings), taken)
+        game.answer = WebhookResponse(
+            request.board.turn, square_after(head, word, request.board, request.settings), taken
+        )
         return word
 
-    async def _think(self, letter: Letter, message: Message, deadline: float) -> str | None:
+    async def _think(self, request: GameRequest, message: Message, deadline: float) -> str | None:
         """Return the player's move, or None where it failed or was not in time."""
         self._thinking += 1
         try:
             if self._queue is not None:
-                question = MoveRequest(letter.board, letter.you, letter.settings)
+                question = MoveRequest(request.board, request.you, request.settings)
                 word = await self._queue.ask(question, deadline)
             elif isinstance(self._player, InlinePlayer):
                 if time.monotonic() >= deadline:
                     raise TimeoutError
-                word = self._ask(letter, message, deadline)
+                word = self._ask(request, message, deadline)
             else:
-                word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
+                word = await self._wait(lambda: self._ask(request, message, deadline), deadline - time.monotonic())
             if word not in MOVES:
                 raise PlayerError(
                     "the player answered {word!r:.60}; expected one of {moves}.", word=word, moves=", ".join(MOVES)
@@ -257,7 +259,7 @@ class SnakeServer:
         self.count.failed += 1
         self._complain(str(error) or type(error).__name__)
 
-    def _ask(self, letter: Letter, message: Message, deadline: float) -> str:
+    def _ask(self, request: GameRequest, message: Message, deadline: float) -> str:
         """Ask the player, in a thread: one that looks at boards thinks for its fair share of the time that is left."""
         left = max(0.0, deadline - time.monotonic())
         if not isinstance(self._player, SnakePlayer):
@@ -265,9 +267,9 @@ class SnakeServer:
         asking = max(self._thinking, self._lively())
         share = 1.0 if asking <= self._pool.size else CROWDED_SHARE * self._pool.size / asking
         seconds = max(0.0, THINKING_SHARE * left * share - (self._overrun if share < 1.0 else 0.0))
-        begun = time.monotonic()
-        word = self._player.choose(letter.board, letter.settings, letter.you, seconds)
-        over = time.monotonic() - begun - seconds
+        started = time.monotonic()
+        word = self._player.choose(request.board, request.settings, request.you, seconds)
+        over = time.monotonic() - started - seconds
         self._overrun += OVERRUN_RATE * (max(0.0, over) - self._overrun)
         return word
 
@@ -276,11 +278,11 @@ class SnakeServer:
         since = self._clock() - LIVELY_SECONDS
         return sum(1 for _ in takewhile(lambda game: game.heard > since, reversed(list(self._heard.values()))))
 
-    async def _tell(self, what: str, letter: Letter, message: Message) -> None:
+    async def _notify_player(self, what: str, request: GameRequest, message: Message) -> None:
         """Pass a start or an end on to a player that wants to know."""
         if isinstance(self._player, SnakePlayer):
             return
-        act, seconds = getattr(self._player, what), self._seconds(letter)
+        act, seconds = getattr(self._player, what), self._seconds(request)
         try:
             await self._wait(lambda: act(message, seconds), seconds)
         except TimeoutError:
@@ -288,37 +290,37 @@ class SnakeServer:
         except Exception as error:
             self._note_failure(error)
 
-    def _seconds(self, letter: Letter) -> float:
-        return seconds_to_answer(letter.timeout_ms, self._margin_ms)
+    def _seconds(self, request: GameRequest) -> float:
+        return seconds_to_answer(request.timeout_ms, self._margin_ms)
 
-    def _note(self, letter: Letter, game: OpenGame, arrived: float, ended: bool = False) -> None:
+    def _note(self, request: GameRequest, game: OpenGame, arrived: float, ended: bool = False) -> None:
         """Remember when a game was heard of last; forget the ended and the silent, refuse a new one beyond the cap.
 
         A health probe of an arena is no game: it is answered always, and neither counted nor kept.
         """
         self._forget_silent()
-        key = (letter.game_id, letter.you)
+        key = (request.game_id, request.you)
         known = self._heard.pop(key, None) is not None
-        if ended or (not known and _is_probe(letter)):
+        if ended or (not known and _is_probe(request)):
             return
         if not known:
-            self._refuse_where_late(letter, arrived)
+            self._refuse_where_late(request, arrived)
         if not known and len(self._heard) >= self._most_games:
-            self._make_room()
+            self._evict_abandoned()
         self.count.games += not known
         game.heard = self._clock()
         self._heard[key] = game
 
-    def _refuse_where_late(self, letter: Letter, arrived: float) -> None:
+    def _refuse_where_late(self, request: GameRequest, arrived: float) -> None:
         """Refuse a game more (503) where it or those under way would be answered late."""
         waited = time.monotonic() - arrived
-        if self._heard and self._admission.is_too_busy(waited, self._seconds(letter)):
+        if self._heard and self._admission.is_too_busy(waited, self._seconds(request)):
             self._complain("a game was refused: the machine is so busy that answers to one more would be late.")
             raise WebError(
                 503, "too_busy", "this machine is too busy to answer one game more in time; try again later."
             )
 
-    def _make_room(self) -> None:
+    def _evict_abandoned(self) -> None:
         """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""
         if self._clock() - next(iter(self._heard.values())).heard < ABANDONED_SECONDS:
             self._complain(f"a game beyond {self._most_games} at once was refused; see --games.")
@@ -331,24 +333,24 @@ class SnakeServer:
             self._heard.popitem(last=False)
 
 
-def _is_probe(letter: Letter) -> bool:
+def _is_probe(request: GameRequest) -> bool:
     """Tell whether this is no game: one snake alone on the first turn of a game among several."""
-    alone = len(letter.board.snakes) == 1 and letter.board.turn == 0
-    return alone and letter.settings.ruleset != "solo" and letter.settings.map != "solo_maze"
+    alone = len(request.board.snakes) == 1 and request.board.turn == 0
+    return alone and request.settings.ruleset != "solo" and request.settings.map != "solo_maze"
 
 
-def _seems_missed(letter: Letter, message: Message, answer: WebhookResponse | None) -> bool:
+def _seems_missed(request: GameRequest, message: Message, answer: WebhookResponse | None) -> bool:
     """Tell whether the answer to the turn before seems not to have arrived in time.
 
     The snake went elsewhere; or the engine tells a latency of its timeout or more, or of 0 ms for an answer that took
     longer than that here: engines differ in how they tell a miss.
     """
-    if answer is None or letter.board.turn != answer.turn + 1:
+    if answer is None or request.board.turn != answer.turn + 1:
         return False
     latency = str(message["you"].get("latency", ""))
     milliseconds = int(latency) if latency.isascii() and latency.isdigit() else -1
-    told = milliseconds >= letter.timeout_ms or (milliseconds == 0 and answer.seconds >= 0.001)
-    return told or find_snake(letter.board, letter.you).head != answer.head
+    is_missed = milliseconds >= request.timeout_ms or (milliseconds == 0 and answer.seconds >= 0.001)
+    return is_missed or find_snake(request.board, request.you).head != answer.head
 
 
 def _refusal_with_move(error: WebError, request: ApiRequest) -> Reply:

@@ -13,7 +13,7 @@ from racecraft.evaluation.rating import MEAN, Rating, Result, rate, wilson
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.training.stopping import RATING
 from racecraft.worlds.battlesnake.env.world import WorldSettings
-from racecraft.worlds.battlesnake.evaluation.batch import MOST_TURNS, Player, play_batch
+from racecraft.worlds.battlesnake.evaluation.batch import MAX_TURNS, Player, play_batch
 from racecraft.worlds.battlesnake.players.anchors import ANCHORS
 
 SEED_OF_JUDGING = 1_000_000_007
@@ -48,7 +48,7 @@ class RatingEvaluator:
     score_name = "rating"
     stop_kinds = RATING
 
-    def __init__(self, policy: Policy, settings: WorldSettings, games: int, most_turns: int = MOST_TURNS) -> None:
+    def __init__(self, policy: Policy, settings: WorldSettings, games: int, most_turns: int = MAX_TURNS) -> None:
         self._policy, self._settings, self._games, self._most_turns = policy, settings, games, most_turns
         self._among_anchors: list[Result] | None = None
 

@@ -51,15 +51,15 @@ class ForeignSeats:
             PlayerError: A snake has not answered for so long that nothing can be learned from it.
         """
         seconds, settings = self._timeout_ms / 1000, self._world.game_settings
-        asked = []
+        requests = []
         for game in sorted({game for game, _ in self._seats}):
             board = self._world.board(game)
             card = self._card_of(game, board)
             for (here, number), seat in self._seats.items():
                 if here == game and board.snakes[number].alive:
                     seat.prefetch(message(board, settings, f"s{number}", card), seconds)
-                    asked.append((game, number, board))
-        for game, number, board in asked:
+                    requests.append((game, number, board))
+        for game, number, board in requests:
             seat = self._seats[game, number]
             failed = seat.failures.timeouts + seat.failures.crashes
             moves[game, number] = MOVES.index(seat.answer(board, settings, f"s{number}", seconds))
@@ -68,7 +68,7 @@ class ForeignSeats:
     def close(self) -> None:
         """Tell servers that their games are over, and let go of connections, processes and threads."""
         for game in list(self._games):
-            self._tell("end", game)
+            self._notify_seats("end", game)
         for seat in self._seats.values():
             seat.leave()
 
@@ -79,7 +79,7 @@ class ForeignSeats:
             self._games[game] = known[0], board
             return known[0]
         if known is not None:
-            self._tell("end", game)
+            self._notify_seats("end", game)
         self._begun += 1
         seated = {f"s{number}": seat for (here, number), seat in self._seats.items() if here == game}
         names = {snake.id: seated[snake.id].name if snake.id in seated else "racecraft" for snake in board.snakes}
@@ -88,23 +88,23 @@ class ForeignSeats:
         self._games[game] = card, board
         for seat in seated.values():
             seat.reset_seat()
-        self._tell("start", game)
+        self._notify_seats("start", game)
         return card
 
-    def _tell(self, what: str, game: int) -> None:
+    def _notify_seats(self, what: str, game: int) -> None:
         card, board = self._games[game]
         for (here, number), seat in self._seats.items():
             if here == game:
-                told = message(board, self._world.game_settings, f"s{number}", card)
-                seat.tell(what, told, self._timeout_ms / 1000)
+                request = message(board, self._world.game_settings, f"s{number}", card)
+                seat.tell(what, request, self._timeout_ms / 1000)
 
     def _note(self, place: tuple[int, int], seat: Seat, is_silent: bool) -> None:
         self._silent[place] = self._silent[place] + 1 if is_silent else 0
         if self._silent[place] >= SILENT_MOVES:
             raise PlayerError(
-                "{name} gave none of the last {silent_moves} moves ({last_letter}); expected a "
+                "{name} gave none of the last {silent_moves} moves ({last_error}); expected a "
                 "snake that answers. Start it again, or give it more time with --set selfplay.foreign_ms.",
                 name=seat.name,
                 silent_moves=SILENT_MOVES,
-                last_letter=seat.failures.last_letter,
+                last_error=seat.failures.last_error,
             )

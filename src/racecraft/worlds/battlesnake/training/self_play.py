@@ -134,12 +134,12 @@ class SelfPlayWorld:
         }
 
     def _ask_opponent(self) -> None:
-        asked = self._past & self._buffers.active
-        if asked.any():
+        rows = self._past & self._buffers.active
+        if rows.any():
             assert self._opponent is not None, "games against a past self need one: meet(opponent)"
-            seen = {name: array[asked] for name, array in self._buffers.observations.items()}
+            seen = {name: array[rows] for name, array in self._buffers.observations.items()}
             mask = self._buffers.action_mask
-            self._moves[asked] = self._opponent.act(seen, None if mask is None else mask[asked])
+            self._moves[rows] = self._opponent.act(seen, None if mask is None else mask[rows])
 
     def _show(self, buffers: StepBuffers) -> None:
         self._own.show(self._buffers, buffers)

@@ -17,7 +17,7 @@ from racecraft.contract.progress import Progress, quiet
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.request import Request, argument, group, option
 from racecraft.worlds.deepracer.actions.film_options import FILM, FilmOptions
-from racecraft.worlds.deepracer.actions.judged_race import RaceOptions, race_asked, race_car
+from racecraft.worlds.deepracer.actions.judged_race import RaceOptions, race_car, requested_race
 from racecraft.worlds.deepracer.actions.robustness import DisturbedDrive, drive_disturbed
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def evaluate(request: EvaluateRequest, progress: Progress = quiet) -> EvaluatedD
     asked = RunFolder.open(run).read_job().get("evaluate", {})
     if request.tracks is not None or len(request.track) > 1:
         of_one = _given({"--picture": request.picture}) | of_drives | request.disturbed.given()
-        names = tracks_asked(request.track, request.tracks, of_one)
+        names = requested_tracks(request.track, request.tracks, of_one)
         return _drive_tracks(load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT)), names, request)
     if request.disturbed.under is None and request.race.given() and request.laps is not None:
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
@@ -157,7 +157,7 @@ def _given(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _drive(
-    request: EvaluateRequest, run: str, car: TrainedCar, circuit: Track, asked: Mapping[str, Any], progress: Progress
+    request: EvaluateRequest, run: str, car: TrainedCar, circuit: Track, recorded: Mapping[str, Any], progress: Progress
 ) -> EvaluatedDrive:
     """Let a car drive laps or a race, and show it.
 
@@ -166,16 +166,16 @@ def _drive(
         run: The run, as the user named it.
         car: Who drives.
         circuit: Where.
-        asked: What the run keeps of its run.env.
+        recorded: What the run keeps of its run.env.
         progress: Receives messages, and how many pictures are done.
     """
     from racecraft.worlds.deepracer.driving.pace import pace_of
     from racecraft.worlds.deepracer.evaluation.laps import LapReport
 
-    rules, reverse = race_asked(request.race.typed(), asked) if request.laps is None else (None, None)
+    rules, reverse = requested_race(request.race.typed(), recorded) if request.laps is None else (None, None)
     style = request.film.style(car)
     if rules is None:
-        drive, stamp = _drive_laps(car, circuit, request.laps or asked.get("laps", LAPS))
+        drive, stamp = _drive_laps(car, circuit, request.laps or recorded.get("laps", LAPS))
     else:
         drive, stamp = race_car(car, circuit, rules, reverse)
     picture = request.picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
@@ -224,7 +224,7 @@ def _imported(run: Path, progress: Progress) -> Path:
     return done.run.path
 
 
-def tracks_asked(track: Sequence[str], tracks: str | None, of_one: Mapping[str, Any]) -> list[str]:
+def requested_tracks(track: Sequence[str], tracks: str | None, of_one: Mapping[str, Any]) -> list[str]:
     """Return the names of --track or --tracks, each once.
 
     Args:

@@ -55,7 +55,7 @@ class RaceOptions(Request):
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
-def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[TrialRaceRules | None, bool | None]:
+def requested_race(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[TrialRaceRules | None, bool | None]:
     """Return how a race is judged, and whether in the opposite direction (None: as the car was trained).
 
     What was typed outweighs what the run keeps of its run.env; what neither says is as at DeepRacer for Cloud.
@@ -73,13 +73,13 @@ def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[Trial
     from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
 
     names = {REVERSE, *(one.name for one in fields(TrialRaceRules))}
-    said = {name: value for name, value in kept.items() if name in names} | dict(typed)
-    if not said:
+    rules = {name: value for name, value in kept.items() if name in names} | dict(typed)
+    if not rules:
         return None, None
     if "laps" in kept:
-        said.setdefault("number_of_trials", kept["laps"])
-    reverse = said.pop(REVERSE, None)
-    return TrialRaceRules(**said), reverse
+        rules.setdefault("number_of_trials", kept["laps"])
+    reverse = rules.pop(REVERSE, None)
+    return TrialRaceRules(**rules), reverse
 
 
 def race_car(car: TrainedCar, circuit: Track, rules: TrialRaceRules, reverse: bool | None) -> tuple[Drive, str]:

@@ -47,9 +47,9 @@ def leaderboards(request: LeaderboardsRequest, progress: Progress = quiet) -> Fi
     if request.run is None:
         return Figures({"races": [_row(board) for board in _on_track(boards, request.track)], "track": request.track})
     car, circuit = _car_and_circuit(request.run, request.track)
-    shown = _on_track(boards, circuit.name)
+    on_track = _on_track(boards, circuit.name)
     report = _driven(car, circuit, request.laps, progress)
-    rows = [_placed_row(board, report, car.settings.race.type) for board in shown]
+    rows = [_placed_row(board, report, car.settings.race.type) for board in on_track]
     about = {"run": request.run, "laps": report.as_dictionary(), "note": OTHER_PHYSICS}
     return Figures({"races": rows, "track": circuit.name, **about})
 

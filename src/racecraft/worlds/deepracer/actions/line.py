@@ -101,7 +101,7 @@ def line(request: LineRequest, progress: Progress = quiet) -> FoundLines:
     Raises:
         UserInputError: Something given cannot be used, or there is no such line on this track.
     """
-    from racecraft.worlds.deepracer.driving.action_tables import default_top_speed, read_table, usual_table
+    from racecraft.worlds.deepracer.driving.action_tables import default_table, default_top_speed, read_table
     from racecraft.worlds.deepracer.driving.lap_times import direction_named, lap_times
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -109,7 +109,7 @@ def line(request: LineRequest, progress: Progress = quiet) -> FoundLines:
     way = direction_named(circuit, request.direction)
     request.check()
     fastest = default_top_speed(request.car) if request.top_speed is None else request.top_speed
-    table = request.table or usual_table(request.car, fastest)
+    table = request.table or default_table(request.car, fastest)
     times = lap_times(circuit, request.car, read_table(table), way)
     found = FoundLines(circuit.name, way, request.car, table, times, {})
     return replace(found, files=_written(request, found))

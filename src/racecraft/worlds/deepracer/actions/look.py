@@ -64,8 +64,8 @@ def _lap(request: LookRequest, question: ExplainTarget, progress: Progress) -> F
     from racecraft.analysis.video import film_path, small_film
     from racecraft.formats.checkpoint import IMPORTED
     from racecraft.formats.checkpoint_ranking import split_source
-    from racecraft.worlds.deepracer.analysis.look_film import write_look_film
-    from racecraft.worlds.deepracer.analysis.look_page import findings, write_look_page
+    from racecraft.worlds.deepracer.analysis.look_film import write_saliency_film
+    from racecraft.worlds.deepracer.analysis.look_page import findings, write_saliency_page
     from racecraft.worlds.deepracer.analysis.looking import look_at_lap
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -76,9 +76,9 @@ def _lap(request: LookRequest, question: ExplainTarget, progress: Progress) -> F
     progress("Driving a lap and looking into every tick …")
     lap = look_at_lap(car, load_track(request.track) if request.track else car.trained_on, question)
     title = f"{car.run.path.name}, checkpoint {car.checkpoint.iteration}"
-    write_look_film(film, lap.look, title, lap.place)
+    write_saliency_film(film, lap.look, title, lap.place)
     imported = IMPORTED in car.run.read_job()
-    write_look_page(page, lap, title, small_film(film), folder, imported)
+    write_saliency_page(page, lap, title, small_film(film), folder, imported)
     figures = {
         "run": folder,
         "checkpoint": car.checkpoint.iteration,
@@ -106,14 +106,14 @@ def _pictures(request: LookRequest, source: Path, question: ExplainTarget) -> Fi
     """Explain pictures, write the film; return what was found."""
     from racecraft.analysis.video import film_path
     from racecraft.players.trained import load_policy
-    from racecraft.worlds.deepracer.analysis.look_film import write_look_film
+    from racecraft.worlds.deepracer.analysis.look_film import write_saliency_film
     from racecraft.worlds.deepracer.analysis.looking import FILMS, look_at_pictures
 
     policy = load_policy(request.run)
     film = film_path(request.film or policy.run.path / FILM)
     seen = look_at_pictures(policy, source, question)
     title = f"{policy.run.path.name}, checkpoint {policy.checkpoint.iteration}, {source.name}"
-    write_look_film(film, seen, title, still=source.suffix.lower() not in FILMS)
+    write_saliency_film(film, seen, title, still=source.suffix.lower() not in FILMS)
     figures = {
         "run": policy.run.path,
         "checkpoint": policy.checkpoint.iteration,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from racecraft.worlds.deepracer.tracks.track import Track
 
 
-LEAST_PACE = 0.1
+MIN_PACE = 0.1
 """Share of the speed it is told that a car may be slowed down to."""
 
 
@@ -68,12 +68,12 @@ class RaceFilm(Request):
         from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
 
         typed: dict[str, Any] = {"view": self.view, "size": self.size, "fps": self.fps}
-        asked = {name: value for name, value in typed.items() if value is not None}
-        style = FilmStyle(**asked)
+        given = {name: value for name, value in typed.items() if value is not None}
+        style = FilmStyle(**given)
         if self.video is not None:
             film_path(self.video)
-        elif asked:
-            name, value = next(iter(asked.items()))
+        elif given:
+            name, value = next(iter(given.items()))
             raise SettingError(
                 "--{name} {value} films nothing; expected --video FILE.mp4 with it.", name=name, value=value
             )
@@ -135,7 +135,7 @@ def race(request: RaceRequest, progress: Progress = quiet) -> Raced:
 
     style, rules = request.film.style(), request.rules.rules()
     require_company(len(request.cars))
-    paces = paces_asked(request.pace, len(request.cars))
+    paces = requested_paces(request.pace, len(request.cars))
     loaded = [load_car(source) for source in request.cars]
     drivers = [
         replace(driver_of(car, name), pace=share)
@@ -149,14 +149,14 @@ def race(request: RaceRequest, progress: Progress = quiet) -> Raced:
     files: dict[str, Path] = {}
     if request.film.video is not None:
         progress(f"Filming {len(result.ticks[0])} ticks …")
-        shown = circuit.reversed() if config.reverse else circuit
+        road = circuit.reversed() if config.reverse else circuit
         with progress.counting("pictures") as count:
-            files = film_race(result, drivers, shown, request.film.video, style, count=count)
+            files = film_race(result, drivers, road, request.film.video, style, count=count)
     limits = {beyond_logs(one.car, one.actions.fastest) for one in drivers}
     return Raced(circuit, rules.laps, result, tuple(sorted(one for one in limits if one)), files)
 
 
-def paces_asked(paces: Sequence[float], cars: int) -> Sequence[float]:
+def requested_paces(paces: Sequence[float], cars: int) -> Sequence[float]:
     """Return each car's pace; 1 where nobody says.
 
     Raises:
@@ -166,12 +166,12 @@ def paces_asked(paces: Sequence[float], cars: int) -> Sequence[float]:
 
     if not paces:
         return [1.0] * cars
-    if len(paces) != cars or not all(LEAST_PACE <= pace <= 1.0 for pace in paces):
-        told = " ".join(f"--pace {pace:g}" for pace in paces)
+    if len(paces) != cars or not all(MIN_PACE <= pace <= 1.0 for pace in paces):
+        options = " ".join(f"--pace {pace:g}" for pace in paces)
         raise SettingError(
             "{told}: expected {cars} shares from {least_pace:g} to 1, one for each car in their order.",
-            told=told,
+            told=options,
             cars=cars,
-            least_pace=LEAST_PACE,
+            least_pace=MIN_PACE,
         )
     return paces

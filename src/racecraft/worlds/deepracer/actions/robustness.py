@@ -92,10 +92,16 @@ def drive_disturbed(
 
     from racecraft.formats.atomic import make_folder, write_atomic
     from racecraft.worlds.deepracer.analysis.robustness import draw_robustness
-    from racecraft.worlds.deepracer.evaluation.robustness import ALL, Bar, RobustnessReport, judge_under, names_asked
+    from racecraft.worlds.deepracer.evaluation.robustness import (
+        ALL,
+        Bar,
+        RobustnessReport,
+        judge_under,
+        requested_names,
+    )
 
     level, tries, bars = str(options.under), options.tries or TRIES, list[Bar]()
-    names = names_asked(car, level, options.each, options.only)
+    names = requested_names(car, level, options.each, options.only)
     progress(f"Driving {tries} starts undisturbed, then under {', '.join([*names, ALL])} …")
     with progress.counting("episodes") as count:
         for bar in judge_under(car, circuit, level, names, tries, on_progress=count):

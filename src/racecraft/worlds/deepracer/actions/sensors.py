@@ -78,8 +78,8 @@ def _planned(request: SensorsRequest) -> CarPlan:
 
     folder, track, fidelity = request.folder, request.track, request.fidelity
     if folder is None or not RunFolder(folder).job.is_file():
-        asked = RaceRequest(folder, track, preset=request.preset, fidelity=fidelity, overrides=request.set_)
-        return plan_car(asked)
+        race_request = RaceRequest(folder, track, preset=request.preset, fidelity=fidelity, overrides=request.set_)
+        return plan_car(race_request)
     planned = plan_resume(folder)
     settings = planned.settings if fidelity is None else with_values(planned.settings, "race", {"fidelity": fidelity})
     settings = apply_overrides(settings, request.set_)

@@ -169,9 +169,9 @@ def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track:
 
     lengths = ticks.group_by("round").agg(length=_median_length())
     if lengths.height > 1 and lengths["length"].max() - lengths["length"].min() > SAME_LENGTH_M:  # type: ignore[operator]
-        told = ", ".join(f"{length:.2f} m" for length in lengths.sort("round")["length"])
+        text = ", ".join(f"{length:.2f} m" for length in lengths.sort("round")["length"])
         raise SettingError(
-            "the runs were driven on several tracks ({told}); expected one. Name runs of one track.", told=told
+            "the runs were driven on several tracks ({told}); expected one. Name runs of one track.", told=text
         )
     if track is not None:
         return find_track(ticks, track)

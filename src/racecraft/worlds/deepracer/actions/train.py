@@ -126,7 +126,7 @@ class CarTraining(TrainingOptions):
         """Groups are kept whole, wherever they stood."""
         return dict.fromkeys(("group", "groups"), ("groups", list(self.where.shares)))
 
-    def given_anew(self) -> Mapping[str, Any]:
+    def fields_as_given(self) -> Mapping[str, Any]:
         """Whether the reward function is trusted."""
         return {"trust_reward": self.trust_reward}
 

@@ -59,14 +59,14 @@ def why(request: WhyRequest, progress: Progress = quiet) -> Explanation:
     car, elsewhere = load_trained_car(folder, which), load_track(request.track) if request.track else None
     progress(f"Driving from {request.starts} starts, and again what failed …")
     found = explain_failures(car, elsewhere or car.trained_on, request.run, request.starts)
-    begun = None if elsewhere else compare_starts(car, request.starts)
+    starts = None if elsewhere else compare_starts(car, request.starts)
     kept = None
     if request.checkpoints:
         progress("Driving earlier checkpoints from the same starts …")
         kept = compare_checkpoints(folder, folder, elsewhere, request.checkpoints, request.starts)
     title = f"{car.run.path.name}, checkpoint {car.checkpoint.iteration}"
-    written = write_why_page(request.page or car.run.path / PAGE, found, title, kept, begun)
+    written = write_why_page(request.page or car.run.path / PAGE, found, title, kept, starts)
     write_why_facts(written.with_suffix(".json"), found)
-    more = {"learned": passages_facts(kept) if kept else None, "start_places": asdict(begun) if begun else None}
-    told = sentences(found) + (passages_words(kept) if kept else []) + ([starts_words(begun)] if begun else [])
-    return Explanation({**facts(found), **more}, written, told)
+    more = {"learned": passages_facts(kept) if kept else None, "start_places": asdict(starts) if starts else None}
+    lines = sentences(found) + (passages_words(kept) if kept else []) + ([starts_words(starts)] if starts else [])
+    return Explanation({**facts(found), **more}, written, lines)

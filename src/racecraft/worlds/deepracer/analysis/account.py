@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 OWN = " my-car"
 """The folder in commands of advice that ask for another reward or other actions; the run's own takes its place."""
-MOST_TICKS = 500_000
+MAX_TICKS = 500_000
 """Ticks that advice goes by; of a longer run the latest."""
 
 
 def car_advice(run: RunFolder, learner: Learner, found: list[Advice]) -> list[Advice]:
     """Return what the learner's figures suggest together with what the log does."""
-    told = _log_of(run)
-    return found if told is None else merge_advice(found, advice(*told, learner, judged_in_run(run.read_metrics())))
+    log = _log_of(run)
+    return found if log is None else merge_advice(found, advice(*log, learner, judged_in_run(run.read_metrics())))
 
 
 BACK, ON = "--from RUN:best", "--run RUN --resume"
@@ -53,13 +53,13 @@ def as_typed(command: str, job: Mapping[str, Any]) -> str:
     >>> as_typed("racecraft train my-car --from RUN:best", {"asked": {"track": "Oval_track"}})
     'racecraft new my-car\nracecraft train my-car --track Oval_track --from RUN:best'
     """
-    asked = job.get("asked", {})
-    folder, first = asked.get("folder"), ""
+    request = job.get("asked", {})
+    folder, first = request.get("folder"), ""
     if command.startswith(TRAIN + OWN):
         command = command.replace(OWN, "", 1)
         if not folder and ON not in command:
             folder, first = OWN.strip(), f"racecraft new{OWN}\n"
-    track = ["--track", asked["track"]] if asked.get("track") else []
+    track = ["--track", request["track"]] if request.get("track") else []
     return first + typed(command, TRAIN, job, [*([folder] if folder else []), *track])
 
 
@@ -70,15 +70,15 @@ def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot | NoPlot]:
         OwnPlotError: A file holds no plot.
     """
     makers = own_plots(files)
-    told = _log_of(run) if makers else None
-    return [] if told is None else made_or_why(makers, *told)
+    log = _log_of(run) if makers else None
+    return [] if log is None else made_or_why(makers, *log)
 
 
 def _log_of(run: RunFolder) -> tuple[pl.DataFrame, Track | None] | None:
     """Return the training's ticks and the circuit; None before there is a log."""
     try:
         logs = read(run.path)
-        ticks = logs.training.collect().tail(MOST_TICKS)
+        ticks = logs.training.collect().tail(MAX_TICKS)
     except LogError:
         return None
     own = str(run.track) if run.track.is_file() else None  # a track of the racer's own travels with the run

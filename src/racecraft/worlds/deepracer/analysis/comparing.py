@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from racecraft.analysis.account import TRAIN, as_asked
+from racecraft.analysis.account import TRAIN, typed_command
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import ranked
@@ -60,7 +60,7 @@ def compare_checkpoints(
     names = counts[0][0]
     reached, passed = (np.column_stack([one[k] for one in counts]) for k in (1, 2))
     paid = {one.entry.iteration: one.reward for one in ranked(run)}
-    typed = as_asked(TRAIN, run.read_job())
+    typed = typed_command(TRAIN, run.read_job())
     return SegmentPassRates(name, wanted, names, reached, passed, [paid[one] for one in wanted], typed)
 
 

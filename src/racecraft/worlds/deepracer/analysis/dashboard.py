@@ -145,13 +145,13 @@ class Dashboard:
 
     def _draw_speed(self, pen: Any, tick: int) -> None:
         drive, right = self._drive, MARGIN + self._inside
-        driven, told = float(drive.driven_mps[tick]), float(drive.commanded_mps[tick])
+        driven, commanded = float(drive.driven_mps[tick]), float(drive.commanded_mps[tick])
         pen.text((MARGIN, SPEED_TOP + 45), f"{driven:.2f}", WHITE, font(26, bold=True), anchor="ls")
         pen.text((MARGIN + 66, SPEED_TOP + 45), "m/s", QUIET, font(14), anchor="ls")
-        pen.text((right, SPEED_TOP + 45), f"told {told:.2f}", QUIET, font(14), anchor="rs")
+        pen.text((right, SPEED_TOP + 45), f"told {commanded:.2f}", QUIET, font(14), anchor="rs")
         r, g, b = (int(part) for part in self._colours[tick])
         self._bar(pen, SPEED_TOP + 56, 0.0, driven / self._top_mps, (r, g, b))
-        x = MARGIN + min(1.0, told / self._top_mps) * self._inside
+        x = MARGIN + min(1.0, commanded / self._top_mps) * self._inside
         pen.rectangle((x - 1.5, SPEED_TOP + 53, x + 0.5, SPEED_TOP + 58 + BAR_HEIGHT), WHITE)
 
     def _draw_steering(self, pen: Any, tick: int) -> None:

@@ -30,11 +30,11 @@ def lap_table(evaluations: Sequence[Mapping[str, Any]]) -> EvaluationTable | Non
     )
 
 
-def track_table(told: tuple[int, Sequence[TrackResult]] | None) -> EvaluationTable | None:
+def track_table(result: tuple[int, Sequence[TrackResult]] | None) -> EvaluationTable | None:
     """Return how one policy drives on several tracks, the worst first; None where there is one track."""
-    if told is None:
+    if result is None:
         return None
-    iteration, results = told
+    iteration, results = result
     parts = []
     for role, words in ((TRAINED, "trained on"), (HELD_OUT, "never seen in training")):
         part = [one for one in results if one.role == role]

@@ -268,8 +268,8 @@ class _Explaining:
             self.reward_note = str(error).splitlines()[0]
             return None, []
         lines = []
-        for term in sorted({term for _, told in ticks for term in told}):
-            values = np.array([told.get(term, np.nan) for _, told in ticks])
+        for term in sorted({term for _, terms in ticks for term in terms}):
+            values = np.array([terms.get(term, np.nan) for _, terms in ticks])
             lines.append(RewardLine(term.line, term.name, line_of(reward.source, term), values))
         return np.array([paid for paid, _ in ticks]), lines
 

@@ -169,20 +169,20 @@ def sentences(why: Why) -> list[str]:
     if not why.failures:
         late = f" {why.out_of_time} ran out of time." if why.out_of_time else ""
         return [f"From {why.starts} starts round the lap {why.full} were driven to the end: nothing failed.{late}"]
-    told = [f"From {why.starts} starts round the lap {why.full} were driven to the end, {why.failures} failed."]
-    return told + [place_words(place, why.failures) for place in why.places]
+    lines = [f"From {why.starts} starts round the lap {why.full} were driven to the end, {why.failures} failed."]
+    return lines + [place_words(place, why.failures) for place in why.places]
 
 
 def place_words(place: FailurePlace, failures: int) -> str:
     """Return a place and its cure in words."""
-    told = (
+    text = (
         f"{place.failures} of {failures} failures lie in {place.where}: of {place.reached} cars that came there "
         f"{place.reached - place.failures} got through ({place.how_words}, at {place.speed_mps:.1f} m/s)."
     )
     if not place.cures:
-        return f"{told} No other action, at any of the moments tried, saves one of them: the mistake lies earlier."
+        return f"{text} No other action, at any of the moments tried, saves one of them: the mistake lies earlier."
     best = place.cures[0]
-    return f"{told} {best.words[0].upper()}{best.words[1:]}."
+    return f"{text} {best.words[0].upper()}{best.words[1:]}."
 
 
 def facts(why: Why) -> dict[str, Any]:

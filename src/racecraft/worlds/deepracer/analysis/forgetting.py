@@ -59,32 +59,32 @@ class SegmentPassRates:
         """Places that an earlier checkpoint knew and the last one that came there does not: (place, then, now)."""
         found = []
         for place, row in enumerate(self.share):
-            told = np.flatnonzero(np.isfinite(row))
-            known = told[row[told] >= KNOWN]
-            if len(known) and row[told[-1]] < LOST:
-                found.append((place, int(known[-1]), int(told[-1])))
+            evaluated = np.flatnonzero(np.isfinite(row))
+            known = evaluated[row[evaluated] >= KNOWN]
+            if len(known) and row[evaluated[-1]] < LOST:
+                found.append((place, int(known[-1]), int(evaluated[-1])))
         return found
 
 
-def passages_words(told: SegmentPassRates) -> list[str]:
+def passages_words(rates: SegmentPassRates) -> list[str]:
     """Return what a training forgot, in sentences, what it was paid meanwhile, and the command that helps."""
-    share = told.share
+    share = rates.share
     lines = [
-        f"Segment {told.places[place]} was known and is forgotten: at iteration {told.iterations[then]} "
-        f"{100 * share[place, then]:.0f} % got through, at iteration {told.iterations[now]} "
+        f"Segment {rates.places[place]} was known and is forgotten: at iteration {rates.iterations[then]} "
+        f"{100 * share[place, then]:.0f} % got through, at iteration {rates.iterations[now]} "
         f"{100 * share[place, now]:.0f} %."
-        for place, then, now in told.forgotten
+        for place, then, now in rates.forgotten
     ]
     if not lines:
-        return [f"Of {len(told.iterations)} checkpoints none forgot a place that an earlier one knew."]
-    then, now = min(then for _, then, _ in told.forgotten), max(now for _, _, now in told.forgotten)
-    go_on = f"{told.typed} --from {told.run}:{told.iterations[then]} --set ppo.learning_rate=1e-4"
-    return [*lines, f"{_why_forgotten(told, then, now)}: {go_on}"]
+        return [f"Of {len(rates.iterations)} checkpoints none forgot a place that an earlier one knew."]
+    then, now = min(then for _, then, _ in rates.forgotten), max(now for _, _, now in rates.forgotten)
+    go_on = f"{rates.typed} --from {rates.run}:{rates.iterations[then]} --set ppo.learning_rate=1e-4"
+    return [*lines, f"{_why_forgotten(rates, then, now)}: {go_on}"]
 
 
-def _why_forgotten(told: SegmentPassRates, then: int, now: int) -> str:
+def _why_forgotten(rates: SegmentPassRates, then: int, now: int) -> str:
     """Return what to do about it, up to the command: a reward that rose meanwhile may pay for something else."""
-    paid = [told.rewards[k] if told.rewards else None for k in (then, now)]
+    paid = [rates.rewards[k] if rates.rewards else None for k in (then, now)]
     if paid[0] is None or paid[1] is None or not rose(paid[0], paid[1]):
         return "Go on from what knew the way, in smaller steps"
     return (
@@ -93,20 +93,20 @@ def _why_forgotten(told: SegmentPassRates, then: int, now: int) -> str:
     )
 
 
-def passages_part(told: SegmentPassRates) -> Iterator[Heading | Markup]:
+def passages_part(rates: SegmentPassRates) -> Iterator[Heading | Markup]:
     """Yield the part of a page."""
     yield heading("What it learned and forgot")
     words = "Share of the cars that got through each segment, by checkpoint"
-    yield card(*map(paragraph, passages_words(told)), photograph(passages_figure(told), words))
+    yield card(*map(paragraph, passages_words(rates)), photograph(passages_figure(rates), words))
 
 
-def passages_figure(told: SegmentPassRates) -> Figure:
+def passages_figure(rates: SegmentPassRates) -> Figure:
     """Return the table place by checkpoint, in colours and per cent."""
     from matplotlib import colormaps
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    share = told.share
+    share = rates.share
     places, checkpoints = share.shape
     figure = Figure(
         figsize=(max(9.0, 1.8 + 0.62 * checkpoints), 0.9 + 0.32 * places), layout="constrained", facecolor="white"
@@ -119,8 +119,8 @@ def passages_figure(told: SegmentPassRates) -> Figure:
         if np.isfinite(value):
             ink = "white" if value < 0.55 else "black"
             axes.text(c, p, f"{100 * value:.0f}", ha="center", va="center", fontsize=9, color=ink)
-    axes.set_xticks(range(checkpoints), [str(one) for one in told.iterations], fontsize=9)
-    axes.set_yticks(range(places), list(told.places), fontsize=9)
+    axes.set_xticks(range(checkpoints), [str(one) for one in rates.iterations], fontsize=9)
+    axes.set_yticks(range(places), list(rates.places), fontsize=9)
     axes.tick_params(length=0)
     axes.set_xlabel("iteration of the checkpoint", fontsize=9, color=QUIET)
     axes.set_title(f"got through, % of the cars that came there (grey: fewer than {ENOUGH})", fontsize=10, loc="left")
@@ -168,48 +168,48 @@ class StartComparison:
         return self.by_chance < CHANCE
 
 
-def starts_words(told: StartComparison) -> str:
+def starts_words(comparison: StartComparison) -> str:
     """Return what the starts tell, in words."""
-    places = f"{told.trained} places it was trained to start from"
-    if told.near_m:
-        where = "the place" if told.trained_starts == 1 else f"the {told.trained_starts} places"
-        places = f"{where} it was trained to start from, give or take {100 * told.near_m:.0f} cm,"
-    said = (
-        f"From {places} {told.trained_full} of {told.trained} laps were driven to the end "
-        f"({told.trained_progress:.0f} % of a lap in the mean), from places in between {told.between_full} of "
-        f"{told.between} ({told.between_progress:.0f} %)."
+    places = f"{comparison.trained} places it was trained to start from"
+    if comparison.near_m:
+        where = "the place" if comparison.trained_starts == 1 else f"the {comparison.trained_starts} places"
+        places = f"{where} it was trained to start from, give or take {100 * comparison.near_m:.0f} cm,"
+    text = (
+        f"From {places} {comparison.trained_full} of {comparison.trained} laps were driven to the end "
+        f"({comparison.trained_progress:.0f} % of a lap in the mean), from places in between "
+        f"{comparison.between_full} of {comparison.between} ({comparison.between_progress:.0f} %)."
     )
-    if told.is_over_fitted:
+    if comparison.is_over_fitted:
         return (
-            f"{said} It knows its starts, not the track: start from more places, with more worlds side by side "
+            f"{text} It knows its starts, not the track: start from more places, with more worlds side by side "
             "(--set rollout.num_worlds=32) and race.change_start on."
         )
-    if not told.trained_full:
-        return f"{said} It does not lap from its own starts either, so that they are not what keeps it from lapping."
-    return f"{said} It does not hang on where it starts."
+    if not comparison.trained_full:
+        return f"{text} It does not lap from its own starts either, so that they are not what keeps it from lapping."
+    return f"{text} It does not hang on where it starts."
 
 
-def starts_part(told: StartComparison) -> Iterator[Heading | Markup]:
+def starts_part(comparison: StartComparison) -> Iterator[Heading | Markup]:
     """Yield the part of a page."""
     yield heading("Does it know its starts only?")
     heads = ("starts", "laps", "driven to the end", "mean progress")
     rows = [
-        ("trained on", told.trained, told.trained_full, f"{told.trained_progress:.1f} %"),
-        ("in between", told.between, told.between_full, f"{told.between_progress:.1f} %"),
+        ("trained on", comparison.trained, comparison.trained_full, f"{comparison.trained_progress:.1f} %"),
+        ("in between", comparison.between, comparison.between_full, f"{comparison.between_progress:.1f} %"),
     ]
-    yield card(paragraph(starts_words(told)), table(heads, rows, (1, 2, 3)))
+    yield card(paragraph(starts_words(comparison)), table(heads, rows, (1, 2, 3)))
 
 
-def passages_facts(told: SegmentPassRates) -> dict[str, Any]:
+def passages_facts(rates: SegmentPassRates) -> dict[str, Any]:
     """Return the table as plain values; a share of too few cars is None."""
     return {
-        "checkpoints": list(told.iterations),
+        "checkpoints": list(rates.iterations),
         "places": [
             {"segment": name, "passed_share": [None if np.isnan(one) else float(one) for one in row]}
-            for name, row in zip(told.places, told.share, strict=True)
+            for name, row in zip(rates.places, rates.share, strict=True)
         ],
         "forgotten": [
-            {"segment": told.places[p], "known_at": told.iterations[a], "lost_at": told.iterations[b]}
-            for p, a, b in told.forgotten
+            {"segment": rates.places[p], "known_at": rates.iterations[a], "lost_at": rates.iterations[b]}
+            for p, a, b in rates.forgotten
         ],
     }

@@ -78,12 +78,12 @@ class Look:
     @property
     def confidence_values(self) -> tuple[Array, str]:
         """How sure it was, (T,), and what that number is; higher is surer but for a spread."""
-        told = self.confidence
-        if np.isfinite(told.gap).all() and len(told.gap):
-            return 100.0 * told.gap, "best above second best (% of probability)"
-        if np.isfinite(told.margin).all():
-            return told.margin, "best above second best (worth, in reward)"
-        return told.deviations[:, 0], f"spread of {self.number_name(0)} (of its range, -1 to 1)"
+        confidence = self.confidence
+        if np.isfinite(confidence.gap).all() and len(confidence.gap):
+            return 100.0 * confidence.gap, "best above second best (% of probability)"
+        if np.isfinite(confidence.margin).all():
+            return confidence.margin, "best above second best (worth, in reward)"
+        return confidence.deviations[:, 0], f"spread of {self.number_name(0)} (of its range, -1 to 1)"
 
     @property
     def has_constant_confidence(self) -> bool:
@@ -190,10 +190,14 @@ def look_at(
             fed=", ".join(seen.inputs),
         )
     name = seen.pictures[0]
-    told = attribute(policy, seen, question, steps)
+    attribution = attribute(policy, seen, question, steps)
     frames = grey(seen.inputs[name].cpu().numpy())
-    beside = {one: np.abs(part).reshape(len(part), -1) for one, part in told.parts.items() if one not in seen.pictures}
-    return Look(name, frames, told.heat(name), told.maps.get(name), told.confidence, actions, beside)
+    beside = {
+        one: np.abs(part).reshape(len(part), -1) for one, part in attribution.parts.items() if one not in seen.pictures
+    }
+    return Look(
+        name, frames, attribution.heat(name), attribution.maps.get(name), attribution.confidence, actions, beside
+    )
 
 
 def grey(fed: Array) -> Array:

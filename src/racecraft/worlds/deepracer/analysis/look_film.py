@@ -1,6 +1,6 @@
 """A look as a film: the camera, what counted in it, what the network found there; below what it chose and how sure.
 
-Begin with `write_look_film`. Without a drive, as of a folder of pictures, the map is left out.
+Begin with `write_saliency_film`. Without a drive, as of a folder of pictures, the map is left out.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ class Place:
     """(T, 2) m."""
 
 
-def write_look_film(path: str | Path, look: Look, title: str, place: Place | None = None, still: bool = False) -> Path:
+def write_saliency_film(
+    path: str | Path, look: Look, title: str, place: Place | None = None, still: bool = False
+) -> Path:
     """Film a look.
 
     Args:
@@ -73,7 +75,7 @@ def look_pictures(look: Look, title: str, place: Place | None = None) -> Iterato
     for row in range(len(look)):
         picture = plain.copy()
         pen = ImageDraw.Draw(picture)
-        _tell(pen, look, row)
+        _write_choice(pen, look, row)
         line.mark(pen, row)
         canvas = np.array(picture)
         eye = Image.fromarray(look.frames[row]).resize(EYE, Image.Resampling.NEAREST).convert("RGB")
@@ -97,13 +99,13 @@ def _plain(look: Look, title: str) -> Any:
     picture = Image.new("RGB", (WIDTH, HEIGHT), GROUND)
     pen = ImageDraw.Draw(picture)
     pen.text((GAP + 2, 10), fitted(title, font(17, bold=True), WIDTH - 2 * GAP), WHITE, font(17, bold=True))
-    told = PAIR if look.name == STEREO else EYES
-    for number, words in enumerate(told[: 2 if look.cam is None else 3]):
+    names = PAIR if look.name == STEREO else EYES
+    for number, words in enumerate(names[: 2 if look.cam is None else 3]):
         pen.text((_left(number) + 2, TOP + EYE[1] + 4), words, QUIET, font(12))
     return picture
 
 
-def _tell(pen: Any, look: Look, row: int) -> None:
+def _write_choice(pen: Any, look: Look, row: int) -> None:
     """Write what was chosen, two bars."""
     left, width = GAP + 10, EYE[0] - 20
     is_choice = bool(look.labels)

@@ -1,6 +1,6 @@
 """A look on one web page: what the car goes by, in words, a table by surface, where it doubts, the film.
 
-Begin with `write_look_page`; `findings` are its sentences.
+Begin with `write_saliency_page`; `findings` are its sentences.
 """
 
 from __future__ import annotations
@@ -66,56 +66,56 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN",
         run: What a command calls the run.
         imported: Whether it was trained elsewhere, and can only be begun anew with its weights.
     """
-    told = []
+    lines = []
     gap = float(np.mean(look.confidence.gap))
     if gap < UNDECIDED:
-        told.append(
+        lines.append(
             f"It is hardly decided: its best action is only {100 * gap:.1f} % likelier than the second, so little "
             "turns a decision. Train on before you read much into what it looks at: "
             f"racecraft train {f'--from {run}' if imported else f'--run {run} --resume'}."
         )
     if not surfaces:
-        return told
+        return lines
     tried = {row.surface: row.changed for row in surfaces if row.changed is not None}
     off = max(((tried.get(name, 0.0), name) for name in OFF_THE_TRACK), default=(0.0, ""))
     of_track = max(((share, name) for name, share in tried.items() if name not in OFF_THE_TRACK), default=(0.0, ""))
     is_decided = gap >= UNDECIDED or not np.isfinite(gap)
     if off[0] >= MANY and is_decided and off[0] <= of_track[0]:
-        told.append(
+        lines.append(
             f"Whatever is painted over turns its decisions: {100 * of_track[0]:.0f} % with the {of_track[1]}, "
             f"{100 * off[0]:.0f} % with the {off[1]}. It goes by the picture as a whole, the {off[1]} included."
         )
     elif off[0] >= MANY and is_decided:
-        told.append(
+        lines.append(
             f"It goes by what is not the track: with the {off[1]} painted over, {100 * off[0]:.0f} % of its decisions "
             f"are others. Where the {off[1]} looks different it will drive differently; see it on another track before "
             f"you race: racecraft evaluate {run} --track Oval_track."
         )
     elif tried and off[0] <= FEW:
-        told.append("Walls and sky hardly matter to it: painted over, at most one decision of twenty is another.")
+        lines.append("Walls and sky hardly matter to it: painted over, at most one decision of twenty is another.")
     edge = max(tried.get(name, 0.0) for name in ("border line", "grass"))
     if edge >= MANY and is_decided:
-        told.append(f"It goes by the edge of the road: without it {100 * edge:.0f} % of its decisions are others.")
+        lines.append(f"It goes by the edge of the road: without it {100 * edge:.0f} % of its decisions are others.")
     if (obstacles := tried.get(OBSTACLE)) is not None and is_decided:
         if obstacles <= FEW:
-            told.append(
+            lines.append(
                 "What stands on the road hardly matters to it: with a box or bot in sight at most one decision of "
                 "twenty is another without it. It does not drive round them by sight: give it more episodes among them."
             )
         else:
-            told.append(
+            lines.append(
                 f"It sees what stands on the road: with a box or bot in sight {100 * obstacles:.0f} % of its decisions "
                 "are others without it."
             )
     keen = max(surfaces, key=lambda row: row.times_its_area)
-    told.append(
+    lines.append(
         f"For its size the {keen.surface} gets most attention: {100 * keen.attention:.0f} % on {100 * keen.area:.1f} % "
         "of the picture."
     )
-    return told
+    return lines
 
 
-def write_look_page(
+def write_saliency_page(
     path: str | Path,
     lap: LapLook,
     title: str,
@@ -194,11 +194,11 @@ def _sureness(lap: LapLook) -> Iterator[Heading | Markup]:
     yield heading("How sure it is along the lap")
     values, words = lap.look.confidence_values
     if lap.look.has_constant_confidence:
-        told = (
+        text = (
             f"Equally sure everywhere: its {words}, is {float(values[0]):.2f} at every moment. Such a "
             "policy learns one spread for the whole lap, which says how far it has come, not where it doubts."
         )
-        yield card(paragraph(told))
+        yield card(paragraph(text))
         return
     yield card(figure_part(confidence_figure(lap), f"Along the lap: {words}"))
     yield card(photograph(confidence_map(lap), f"On the track: {words}"))
@@ -244,8 +244,8 @@ def doubts_figure(lap: LapLook) -> Figure:
         axes = figure.add_subplot(lines, columns, number + 1)
         axes.imshow(glowing(look.frames[row], heat[row], (400, 300)))
         axes.axis("off")
-        told = [f"{what} {words}" for what, _, words in look.told(row)]
-        axes.set_title(f"{lap.progress_percent[row]:.0f} % of the lap\n" + "\n".join(told), fontsize=9, loc="left")
+        sentences = [f"{what} {words}" for what, _, words in look.told(row)]
+        axes.set_title(f"{lap.progress_percent[row]:.0f} % of the lap\n" + "\n".join(sentences), fontsize=9, loc="left")
     return figure
 
 

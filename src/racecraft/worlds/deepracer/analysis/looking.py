@@ -92,8 +92,8 @@ def _surfaces(
     levels = camera.scene.palette @ STEREO_GREY_WEIGHTS if is_pair else camera.scene.grey_palette
 
     def frames(of_eye: Callable[[Array], Array]) -> dict[str, Array]:
-        shown = [of_eye(eye) for eye in eyes]
-        return {look.name: np.stack(shown, axis=-1) if is_pair else shown[0].reshape(-1, *shape)}
+        views = [of_eye(eye) for eye in eyes]
+        return {look.name: np.stack(views, axis=-1) if is_pair else views[0].reshape(-1, *shape)}
 
     shape = policy.spec.visible[look.name].shape
     plain = frames(lambda eye: camera.render_grey(eye, palettes=levels, boxes=objects))
@@ -141,11 +141,11 @@ def _only_camera(policy: TrainedPolicy) -> tuple[str, ArraySpec]:
         ((name, spec),) = visible.items()
         if np.dtype(spec.dtype) == np.uint8 and (len(spec.shape) == 2 or spec.shape[2:] in ((1,), (3,))):
             return name, spec
-    told = ", ".join(f"{name} {spec.shape}" for name, spec in visible.items())
+    names = ", ".join(f"{name} {spec.shape}" for name, spec in visible.items())
     raise AttentionError(
         "this policy sees {told}; a picture can only stand for one camera. Look at a lap instead: leave the picture "
         "away.",
-        told=told,
+        told=names,
     )
 
 

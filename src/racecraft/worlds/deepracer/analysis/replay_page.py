@@ -86,12 +86,12 @@ def answer(facts: Facts) -> str:
 def _parts(facts: Facts, picture: Figure, errors_m: Mapping[str, Array]) -> Iterator[Heading | Markup]:
     yield from _headline(facts)
     words = "A recorded lap, coloured by commanded speed; in red our car, obeying the same commands a second at a time"
-    told = (
+    lines = (
         "The wide line is the longest recorded episode. Every red line begins on it, where our car was put, and shows "
         "where it went in the next second, obeying the recorded commands without ever looking. Where no red is to be "
         "seen, it lies on the recorded line."
     )
-    yield card(photograph(picture, words), paragraph(told, "quiet"))
+    yield card(photograph(picture, words), paragraph(lines, "quiet"))
     yield from _track(facts)
     yield from _car(facts, errors_m)
     yield from _files(facts)
@@ -105,12 +105,12 @@ def _headline(facts: Facts) -> Iterator[Heading | Markup]:
         f"file(s), on {facts['track']}; driven again by {facts['car']}, {CARS.get(facts['car'], 'a car')}.",
         "quiet",
     )
-    told = [(_agreement(facts["progress_mismatches"], facts["rows"]), "of all rows have the same progress")]
+    figures = [(_agreement(facts["progress_mismatches"], facts["rows"]), "of all rows have the same progress")]
     for name, words in HORIZON_WORDS.items():
         median = facts["open_loop_position_m"][name]["median"]
-        told.append((_cm(median), f"apart after {words} without looking, median"))
-    told.append((f"{sum(facts['windows'].values()):,}", "times it was measured"))
-    yield tiles(told)
+        figures.append((_cm(median), f"apart after {words} without looking, median"))
+    figures.append((f"{sum(facts['windows'].values()):,}", "times it was measured"))
+    yield tiles(figures)
 
 
 def _track(facts: Facts) -> Iterator[Heading | Markup]:
@@ -122,8 +122,8 @@ def _track(facts: Facts) -> Iterator[Heading | Markup]:
     rows = []
     for key, words in CHECKS.items():
         wrong = facts[key]
-        shown = ("not recorded", "–") if wrong is None else (f"{wrong:,}", _agreement(wrong, facts["rows"]))
-        rows.append((words, *shown))
+        row = ("not recorded", "–") if wrong is None else (f"{wrong:,}", _agreement(wrong, facts["rows"]))
+        rows.append((words, *row))
     yield card(table(("told again", "rows that differ", "agree"), rows, (1, 2)))
 
 

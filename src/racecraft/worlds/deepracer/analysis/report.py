@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
 WHY: dict[str, int] = {"starts": 12, "places": 2, "failures": 4, "seconds": 10}
 """How much is driven for the report's word on why it fails; `racecraft why` drives more."""
-MOST_EXITS = 400
+MAX_EXITS = 400
 """Crosses on the map of exits; the latest."""
-MOST_TICKS = 2_000_000
+MAX_TICKS = 2_000_000
 """Ticks read for the tables; of a longer run the latest."""
 
 
@@ -110,7 +110,7 @@ def car_parts(
         own: The racer's own plots, and why there are none where they failed.
         why: Where the best policy fails; None: nothing is said of it.
     """
-    ticks = tables.load_episodes(facts.run, MOST_TICKS)
+    ticks = tables.load_episodes(facts.run, MAX_TICKS)
     laps = ticks if ticks.is_empty() else tables.laps_table(ticks)
     track = track_of(facts.job)
     if track is not None and not (drive is None and laps.is_empty()):
@@ -174,17 +174,17 @@ def _reward(facts: RunFacts) -> Iterator[PagePart]:
     paid = [row["mean_reward"] for row in facts.metrics if row.get("mean_reward") is not None]
     pieces = [details("The reward function", source(reward))]
     if paid:
-        told = f"An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any."
-        pieces.insert(0, paragraph(told))
+        text = f"An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any."
+        pieces.insert(0, paragraph(text))
     yield PagePart("What it was paid for", pieces)
 
 
 def _track_by_track(run: RunFolder) -> Iterator[PagePart]:
     """Yield the latest evaluation track by track, where there are several."""
-    told = track_table(read_generalisation(run.generalisation))
-    if told is not None:
-        shown = card(table(told.heads, told.rows, (2, 3, 5)))
-        yield PagePart("Track by track", [paragraph(told.words), shown], EVALUATIONS)
+    by_track = track_table(read_generalisation(run.generalisation))
+    if by_track is not None:
+        part = card(table(by_track.heads, by_track.rows, (2, 3, 5)))
+        yield PagePart("Track by track", [paragraph(by_track.words), part], EVALUATIONS)
 
 
 def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:
@@ -208,13 +208,13 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[Markup]:
     exits = laps.filter(laps["status"].cast(str).is_in(list(GRIEF)))
     where = f"Where cars {incidents(exits['status'].unique())}"
     if exits.height:
-        shown = exits.tail(MOST_EXITS)
+        latest = exits.tail(MAX_EXITS)
         figure = draw_track(track, number_every=10, title="")
         words = incidents(exits["status"].unique())
-        path_picture.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height, words)
+        path_picture.mark_exits(figure, latest.select("x_m", "y_m").to_numpy(), exits.height, words)
         times = "once" if exits.height == 1 else f"{exits.height:,} times"
         words = f"{times[0].upper()}{times[1:]}, a cross each"
-        words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
+        words += "." if latest.height == exits.height else f"; the latest {latest.height:,} are drawn."
         picture = photograph(figure, f"Map: {where.lower()}")
         yield card(paragraph(words), picture, head=f"{where} in training")
     endings = [

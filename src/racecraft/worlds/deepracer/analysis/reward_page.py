@@ -39,8 +39,8 @@ def write_reward_page(
     Raises:
         OutputFileError: The place cannot be written.
     """
-    told = reward_data(found, mapped, rescored)
-    write_atomic(path, render_file(TEMPLATE, title=title, told=told))
+    data = reward_data(found, mapped, rescored)
+    write_atomic(path, render_file(TEMPLATE, title=title, told=data))
 
 
 def reward_data(
@@ -182,5 +182,5 @@ def _capital(text: str) -> str:
 
 
 def _path(points: Array, closed: bool) -> str:
-    told = "L".join(f"{x:.2f} {-y:.2f}" for x, y in np.asarray(points).tolist())
-    return f"M{told}{'Z' if closed else ''}"
+    path = "L".join(f"{x:.2f} {-y:.2f}" for x, y in np.asarray(points).tolist())
+    return f"M{path}{'Z' if closed else ''}"

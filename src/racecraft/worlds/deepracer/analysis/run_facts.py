@@ -25,7 +25,7 @@ def car_facts(facts: RunFacts) -> WorldFacts:
         title=(track.title or track.name) if track else "",
         verb="drive",
         tiles=((f"{lap:.2f} s", "its best lap in evaluation") if lap else ("none yet", "best lap"),),
-        asked=(*_car(facts.job.get("model_metadata", {})), *_paid(facts, reward_of(facts.run))),
+        asked=(*_car(facts.job.get("model_metadata", {})), *_reward_sentences(facts, reward_of(facts.run))),
         happened=tuple(_laps(facts)),
     )
 
@@ -39,13 +39,13 @@ def reward_of(run: RunFolder) -> str:
 
 def track_of(job: Mapping[str, Any]) -> Track | None:
     """Return the circuit as it was driven, if it can be found and is the same."""
-    told = job.get("track") or {}
-    for name in (told.get("name"), (job.get("asked") or {}).get("track")):
+    entry = job.get("track") or {}
+    for name in (entry.get("name"), (job.get("asked") or {}).get("track")):
         try:
             track = load_track(name) if name else None
         except TrackError:
             continue
-        if track is not None and told.get("hash") in (None, track.hash()):
+        if track is not None and entry.get("hash") in (None, track.hash()):
             is_reversed = job.get("settings", {}).get("race", {}).get("reverse", False)
             return track.reversed() if is_reversed else track
     return None
@@ -82,7 +82,7 @@ def _angle(degrees: float) -> str:
     return "straight" if degrees == 0 else f"{abs(degrees):g}° {'left' if degrees > 0 else 'right'}"
 
 
-def _paid(facts: RunFacts, reward: str) -> Iterator[str]:
+def _reward_sentences(facts: RunFacts, reward: str) -> Iterator[str]:
     """Yield what it was paid for, where nobody wrote a reward function, else whose function paid."""
     notes: Sequence[str] = facts.job.get("notes", ())
     own = next((note.partition(PAID)[2] for note in notes if note.startswith("no ") and PAID in note), "")

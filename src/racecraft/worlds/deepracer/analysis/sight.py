@@ -42,11 +42,11 @@ def draw_sight(world: RaceWorld, seen: Mapping[str, Array], title: str, path: Pa
         FigureError: The path has another ending.
         OutputFileError: It cannot be written.
     """
-    figure, frames, told, ground = _sheet(world)
+    figure, frames, text_axes, ground = _sheet(world)
     lidar = world.sensors.lidar
     _draw_frames(frames, world, seen[world.sensors.camera_name][0, 0])
     if lidar is not None:
-        _draw_told(told, lidar, seen[lidar.name][0, 0])
+        _draw_lidar_input(text_axes, lidar, seen[lidar.name][0, 0])
     _draw_map(ground, world)
     figure.text(0.05, 0.965, title, fontsize=15, fontweight="bold", color=INK, va="top")
     figure.text(0.05, 0.905, _facts(world), fontsize=9, color=QUIET, va="top")
@@ -70,9 +70,9 @@ def _sheet(world: RaceWorld) -> tuple[Figure, list[Axes], Axes, Axes]:
     frames = [figure.add_subplot(grid[0, eye]) for eye in range(2)] if eyes == 2 else [
         figure.add_subplot(grid[0, :2])
     ]  # fmt: skip
-    told = figure.add_subplot(grid[1, :2])
-    told.set_visible(has_lidar)
-    return figure, frames, told, figure.add_subplot(grid[:, 2])
+    text_axes = figure.add_subplot(grid[1, :2])
+    text_axes.set_visible(has_lidar)
+    return figure, frames, text_axes, figure.add_subplot(grid[:, 2])
 
 
 def _draw_frames(axes: list[Axes], world: RaceWorld, frame: Array) -> None:
@@ -87,7 +87,7 @@ def _draw_frames(axes: list[Axes], world: RaceWorld, frame: Array) -> None:
         one.set_yticks([])
 
 
-def _draw_told(axes: Any, lidar: LidarView, view: Array) -> None:
+def _draw_lidar_input(axes: Any, lidar: LidarView, view: Array) -> None:
     """Draw what the policy is told of a LiDAR, from the left of its nose to the right, as a driver would read it."""
     axes.set_title(f"{lidar.name}, {len(view)} numbers, as the network gets them", fontsize=10, color=INK, loc="left")
     axes.invert_xaxis()
@@ -178,8 +178,8 @@ def _draw_view(axes: Any, world: RaceWorld, x: float, y: float, yaw: float) -> N
 
 
 def _facts(world: RaceWorld) -> str:
-    shown = world.sensors.specs(world.camera.width, world.camera.height)
-    shapes = [f"{name} {np.dtype(part.dtype).name} {part.shape}" for name, part in shown.items()]
+    sensors = world.sensors.specs(world.camera.width, world.camera.height)
+    shapes = [f"{name} {np.dtype(part.dtype).name} {part.shape}" for name, part in sensors.items()]
     if world.sensors.lidar is not None:
         nose = "backward" if math.cos(world.lidar.yaw) < 0 else "forward"
         shapes.append(f"LiDAR looks {nose}, {world.lidar.hertz} readings a second")

@@ -64,7 +64,7 @@ def laps_table(episodes: pl.DataFrame) -> pl.DataFrame:
     import polars as pl
 
     _require(episodes, "episode", "tick", "x_m", "y_m", "velocity_mps", "reward", "status", "progress_share")
-    ticks = _with_usual_columns(episodes)
+    ticks = _with_default_columns(episodes)
     laps = ticks.group_by("world", "episode", maintain_order=True).agg(
         pl.col("iteration").last(),
         pl.len().alias("ticks"),
@@ -178,7 +178,7 @@ def exits_table(laps: pl.DataFrame) -> pl.DataFrame:
     return counted.sort("count", "waypoint", descending=[True, False])
 
 
-def _with_usual_columns(episodes: pl.DataFrame) -> pl.DataFrame:
+def _with_default_columns(episodes: pl.DataFrame) -> pl.DataFrame:
     """Fill in the columns that a file may lack."""
     import polars as pl
 

@@ -91,5 +91,5 @@ def _filled(speed: Array) -> Array:
 
 
 def _path(points: Array, closed: bool = False) -> str:
-    told = "L".join(f"{x:.3f} {-y:.3f}" for x, y in np.asarray(points).tolist())
-    return f"M{told}{'Z' if closed else ''}"
+    path = "L".join(f"{x:.3f} {-y:.3f}" for x, y in np.asarray(points).tolist())
+    return f"M{path}{'Z' if closed else ''}"

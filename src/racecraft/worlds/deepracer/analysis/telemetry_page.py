@@ -56,8 +56,8 @@ def write_telemetry_page(path: Path, compared: LapComparison, title: str, ticks:
     Raises:
         OutputFileError: The place cannot be written.
     """
-    told = telemetry_data(compared, ticks)
-    write_atomic(path, render_file(TEMPLATE, title=title, about=told["about"], told=told))
+    data = telemetry_data(compared, ticks)
+    write_atomic(path, render_file(TEMPLATE, title=title, about=data["about"], told=data))
 
 
 def telemetry_data(compared: LapComparison, ticks: pl.DataFrame | None = None) -> dict[str, Any]:
@@ -107,10 +107,10 @@ def _traces(compared: LapComparison) -> list[Chart]:
     marks = tuple(_marks(compared))
 
     def both(mine: Array, theirs: Array, look: Any = "line") -> list[Series]:
-        told = [Series("this lap", metres, mine[rows], look, colour=1)]
+        series = [Series("this lap", metres, mine[rows], look, colour=1)]
         if np.isfinite(theirs).any():
-            told.append(Series("reference", metres, theirs[rows], "dashed", colour=6))
-        return told
+            series.append(Series("reference", metres, theirs[rows], "dashed", colour=6))
+        return series
 
     lost = [Series("time lost", metres, compared.delta_seconds[rows], colour=2)]
     return [
@@ -202,8 +202,8 @@ def frequent_sequences(laps: Laps, ticks: pl.DataFrame) -> list[dict[str, Any]]:
 
 
 def _sequences(compared: LapComparison, ticks: pl.DataFrame | None) -> dict[str, Any]:
-    told = [] if ticks is None else frequent_sequences(compared.timing.laps, ticks)
-    rows = [(one["names"], f"{one['count']:,}", f"{100 * one['share']:.1f} %") for one in told]
+    sequences = [] if ticks is None else frequent_sequences(compared.timing.laps, ticks)
+    rows = [(one["names"], f"{one['count']:,}", f"{100 * one['share']:.1f} %") for one in sequences]
     return {"heads": ("four actions in a row", "times", "share"), "rows": rows}
 
 

@@ -41,7 +41,7 @@ PICTURES = 5
 """Frames that are shown of the last second."""
 COLUMNS = 6
 """Ticks of the last second in the table of the reward."""
-MOST_LINES = 14
+MAX_LINES = 14
 """Lines of the reward function in that table: those that change most."""
 
 
@@ -51,13 +51,13 @@ def write_why_facts(path: Path, why: Why) -> None:
     Raises:
         OutputFileError: The place cannot be written.
     """
-    told = facts(why)
-    for place, known in zip(why.places, told["places"], strict=True):
+    data = facts(why)
+    for place, known in zip(why.places, data["places"], strict=True):
         known["words"] = place_words(place, why.failures)
         known["xy"] = np.round(place.xy, 3).tolist()
         known["picture_jpeg"] = base64.b64encode(_frame_strip(place.before)).decode()
     paths = [np.round(path[::3], 2).tolist() for path in why.paths]
-    text = plain_json({"format": FACTS_FORMAT, "version": 1, **told, "paths": paths})
+    text = plain_json({"format": FACTS_FORMAT, "version": 1, **data, "paths": paths})
     write_atomic(path, text + "\n")
 
 
@@ -65,9 +65,9 @@ def _frame_strip(before: Before) -> bytes:
     """Return pictures of the last second side by side, as JPEG."""
     from PIL import Image
 
-    shown = [before.frames[k] for k in _spread(len(before.seconds), PICTURES)]
+    pictures = [before.frames[k] for k in _spread(len(before.seconds), PICTURES)]
     out = io.BytesIO()
-    Image.fromarray(np.concatenate(shown, axis=1)).save(out, "JPEG", quality=85)
+    Image.fromarray(np.concatenate(pictures, axis=1)).save(out, "JPEG", quality=85)
     return out.getvalue()
 
 
@@ -144,11 +144,11 @@ def map_figure(why: Why) -> Figure:
 
 
 def _place(place: FailurePlace, failures: int) -> Iterator[Markup]:
-    told = place_words(place, failures)
+    text = place_words(place, failures)
     if place.in_training:
-        told += f" Late in the training {place.in_training} cars left the road here."
+        text += f" Late in the training {place.in_training} cars left the road here."
     frames = photograph(frames_figure(place.before), "What the camera saw in the last second", dpi=120)
-    yield card(paragraph(told), frames, head=f"{place.number}: {place.where}")
+    yield card(paragraph(text), frames, head=f"{place.number}: {place.where}")
     yield grid(_cures(place), _chances(place))
     if place.before.rewards is not None:
         yield details(
@@ -161,11 +161,11 @@ def frames_figure(before: Before) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    shown = _spread(len(before.seconds), PICTURES)
-    figure = Figure(figsize=(2.1 * len(shown), 2.1), layout="constrained")
+    indices = _spread(len(before.seconds), PICTURES)
+    figure = Figure(figsize=(2.1 * len(indices), 2.1), layout="constrained")
     FigureCanvasAgg(figure)
-    for number, k in enumerate(shown):
-        axes = figure.add_subplot(1, len(shown), number + 1)
+    for number, k in enumerate(indices):
+        axes = figure.add_subplot(1, len(indices), number + 1)
         axes.imshow(before.frames[k])
         axes.axis("off")
         at_end = before.seconds[k] == 0.0
@@ -191,13 +191,13 @@ def _cures(place: FailurePlace) -> Markup:
 
 def _chances(place: FailurePlace) -> Markup:
     last = place.last_chance
-    told = (
+    text = (
         "At no moment that was tried does any action save half of them."
         if last is None
         else f"Up to {last:.1f} s before the end some action still saves half of them."
     )
     words = "Share of the failures that some action saves, by the moment"
-    return card(paragraph(told), figure_part(chances_figure(place), words), head="When it could still be saved")
+    return card(paragraph(text), figure_part(chances_figure(place), words), head="When it could still be saved")
 
 
 def chances_figure(place: FailurePlace) -> Figure:
@@ -216,11 +216,11 @@ def chances_figure(place: FailurePlace) -> Figure:
 
 
 def _reward_table(before: Before, rewards: Array) -> Iterator[Markup]:
-    shown = _spread(len(before.seconds), COLUMNS)
-    heads = ("line", "what it says", *(f"{before.seconds[k]:.1f} s" for k in shown))
-    rows: list[tuple[object, ...]] = [("", "reward", *(_number(rewards[k]) for k in shown))]
+    indices = _spread(len(before.seconds), COLUMNS)
+    heads = ("line", "what it says", *(f"{before.seconds[k]:.1f} s" for k in indices))
+    rows: list[tuple[object, ...]] = [("", "reward", *(_number(rewards[k]) for k in indices))]
     for line in sorted(_livelier(before), key=lambda one: one.line):
-        rows.append((line.line, line.text or line.name, *(_number(line.values[k]) for k in shown)))
+        rows.append((line.line, line.text or line.name, *(_number(line.values[k]) for k in indices)))
     yield table(heads, rows, tuple(range(2, len(heads))))
     yield paragraph("A dash: the line was not run in that tick.", "quiet")
 
@@ -233,7 +233,7 @@ def _livelier(before: Before) -> list[RewardLine]:
         missing = float(np.isnan(values).any())
         return missing + float(np.ptp(there) / (np.abs(there).max() or 1.0)) if len(there) else 0.0
 
-    return sorted(before.lines, key=lambda line: -change(line.values))[:MOST_LINES]
+    return sorted(before.lines, key=lambda line: -change(line.values))[:MAX_LINES]
 
 
 def _number(value: float) -> str:

@@ -9,7 +9,7 @@ from racecraft.cli.from_request import command
 from racecraft.cli.output import table
 from racecraft.worlds.deepracer.actions.look import look as action
 
-MOST_ROWS = 20
+MAX_ROWS = 20
 
 
 def _show(facts: Figures) -> None:
@@ -21,7 +21,7 @@ def _show(facts: Figures) -> None:
         titles = ("picture", *(title.replace("_", " ") for title in facts["pictures"][0]))
         rows = [
             (str(number), *(one if isinstance(one, str) else f"{one:.3f}" for one in row.values()))
-            for number, row in enumerate(facts["pictures"][:MOST_ROWS], 1)
+            for number, row in enumerate(facts["pictures"][:MAX_ROWS], 1)
         ]
     table(titles, rows, left=("surface", "chosen", "second"))
     print(

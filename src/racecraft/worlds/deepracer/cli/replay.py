@@ -38,8 +38,8 @@ def _print_report(report: ReplayReport, facts: Mapping[str, Any]) -> None:
         ("off_track_mismatches", "off track"),
     ):
         count = facts[key]
-        shown = "not recorded" if count is None else f"{count:,}  ({100.0 * (1.0 - count / rows):.2f} % agree)"
-        print(f"  {what:38} {shown}")
+        text = "not recorded" if count is None else f"{count:,}  ({100.0 * (1.0 - count / rows):.2f} % agree)"
+        print(f"  {what:38} {text}")
     _print_open_loop(report, facts)
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from racecraft.worlds.deepracer.tracks.floor_print import FloorPrint
 
 
-TOLD_BY_DIRECTION = ("clockwise", "counter-clockwise")
+COLUMNS_BY_DIRECTION = ("clockwise", "counter-clockwise")
 
 
 TAGS_WIDTH = len("short, narrow")
@@ -30,7 +30,7 @@ def _print_table(summaries: list[TrackSummary]) -> None:
 
     rows = [("track", "length", "width", "direction", "tags", "title")]
     for part in summaries:
-        tags = ", ".join(tag for tag in part.tags if tag not in TOLD_BY_DIRECTION)
+        tags = ", ".join(tag for tag in part.tags if tag not in COLUMNS_BY_DIRECTION)
         figures = (f"{part.length:.2f} m", f"{part.width:.2f} m")
         rows.append((part.name, *figures, part.direction, tags, part.title.split(" (")[0]))
     table = Table(box=None, pad_edge=False, header_style="bold")

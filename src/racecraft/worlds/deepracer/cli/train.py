@@ -27,8 +27,8 @@ def _say_who_is_better(races: dict[str, Any]) -> None:
         print(f"  {one['name']:20} {one['points']:6.0f}   {one['wins']} of {one['races']} races won, ", end="")
         print(f"{one['overtakes']} overtakes, {one['crashes']} crashes")
     passing = races["against_a_slower_self"]
-    told = f"against itself at {passing['pace']:.0%} of its pace"
-    print(f"  {told}: {passing['overtakes_per_race']:.2f} overtakes a race, ", end="")
+    opponent = f"against itself at {passing['pace']:.0%} of its pace"
+    print(f"  {opponent}: {passing['overtakes_per_race']:.2f} overtakes a race, ", end="")
     print(f"{passing['wins']} of {passing['races']} races won, {passing['crashes']} crashes")
     for kind, place in races["files"].items():
         print(f"  {kind:8} {place}")
@@ -62,11 +62,11 @@ def _say_what_came_of_it(trained: TrainedRun, files: dict[str, Any]) -> None:
     )
 
 
-def next_trainings(asked: Mapping[str, Any]) -> list[tuple[str, str]]:
+def next_trainings(request: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what to train next, purpose and command; whoever trained a folder has a reward of their own already.
 
     Args:
-        asked: What job.json says was asked for.
+        request: What job.json says was asked for.
 
     >>> next_trainings({"folder": "my-car", "track": "Oval_track"})[0]
     ('change the reward and train it again', 'racecraft train my-car --track Oval_track')
@@ -75,13 +75,13 @@ def next_trainings(asked: Mapping[str, Any]) -> list[tuple[str, str]]:
     """
     from racecraft.worlds.deepracer.training.plan import DEFAULT_TRACK
 
-    folder, track = asked.get("folder"), asked.get("track", DEFAULT_TRACK)
+    folder, track = request.get("folder"), request.get("track", DEFAULT_TRACK)
     train = "racecraft train" if folder is None else f"racecraft train {word(folder)}"
     elsewhere = ("try another track", f"{train} --track {'Oval_track' if track != 'Oval_track' else DEFAULT_TRACK}")
     if folder is None:
         return [("write a reward function of your own", "racecraft new my-car"), elsewhere]
     again = train if track == DEFAULT_TRACK else f"{train} --track {word(track)}"
-    if many := asked.get("tracks"):
+    if many := request.get("tracks"):
         again = f"{train} --tracks {word(','.join(many))}"
     return [("change the reward and train it again", again), elsewhere]
 

@@ -35,8 +35,8 @@ def files(values: Mapping[str, Any]) -> dict[str, str]:
             line=line,
         ) from None
     changed = {name: full[name] for name in HYPER if full[name] != defaults()[name]}
-    told = {REWARD_FUNCTION: reward, MODEL_METADATA: as_json(_metadata(full))}
-    return told | ({HYPERPARAMETERS: as_json(changed)} if changed else {})
+    texts = {REWARD_FUNCTION: reward, MODEL_METADATA: as_json(_metadata(full))}
+    return texts | ({HYPERPARAMETERS: as_json(changed)} if changed else {})
 
 
 def words(values: Mapping[str, Any]) -> list[str]:
@@ -56,16 +56,16 @@ def words(values: Mapping[str, Any]) -> list[str]:
 
 
 def _settings(full: Mapping[str, Any]) -> list[str]:
-    told = ["race.reverse=true"] if full["reverse"] else []
+    overrides = ["race.reverse=true"] if full["reverse"] else []
     if full["race"] == "TIME_TRIAL":
-        return told
+        return overrides
     group = "boxes" if full["race"] == "OBJECT_AVOIDANCE" else "bots"
-    told += [
+    overrides += [
         f"race.type={full['race']}",
         f"{group}.number={full['objects']}",
         f"{group}.random={str(bool(full['random_places'])).lower()}",
     ]
-    return [*told, f"bots.speed={full['bot_speed']:g}"] if group == "bots" else told
+    return [*overrides, f"bots.speed={full['bot_speed']:g}"] if group == "bots" else overrides
 
 
 def _metadata(full: Mapping[str, Any]) -> dict[str, Any]:

@@ -27,12 +27,12 @@ ZONES = "zones"
 """What a lap is compared with where nothing is named: the best corners of all laps together."""
 
 
-def laps_page(run: Path, asked: Mapping[str, str]) -> dict[str, Any]:
+def laps_page(run: Path, query: Mapping[str, str]) -> dict[str, Any]:
     """Return what the page of a run's laps shows; `told` is None where there is no full lap.
 
     Args:
         run: The run folder.
-        asked: `lap`, counted from 1, the fastest first; `against`: ZONES, or the number of another lap.
+        query: `lap`, counted from 1, the fastest first; `against`: ZONES, or the number of another lap.
 
     Raises:
         SettingError: There is no such lap.
@@ -42,7 +42,7 @@ def laps_page(run: Path, asked: Mapping[str, str]) -> dict[str, Any]:
     if timing is None:
         return {"told": None}
     order = np.argsort(timing.laps.lap_seconds, kind="stable")
-    lap, against = _number(asked.get("lap", "1"), len(order)), asked.get("against", ZONES)
+    lap, against = _number(query.get("lap", "1"), len(order)), query.get("against", ZONES)
     compared = compare_lap(timing, int(order[lap - 1]), _reference(timing, order, against))
     names = lap_names(timing)
     choices = [

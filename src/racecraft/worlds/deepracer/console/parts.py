@@ -77,18 +77,18 @@ class CarParts(WorldParts):
         )
 
     def drive_page(
-        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
+        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], query: Mapping[str, str]
     ) -> tuple[str, dict[str, Any]]:
         """Return a drive beside the leader's."""
         from racecraft.worlds.deepracer.console.race_drive import drive_page
 
-        return f"{TEMPLATES}/race_drive.html", drive_page(race.rules, track, drives, asked)
+        return f"{TEMPLATES}/race_drive.html", drive_page(race.rules, track, drives, query)
 
     def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
         """Return the pages of laps, of failures and of the reward function."""
         return [("Laps", "/laps"), ("Why it fails", "/why"), ("Reward", "/reward")]
 
-    def tab_page(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+    def tab_page(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
         """Return one of those pages."""
         run = RunFolder(Path(row["run"]))
         if tab == "reward":
@@ -100,22 +100,22 @@ class CarParts(WorldParts):
         if tab == "laps":
             from racecraft.worlds.deepracer.console.laps import laps_page
 
-            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), asked)
-        return super().tab_page(row, tab, asked)
+            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), query)
+        return super().tab_page(row, tab, query)
 
     def tab_task(self, row: Mapping[str, Any], tab: str) -> tuple[str, list[str]] | None:
         """Return `racecraft why` for the page of failures."""
         return ("Finding out why it fails", ["why", row["run"]]) if tab == "why" else None
 
-    def look(self, row: Mapping[str, Any], tab: str, asked: Mapping[str, str]) -> Look | None:
+    def look(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> Look | None:
         """Return what the reward function of a run pays for."""
         if tab != "reward" or not RunFolder(Path(row["run"])).reward_function.is_file():
             return None
-        return _reward_look("", row["run"], row["picture"], asked)
+        return _reward_look("", row["run"], row["picture"], query)
 
-    def look_ahead(self, step: str, values: Mapping[str, Any], asked: Mapping[str, str]) -> Look | None:
+    def look_ahead(self, step: str, values: Mapping[str, Any], query: Mapping[str, str]) -> Look | None:
         """Return what the reward function of the form pays for."""
-        return _reward_look(str(values["reward"]), "", str(values["track"]), asked) if step == "reward" else None
+        return _reward_look(str(values["reward"]), "", str(values["track"]), query) if step == "reward" else None
 
     def sections(self) -> Sequence[Section]:
         """Return tracks and driving by hand."""
@@ -169,9 +169,9 @@ class CarParts(WorldParts):
         return car_values.remarks(values)
 
 
-def _reward_look(text: str, folder: str, track: str, asked: Mapping[str, str]) -> Look:
+def _reward_look(text: str, folder: str, track: str, query: Mapping[str, str]) -> Look:
     return Look(
-        f"{TEMPLATES}/reward_look.html", f"{TEMPLATES}.reward_look:look_at_reward", (text, folder, track, dict(asked))
+        f"{TEMPLATES}/reward_look.html", f"{TEMPLATES}.reward_look:look_at_reward", (text, folder, track, dict(query))
     )
 
 
@@ -220,12 +220,12 @@ def _title(name: str) -> str:
 
 def _about(run: RunFolder, job: Mapping[str, Any]) -> str:
     """Return what is peculiar about a car: its race, where that is no time trial, and who pays it."""
-    asked: Mapping[str, Any] = job.get("asked") or {}
+    request: Mapping[str, Any] = job.get("asked") or {}
     race = (job.get("settings") or {}).get("race", {}).get("type", "TIME_TRIAL")
-    told: Sequence[str] = [
+    lines: Sequence[str] = [
         *([] if race == "TIME_TRIAL" else [race.replace("_", " ").lower()]),
-        *([f"against {', '.join(asked['against'])}"] if asked.get("against") else []),
-        *([f"from {asked['from']}"] if asked.get("from") else []),
-        "own reward function" if run.reward_function.is_file() and asked.get("folder") else "",
+        *([f"against {', '.join(request['against'])}"] if request.get("against") else []),
+        *([f"from {request['from']}"] if request.get("from") else []),
+        "own reward function" if run.reward_function.is_file() and request.get("folder") else "",
     ]
-    return ", ".join(filter(None, told))
+    return ", ".join(filter(None, lines))

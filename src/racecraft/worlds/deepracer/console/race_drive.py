@@ -27,7 +27,7 @@ CHOICES = 20
 
 
 def drive_page(
-    rules: Mapping[str, Any], track: str, drives: Sequence[tuple[str, Path]], asked: Mapping[str, str]
+    rules: Mapping[str, Any], track: str, drives: Sequence[tuple[str, Path]], query: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return what the page of a drive shows; `told` is None where it has no full lap.
 
@@ -35,7 +35,7 @@ def drive_page(
         rules: Of the race.
         track: Where it was driven.
         drives: Racer and folder: of the drive itself, and of the others, the leader's first.
-        asked: `lap`, counted from 1, the fastest first; `against`: OWN, or the place of a drive among them, 0 for
+        query: `lap`, counted from 1, the fastest first; `against`: OWN, or the place of a drive among them, 0 for
             this one; `beside`: which of its laps, counted likewise.
 
     Raises:
@@ -45,7 +45,7 @@ def drive_page(
     reverse = bool(rules.get("reverse"))
     timing = _timing(_car_folder(drives[0][1]), track, reverse)
     others = drives[: CHOICES + 1]
-    against = asked.get("against", "1" if len(others) > 1 else OWN)
+    against = query.get("against", "1" if len(others) > 1 else OWN)
     choices = [
         (OWN, "the best corners of this drive"), ("0", "another lap of this drive"),
         *((str(k), racer) for k, (racer, _) in enumerate(others[1:], start=1)),
@@ -57,7 +57,7 @@ def drive_page(
     if timing is None:
         return shown
     order = np.argsort(timing.laps.lap_seconds, kind="stable")
-    lap = _number(asked.get("lap", "1"), len(order))
+    lap = _number(query.get("lap", "1"), len(order))
     reference, beside, beside_choices = of_best_zones(timing), 1, []
     if against != OWN:
         racer, folder = others[_number(against, len(others) - 1, 0)]
@@ -66,7 +66,7 @@ def drive_page(
             raise SettingError("{racer} has driven no full lap; expected a drive with one.", racer=racer)
         fastest = np.argsort(other.laps.lap_seconds, kind="stable")
         beside_choices = _lap_choices(other, fastest)
-        text = asked.get("beside", "1")  # of the drive that was chosen before, it may have none here
+        text = query.get("beside", "1")  # of the drive that was chosen before, it may have none here
         beside = int(text) if text in dict(beside_choices) else 1
         reference = of_lap(
             other.laps,

@@ -32,17 +32,17 @@ PAY = "pay"
 DEFAULT_TRACK = "reinvent_base"
 
 
-def look_at_reward(text: str, folder: str, track: str, asked: Mapping[str, str]) -> dict[str, Any]:
+def look_at_reward(text: str, folder: str, track: str, query: Mapping[str, str]) -> dict[str, Any]:
     """Return what `reward_look.html` shows.
 
     Args:
         text: The function; "": that of the folder.
         folder: Where the modules beside it are; "": there are none.
         track: Of the map.
-        asked: `speed` (m/s), `heading` (degrees) and `term` of the map, as an address has them.
+        query: `speed` (m/s), `heading` (degrees) and `term` of the map, as an address has them.
     """
-    speed = _one_of(asked.get("speed", ""), SPEEDS_MPS, 2.0)
-    heading = _one_of(asked.get("heading", ""), HEADINGS_DEG, 0)
+    speed = _one_of(query.get("speed", ""), SPEEDS_MPS, 2.0)
+    heading = _one_of(query.get("heading", ""), HEADINGS_DEG, 0)
     chosen = {
         "speed": f"{speed:g}", "speeds": [(f"{one:g}", f"{one:g} m/s") for one in SPEEDS_MPS],
         "heading": f"{heading:g}",
@@ -54,7 +54,7 @@ def look_at_reward(text: str, folder: str, track: str, asked: Mapping[str, str])
             read_reward_source(Path(folder) / REWARD_FUNCTION) if not text else source_of(REWARD_FUNCTION, text, {})
         )
         found = _checked(source.text, source)
-        mapped = _mapped(source, track, speed, heading, asked.get("term", PAY)) if np.isfinite(found.lowest) else None
+        mapped = _mapped(source, track, speed, heading, query.get("term", PAY)) if np.isfinite(found.lowest) else None
     except (RewardFileError, RewardError) as error:
         line = getattr(error, "line", None)
         return {"told": None, "fault": str(error), "remarks": [_remark(line, True, str(error))], **chosen}

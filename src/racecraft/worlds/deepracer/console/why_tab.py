@@ -26,7 +26,7 @@ def why_data(run: RunFolder) -> dict[str, Any]:
     try:
         why = json.loads((run.path / FACTS).read_text(encoding="utf-8"))
         track = track_of(run.read_job())
-        shown = {
+        data = {
             "checkpoint": int(why["checkpoint"]),
             "findings": [str(one) for one in why["findings"]],
             "places": [_place(number, one) for number, one in enumerate(why["places"], 1)],
@@ -34,23 +34,23 @@ def why_data(run: RunFolder) -> dict[str, Any]:
         }
     except (OSError, ValueError, KeyError, TypeError, TrackError):
         return {"why": None, "page": ""}
-    return {"why": shown, "page": PAGE if (run.path / PAGE).is_file() else ""}
+    return {"why": data, "page": PAGE if (run.path / PAGE).is_file() else ""}
 
 
-def _place(number: int, told: dict[str, Any]) -> dict[str, Any]:
+def _place(number: int, facts: dict[str, Any]) -> dict[str, Any]:
     cures = [
         (
             f"{cure['seconds_before']:.1f} s", cure["waypoint"], cure["instead_of"], cure["action"],
             f"{cure['held_seconds']:.1f} s", f"{cure['saved']} of {cure['tried']}",
         )
-        for cure in told["cures"]
+        for cure in facts["cures"]
     ]  # fmt: skip
     return {
         "number": number,
-        "head": f"{number}: segment {told['segment']}",
-        "share": float(told["share"]),
-        "words": str(told["words"]),
-        "picture": "data:image/jpeg;base64," + str(told["picture_jpeg"]),
+        "head": f"{number}: segment {facts['segment']}",
+        "share": float(facts["share"]),
+        "words": str(facts["words"]),
+        "picture": "data:image/jpeg;base64," + str(facts["picture_jpeg"]),
         "cures": cures,
     }
 
@@ -75,5 +75,5 @@ def _map(track: Track, why: dict[str, Any]) -> dict[str, Any]:
 
 
 def _path(points: Array, closed: bool) -> str:
-    told = "L".join(f"{x:.2f} {-y:.2f}" for x, y in points.tolist())
-    return f"M{told}{'Z' if closed else ''}"
+    path = "L".join(f"{x:.2f} {-y:.2f}" for x, y in points.tolist())
+    return f"M{path}{'Z' if closed else ''}"

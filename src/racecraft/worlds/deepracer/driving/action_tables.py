@@ -1,7 +1,7 @@
 """Action tables by a short text: "7x1.5,2.5" is seven angles from -30° to 30°, each at 1.5 and at 2.5 m/s.
 
 Coarse tables cost almost no lap time, since a car that chooses 15 times a second mixes its angles; a slow top speed
-does, and so does a slowest speed that is too fast for the tightest turn. Begin with `usual_table`.
+does, and so does a slowest speed that is too fast for the tightest turn. Begin with `default_table`.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ def default_top_speed(car: str) -> float:
     return MAX_LOGGED_SPEED_MPS.get(car, MAX_SPEED_MPS)
 
 
-def usual_table(car: str, top_speed: float) -> str:
+def default_table(car: str, top_speed: float) -> str:
     """Return the text of a table with which a car laps about as fast as with any up to a top speed, m/s.
 
-    >>> usual_table("v5-classic", 4.0), usual_table("v6", 2.5)
+    >>> default_table("v5-classic", 4.0), default_table("v6", 2.5)
     ('7x1,2.2,4', '7x1.5,2.5')
     """
     speeds = RACING_SPEEDS_MPS.get(car, TODAYS_SPEEDS_MPS)

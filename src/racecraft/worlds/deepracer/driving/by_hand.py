@@ -105,14 +105,14 @@ class HandDrive:
 
     def _lap(self, seconds: float) -> HandLap:
         count = len(self._chosen)
-        shown = Demonstrations(
+        demonstrations = Demonstrations(
             observations={name: np.stack([one[name] for one in self._seen]) for name in self._names},
             actions=np.stack(self._chosen),
             reward=np.zeros(count, np.float32),
             episode=np.zeros(count, np.int32),
             spec=self._spec,
         )
-        return HandLap(seconds, self._is_flying, shown, np.stack(self._path), time.time())
+        return HandLap(seconds, self._is_flying, demonstrations, np.stack(self._path), time.time())
 
     def _pose(self) -> Array:
         car = self._world.cars[0, 0]

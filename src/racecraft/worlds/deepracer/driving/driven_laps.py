@@ -110,14 +110,14 @@ class DrivenLaps:
             keep = [row for row in range(len(self._laps)) if row != number]
             self._write([self._shown[row] for row in keep], [self._laps[row] for row in keep])
 
-    def _write(self, shown: list[Demonstrations], laps: list[DrivenLap]) -> None:
-        if shown:
+    def _write(self, demonstrations: list[Demonstrations], laps: list[DrivenLap]) -> None:
+        if demonstrations:
             make_folder(self.path.parent)
             source = {"by": "hand", "track": self._track, "laps": [lap.as_dictionary() for lap in laps]}
-            write_demonstrations(self.path, join_demonstrations(shown, source))
+            write_demonstrations(self.path, join_demonstrations(demonstrations, source))
         else:
             self.path.unlink(missing_ok=True)
-        self._shown, self._laps = shown, laps
+        self._shown, self._laps = demonstrations, laps
 
 
 def _episode(whole: Demonstrations, number: int) -> Demonstrations:

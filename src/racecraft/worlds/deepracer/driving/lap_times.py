@@ -75,19 +75,21 @@ def lap_times(track: Track, car: str, actions: ActionSpace, direction: str = FOR
     return LapTimes(plan, lines, best_known_lap(track.name, car, top_speed, direction), top_speed)
 
 
-def direction_named(track: Track, asked: str) -> str:
+def direction_named(track: Track, direction: str) -> str:
     """Return FORWARD or REVERSE for "forward", "reverse", "ccw" or "cw".
 
     Raises:
         SettingError: Another word, or the reverse of an open track.
     """
-    word = asked.lower()
+    word = direction.lower()
     if word in ("cw", "ccw") and track.closed:
         word = FORWARD if track.direction == word else REVERSE
     if word not in (FORWARD, REVERSE):
-        raise SettingError("--direction is {asked!r}; expected forward, reverse, or of a loop cw or ccw.", asked=asked)
+        raise SettingError(
+            "--direction is {asked!r}; expected forward, reverse, or of a loop cw or ccw.", asked=direction
+        )
     if word == REVERSE and not track.closed:
         raise SettingError(
-            "--direction is {asked!r}; {name} is an open track: expected forward.", asked=asked, name=track.name
+            "--direction is {asked!r}; {name} is an open track: expected forward.", asked=direction, name=track.name
         )
     return word

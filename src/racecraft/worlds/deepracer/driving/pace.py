@@ -36,11 +36,11 @@ class Pace:
     def lines(self) -> list[str]:
         """Return what a reader is told, a line each; what is missing is a dash."""
         best, known, gap = self.best_lap_seconds, self.best_known_seconds, self.gap_percent
-        told = [
+        lines = [
             f"fastest lap {_or_dash(best, '.2f', ' s')}; best known lap {_or_dash(known, '.2f', ' s')}; "
             f"gap {_or_dash(gap, '+.1f', ' %')}"
         ]
-        return [*told, *([str(self.smoothness)] if self.smoothness else []), *filter(None, [self.beyond_logs])]
+        return [*lines, *([str(self.smoothness)] if self.smoothness else []), *filter(None, [self.beyond_logs])]
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the figures as plain values, fit for JSON."""

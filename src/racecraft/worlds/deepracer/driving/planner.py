@@ -195,10 +195,10 @@ def drive_plan(track: Track, car: CarProfile, commands: np.ndarray, choices: np.
     )  # fmt: skip
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
-    told = np.concatenate([choices[:1], choices, np.full(30, choices[-1])])
+    indices = np.concatenate([choices[:1], choices, np.full(30, choices[-1])])
     path: list[list[float]] = []
     lap_ticks: list[int] = []
-    for choice in told:
+    for choice in indices:
         world.step(np.array([[choice]]), buffers)
         report = world.reports[0, 0]
         path.append([report[name] for name in ("x", "y", "yaw", "driven_speed", "driven_steering")])
@@ -208,4 +208,4 @@ def drive_plan(track: Track, car: CarProfile, commands: np.ndarray, choices: np.
             break
     if len(lap_ticks) < laps:
         return None
-    return Plan(told[: len(path)], commands, np.array(path), tuple(lap_ticks))
+    return Plan(indices[: len(path)], commands, np.array(path), tuple(lap_ticks))

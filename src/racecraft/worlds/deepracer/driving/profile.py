@@ -45,11 +45,11 @@ def with_speeds(frame: RoadFrame, offset: np.ndarray, car: CarProfile, top_speed
 def steady_curvature(car: CarProfile, speed: np.ndarray, steering: np.ndarray) -> np.ndarray:
     """Return the curvature a car drives at steady speed (m/s) and wheel angle (rad), 1/m; the pull is left out."""
     tangent = np.tan(steering)
-    asked = car.curvature_gain * tangent * (1.0 - car.curvature_droop * np.abs(tangent)) / WHEELBASE_M
-    asked = asked / (1.0 + car.curvature_fade * speed)
+    curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * np.abs(tangent)) / WHEELBASE_M
+    curvature = curvature / (1.0 + car.curvature_fade * speed)
     if car.grip >= NO_LIMIT:
-        return asked
-    return asked / (1.0 + (asked * speed**2 / car.grip) ** 4) ** 0.25
+        return curvature
+    return curvature / (1.0 + (curvature * speed**2 / car.grip) ** 4) ** 0.25
 
 
 def sharpest_curvature(car: CarProfile, top_speed: float, speed: np.ndarray) -> np.ndarray:

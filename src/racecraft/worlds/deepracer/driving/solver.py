@@ -140,11 +140,11 @@ def _solve(
 def _driven_curvature(ca: Any, car: CarProfile, speed: Any, steering: Any) -> Any:
     """Return `kernels/vehicle.py`'s driven curvature as an expression, smooth where steering changes its sign."""
     tangent = ca.tan(steering)
-    asked = car.curvature_gain * tangent * (1.0 - car.curvature_droop * _smooth_abs(ca, tangent)) / WHEELBASE_M
-    asked = asked / (1.0 + car.curvature_fade * speed) + car.pull
+    curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * _smooth_abs(ca, tangent)) / WHEELBASE_M
+    curvature = curvature / (1.0 + car.curvature_fade * speed) + car.pull
     if car.grip >= NO_LIMIT:
-        return asked
-    return asked / (1.0 + (asked * speed**2 / car.grip) ** 4) ** 0.25
+        return curvature
+    return curvature / (1.0 + (curvature * speed**2 / car.grip) ** 4) ** 0.25
 
 
 def _smooth_abs(ca: Any, value: Any) -> Any:

@@ -131,15 +131,15 @@ class ActionBox:
         Raises:
             ContractError: One of them is not a number.
         """
-        told = np.asarray(actions, np.float32)
-        if not np.isfinite(told).all():
+        commands = np.asarray(actions, np.float32)
+        if not np.isfinite(commands).all():
             raise ContractError(
                 "actions {actions!r} are not all finite; expected steering in rad and speed in m/s", actions=actions
             )
         low, high = np.asarray(self.spec.low), np.asarray(self.spec.high)
         near = ROUNDINGS * np.finfo(np.float32).eps * (np.abs(low) + np.abs(high))
-        chosen = np.where(told <= low + near, low, np.where(told >= high - near, high, told))
-        return Commands(chosen, clip_commands(chosen), np.full(told.shape[:-1], NO_NUMBER, np.int64))
+        chosen = np.where(commands <= low + near, low, np.where(commands >= high - near, high, commands))
+        return Commands(chosen, clip_commands(chosen), np.full(commands.shape[:-1], NO_NUMBER, np.int64))
 
 
 ActionSpace = ActionTable | ActionBox
@@ -168,11 +168,13 @@ class OwnActions:
         Raises:
             ContractError: A number is no choice of its car's table, or none at all.
         """
-        told = np.asarray(actions, np.float64)
-        every = Commands(np.zeros(told.shape), np.zeros(told.shape), np.full(told.shape[:-1], NO_NUMBER, np.int64))
+        commands = np.asarray(actions, np.float64)
+        every = Commands(
+            np.zeros(commands.shape), np.zeros(commands.shape), np.full(commands.shape[:-1], NO_NUMBER, np.int64)
+        )
         for number, space in enumerate(self.spaces):
             own = self.whose == number
-            part = space.commands(told[own, 0] if isinstance(space, ActionTable) else told[own])
+            part = space.commands(commands[own, 0] if isinstance(space, ActionTable) else commands[own])
             every.chosen[own], every.sent[own], every.numbers[own] = part.chosen, part.sent, part.numbers
         return every
 

@@ -15,7 +15,7 @@ import numpy as np
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.worlds.deepracer.env.fidelity import AwsQuirks
-from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME, told_of_objects
+from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME, with_objects_in_critic
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -39,7 +39,7 @@ class MultiCourseWorld:
         self.courses = tuple(courses)
         first = max((course.spec for course in self.courses), key=_critic_numbers)
         if has_objects:
-            first = told_of_objects(first)
+            first = with_objects_in_critic(first)
         for other in (course.spec for course in self.courses):
             if _seen(other) != _seen(first) or other.actions != first.actions:
                 raise ContractError(
@@ -78,12 +78,12 @@ class MultiCourseWorld:
 
         On a course without variation every number is 0; one with fewer objects names none of the others'.
         """
-        told = [course.variation for course in self.courses]
-        dtypes = [one.dtype for one in told if one is not None]
+        variations = [course.variation for course in self.courses]
+        dtypes = [one.dtype for one in variations if one is not None]
         if not dtypes:
             return None
         whole = np.zeros((self._spec.num_worlds, self._spec.num_agents), max(dtypes, key=lambda one: len(one.names)))
-        for rows, one in zip(self._rows, told, strict=True):
+        for rows, one in zip(self._rows, variations, strict=True):
             if one is not None:
                 for name in one.dtype.names:
                     whole[name][rows] = one[name]
@@ -105,9 +105,9 @@ class MultiCourseWorld:
         return np.concatenate([course.start_shares for course in self.courses])
 
     @property
-    def episodes_begun(self) -> int:
+    def episodes_started(self) -> int:
         """Episodes that all cars together have begun since `reset`, less the first of each."""
-        return sum(course.episodes_begun for course in self.courses)
+        return sum(course.episodes_started for course in self.courses)
 
     @property
     def next_start_share(self) -> float:

@@ -32,13 +32,13 @@ from racecraft.worlds.deepracer.tracks.track import Track
 
 
 def plan_objects(
-    track: Track, asked: BoxesConfig | BotsConfig | None, habits: AwsQuirks, num_cars: int = 1
+    track: Track, boxes: BoxesConfig | BotsConfig | None, habits: AwsQuirks, num_cars: int = 1
 ) -> ObjectPlan:
     """Return what a race asks for on a track.
 
     Args:
         track: The circuit, in driving direction.
-        asked: Boxes, bots, or nothing at all.
+        boxes: Boxes, bots, or nothing at all.
         habits: Which of the original's bugs the world has.
         num_cars: Cars of a world; random places leave room for their starts.
 
@@ -47,56 +47,56 @@ def plan_objects(
     """
     # Other cars are touched, and blamed, by the same habits as objects.
     empty = no_objects()._replace(corners_only=habits.corners_collide, blames_by_lap=habits.blame_is_by_lap)
-    if asked is None:
+    if boxes is None:
         return empty
-    positions = asked.positions if isinstance(asked, BoxesConfig) else ""
+    positions = boxes.positions if isinstance(boxes, BoxesConfig) else ""
     places = read_positions(positions)
-    count = len(places) or asked.number
+    count = len(places) or boxes.number
     if places:
         arcs = np.array([share * track.length for share, _ in places])
         inner = [is_inner for _, is_inner in places]
     else:
-        arcs = np.linspace(asked.min_distance, track.length - FIXED_END_M, count)
+        arcs = np.linspace(boxes.min_distance, track.length - FIXED_END_M, count)
         inner = [k % 2 == 0 for k in range(count)]
-    moves = isinstance(asked, BotsConfig)
-    kind = BOX_TYPES.index(asked.type) if isinstance(asked, BoxesConfig) and not asked.as_cars else BOT_CAR
+    moves = isinstance(boxes, BotsConfig)
+    kind = BOX_TYPES.index(boxes.type) if isinstance(boxes, BoxesConfig) and not boxes.as_cars else BOT_CAR
     built = KINDS[kind]
     plan = empty._replace(
         sizes=np.tile([built.length / 2, built.width / 2, built.height], (count, 1)),
         kinds=np.full(count, kind, np.int64),
         arcs=arcs,
         lanes=np.array([lane_beside(track, is_inner) for is_inner in inner]),
-        is_random=asked.random and not places,
+        is_random=boxes.random and not places,
         slips=habits.box_distance_slips and not moves and not places,
-        least_distance=asked.min_distance,
+        least_distance=boxes.min_distance,
     )
-    if isinstance(asked, BotsConfig):
-        if asked.lane_change_after_low > asked.lane_change_after_high:
+    if isinstance(boxes, BotsConfig):
+        if boxes.lane_change_after_low > boxes.lane_change_after_high:
             raise SettingError(
                 "bots.lane_change_after_low is {lane_change_after_low:g} s, bots.lane_change_after_high "
                 "{lane_change_after_high:g} s; expected the least time to be no longer than the most.",
-                lane_change_after_low=asked.lane_change_after_low,
-                lane_change_after_high=asked.lane_change_after_high,
+                lane_change_after_low=boxes.lane_change_after_low,
+                lane_change_after_high=boxes.lane_change_after_high,
             )
         knots, cubics = lane_splines(track)
         plan = plan._replace(
             knots=knots,
             cubics=cubics,
-            speed=asked.speed,
-            changes_lanes=asked.lane_change,
-            change_after_low=asked.lane_change_after_low,
-            change_after_high=asked.lane_change_after_high,
-            change_distance=asked.lane_change_distance,
-            penalty=asked.penalty,
+            speed=boxes.speed,
+            changes_lanes=boxes.lane_change,
+            change_after_low=boxes.lane_change_after_low,
+            change_after_high=boxes.lane_change_after_high,
+            change_distance=boxes.lane_change_distance,
+            penalty=boxes.penalty,
         )
     if places:
         _require_apart(track, plan, positions)
     else:
-        _require_room(track, plan, num_cars, "bots" if moves else "boxes")
+        _require_space(track, plan, num_cars, "bots" if moves else "boxes")
     return plan
 
 
-def _require_room(track: Track, plan: ObjectPlan, num_cars: int, group: str) -> None:
+def _require_space(track: Track, plan: ObjectPlan, num_cars: int, group: str) -> None:
     """Refuse more objects than fit on the lap with their least distance, or their own length, between them."""
     count = len(plan.kinds)
     if count == 0 or (plan.is_random and plan.slips):

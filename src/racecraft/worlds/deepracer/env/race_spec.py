@@ -44,7 +44,7 @@ def world_spec(
     )
 
 
-def told_of_objects(spec: WorldSpec) -> WorldSpec:
+def with_objects_in_critic(spec: WorldSpec) -> WorldSpec:
     """Return a race world's promise with a critic that is told of objects, too."""
-    told = replace(spec.observations[CRITIC_NAME], shape=(race.CRITIC_NUMBERS + race.CRITIC_OBJECT_NUMBERS,))
-    return replace(spec, observations={**spec.observations, CRITIC_NAME: told})
+    critic = replace(spec.observations[CRITIC_NAME], shape=(race.CRITIC_NUMBERS + race.CRITIC_OBJECT_NUMBERS,))
+    return replace(spec, observations={**spec.observations, CRITIC_NAME: critic})

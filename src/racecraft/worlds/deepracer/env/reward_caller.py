@@ -150,7 +150,7 @@ class RewardCaller:
         drive, count = bool(self._plan.knots.size), len(self._plan.kinds)
         if not self._is_shared:
             return ObjectReports(self.seen_boxes, self.seen_objects, count, drive, self._plan.speed)
-        boxes, states, counts = (told.reshape(-1, *told.shape[2:]) for told in self._told)
+        boxes, states, counts = (column.reshape(-1, *column.shape[2:]) for column in self._told)
         return ObjectReports(boxes, states, count, drive, self._plan.speed, counts)
 
 

@@ -118,9 +118,9 @@ class RewardParams:
         if objects is None or cars is None:
             yield from self._of_cars(reports)
             return
-        told = zip(*(reports[name].tolist() for name in _OBJECT_COLUMNS), strict=True)
+        columns = zip(*(reports[name].tolist() for name in _OBJECT_COLUMNS), strict=True)
         for params, car, (before, after, seen, crashed) in zip(
-            self._of_cars(reports), cars.tolist(), told, strict=True
+            self._of_cars(reports), cars.tolist(), columns, strict=True
         ):
             params.update(objects.params(car))
             params["closest_objects"] = [before, after]

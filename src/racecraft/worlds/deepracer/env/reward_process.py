@@ -113,8 +113,8 @@ class RewardProcess:
                 within ±1e5.
         """
         points = params.get("waypoints", ())
-        asked = {name: [] if name == "waypoints" else value for name, value in params.items()}
-        (paid,) = self.compute_rewards({"call": asked}, np.array(points, float).tobytes(), 1)[0].tolist()
+        plain = {name: [] if name == "waypoints" else value for name, value in params.items()}
+        (paid,) = self.compute_rewards({"call": plain}, np.array(points, float).tobytes(), 1)[0].tolist()
         return float(paid)
 
     def close(self) -> None:
@@ -129,20 +129,20 @@ class RewardProcess:
             known = self._courses[id(course)] = (len(self._courses), course)
         return known[0]
 
-    def compute_rewards(self, asked: Mapping[str, Any] | bytes, body: bytes, rows: int) -> tuple[Array, dict[str, Any]]:
+    def compute_rewards(self, call: Mapping[str, Any] | bytes, body: bytes, rows: int) -> tuple[Array, dict[str, Any]]:
         """Return what so many rows earned, float64 (rows,), and what else was told.
 
         Raises:
             RewardError: The function failed; `paid` on it holds what went before.
         """
-        head = asked if isinstance(asked, bytes) else to_head(asked)
+        head = call if isinstance(call, bytes) else to_head(call)
         try:
-            told, came = self._ask(head, body, self._seconds)
+            reply, came = self._ask(head, body, self._seconds)
         except EndedError as error:
-            raise RewardError(self._letter(error)) from None
+            raise RewardError(self._error_text(error)) from None
         paid: Array = np.frombuffer(came) if len(came) % 8 == 0 else np.zeros(0)
-        if isinstance(failed := told.get("error"), str):
-            raise FailedRowError(_plain(failed), paid, told)
+        if isinstance(failed := reply.get("error"), str):
+            raise FailedRowError(_plain(failed), paid, reply)
         if len(paid) != rows or not (np.abs(paid) <= MAX_REWARD).all():
             raise RewardError(
                 "{where}: reward_function's process answered {count} bytes; expected {rows} numbers from "
@@ -151,11 +151,11 @@ class RewardProcess:
                 count=len(came),
                 rows=rows,
             )
-        return paid, told
+        return paid, reply
 
     def _load(self) -> None:
         source = self.source
-        asked = {
+        order = {
             "path": str(source.path),
             "text": source.text,
             "modules": dict(source.modules),
@@ -163,36 +163,36 @@ class RewardProcess:
             "memory_bytes": MEMORY_BYTES,
             "seconds": self._seconds,
         }
-        told = self._ask_while_loading({"load": asked})
-        self.layers = tuple(str(layer) for layer in told.get("layers", ()))
-        self._line = told.get("line")
+        reply = self._ask_while_loading({"load": order})
+        self.layers = tuple(str(layer) for layer in reply.get("layers", ()))
+        self._line = reply.get("line")
 
-    def _ask_while_loading(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+    def _ask_while_loading(self, order: Mapping[str, Any]) -> dict[str, Any]:
         try:
-            told, _ = self._ask(to_head(asked), b"", IMPORT_SECONDS)
+            reply, _ = self._ask(to_head(order), b"", IMPORT_SECONDS)
         except EndedError as error:
             found = f"had not returned after {IMPORT_SECONDS:g} s" if error.was_late else f"its process {error.found}"
             raise RewardFileError(
                 self.path, Message("{found} while it was imported", found=found), "a module that can be imported",
                 line=self._line_of(error),
             ) from None  # fmt: skip
-        if "file_error" in told:
-            if "load" in asked:
+        if "file_error" in reply:
+            if "load" in order:
                 self.close()
-            found, expected, hint, line, key = told["file_error"]
+            found, expected, hint, line, key = reply["file_error"]
             raise RewardFileError(self.path, _plain(str(found)), expected, hint, line=line, key=key)
-        return told
+        return reply
 
     def _ask(self, head: bytes, body: bytes, seconds: float) -> tuple[dict[str, Any], bytes]:
-        told, came = self._process.ask(head, body, seconds)
-        if isinstance(printed := told.get("printed"), str) and self._room > 0:
+        reply, came = self._process.ask(head, body, seconds)
+        if isinstance(printed := reply.get("printed"), str) and self._room > 0:
             self._room -= len(printed)
             if self._room <= 0:
                 printed += f"\n{self.path}: printed {MAX_PRINTED:,} characters; what follows is dropped\n"
             (self.output or sys.stdout).write(_plain(printed))
-        return told, came
+        return reply, came
 
-    def _letter(self, error: EndedError) -> str:
+    def _error_text(self, error: EndedError) -> str:
         line = self._line_of(error) or self._line or 1
         lines = self.source.text.splitlines()
         text = lines[line - 1].strip() if 0 < line <= len(lines) else ""
@@ -240,12 +240,12 @@ class RewardCopies(CarRewards):
         if not len(cars):
             return
         try:
-            rewards[cars], told = self.ask(course, cars, reports, objects)
+            rewards[cars], reply = self.ask(course, cars, reports, objects)
         except FailedRowError as error:
             rewards[cars[: len(error.paid)]] = error.paid[: len(cars)]
             raise RewardError(str(error)) from None
         if self.is_traced:
-            steps = told.get("traces", [[]])[-1]
+            steps = reply.get("traces", [[]])[-1]
             self.terms = dict(sorted((Term(int(line), str(name)), float(value)) for line, name, _, value in steps))
 
     def ask(
@@ -278,6 +278,6 @@ class FailedRowError(RewardError):
         told: What else was told.
     """
 
-    def __init__(self, text: str, paid: Array, told: Mapping[str, Any]) -> None:
+    def __init__(self, text: str, paid: Array, reply: Mapping[str, Any]) -> None:
         super().__init__(text)
-        self.paid, self.told = paid, told
+        self.paid, self.told = paid, reply

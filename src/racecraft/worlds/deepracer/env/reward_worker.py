@@ -101,40 +101,40 @@ class Worker:
 
     def answer(self, head: bytes, body: bytes) -> None:
         """Do what a message asks, and send the answer."""
-        asked = from_head(head)
+        request = from_head(head)
         self._alive = time.monotonic()
-        told: dict[str, Any] = {}
+        reply: dict[str, Any] = {}
         paid: list[float] = []
         try:
-            if "tick" in asked:
-                course, group, rows = asked["tick"]
-                self._pay(self._courses[course].rows(body, rows), self._groups[group], paid, told, "trace" in asked)
-            elif "call" in asked:
-                paid.append(self._reward.call(_with_waypoints(asked["call"], body)))
-            elif "course" in asked:
-                self._courses.append(Course(asked["course"], body))
-            elif "copies" in asked:
-                self._groups.append(self._copies(asked["copies"]))
-            elif "variant" in asked:
-                other = asked["variant"]
+            if "tick" in request:
+                course, group, rows = request["tick"]
+                self._pay(self._courses[course].rows(body, rows), self._groups[group], paid, reply, "trace" in request)
+            elif "call" in request:
+                paid.append(self._reward.call(_with_waypoints(request["call"], body)))
+            elif "course" in request:
+                self._courses.append(Course(request["course"], body))
+            elif "copies" in request:
+                self._groups.append(self._copies(request["copies"]))
+            elif "variant" in request:
+                other = request["variant"]
                 source = source_of(other["path"], other["text"], other["modules"])
                 self._groups.append([load_reward_function(source, cast(TextIO, self.printed), is_restricted=True)])
-            elif "load" in asked:
-                told = self._load(asked["load"])
+            elif "load" in request:
+                reply = self._load(request["load"])
         except RewardError as error:
-            told["error"] = str(error)
+            reply["error"] = str(error)
         except RewardFileError as error:
-            told["file_error"] = [str(error.found), str(error.expected), str(error.hint), error.line, error.key]
+            reply["file_error"] = [str(error.found), str(error.expected), str(error.hint), error.line, error.key]
         if printed := self.printed.take():
-            told["printed"] = printed
-        self._channel.send(to_head(told) if told else b"", np.array(paid).tobytes())
+            reply["printed"] = printed
+        self._channel.send(to_head(reply) if reply else b"", np.array(paid).tobytes())
 
-    def _load(self, asked: Mapping[str, Any]) -> dict[str, Any]:
-        self._alive_seconds = ALIVE_SHARE * asked["seconds"]
+    def _load(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        self._alive_seconds = ALIVE_SHARE * request["seconds"]
         layers: tuple[str, ...] = ()
-        if asked["readable"] is not None:
-            layers = restrict(asked["readable"], asked["memory_bytes"])
-        source = source_of(asked["path"], asked["text"], asked["modules"])
+        if request["readable"] is not None:
+            layers = restrict(request["readable"], request["memory_bytes"])
+        source = source_of(request["path"], request["text"], request["modules"])
         self._reward = load_reward_function(source, cast(TextIO, self.printed), bool(layers))
         return {"layers": layers, "line": self._reward.first_line}
 
@@ -142,7 +142,7 @@ class Worker:
         copies = []
         for copy in self._reward.copies(count):
             copies.append(copy)
-            self._tell_alive(len(copies))
+            self._send_heartbeat(len(copies))
         return copies
 
     def _pay(
@@ -150,7 +150,7 @@ class Worker:
         rows: Iterator[tuple[int, Params]],
         copies: list[RewardFunction],
         paid: list[float],
-        told: dict[str, Any],
+        reply: dict[str, Any],
         is_traced: bool,
     ) -> None:
         for car, params in rows:
@@ -159,14 +159,14 @@ class Worker:
                 try:
                     paid.append(trace.call(params))
                 finally:
-                    told.setdefault("traces", []).append(trace.steps)
-                    told.setdefault("last_lines", []).append(trace.last_line)
-                    told["lines"] = sorted(trace.lines.union(told.get("lines", ())))
+                    reply.setdefault("traces", []).append(trace.steps)
+                    reply.setdefault("last_lines", []).append(trace.last_line)
+                    reply["lines"] = sorted(trace.lines.union(reply.get("lines", ())))
             else:
                 paid.append(copies[car].call(params))
-            self._tell_alive(len(paid))
+            self._send_heartbeat(len(paid))
 
-    def _tell_alive(self, count: int) -> None:
+    def _send_heartbeat(self, count: int) -> None:
         if time.monotonic() - self._alive > self._alive_seconds:
             self._channel.send(to_head({"alive": count}))
             self._alive = time.monotonic()
@@ -175,11 +175,11 @@ class Worker:
 class Course:
     """What rewards are told of a track and of what stands on it, and how a tick's bytes are read."""
 
-    def __init__(self, asked: Mapping[str, Any], waypoints: bytes) -> None:
+    def __init__(self, request: Mapping[str, Any], waypoints: bytes) -> None:
         centre = np.frombuffer(waypoints).reshape(-1, 2)
-        self._params = RewardParams(CentreLine(centre, asked["length"]), asked["reversed"])
-        self._report = _dtype(asked["report"])
-        self._objects = asked["objects"]
+        self._params = RewardParams(CentreLine(centre, request["length"]), request["reversed"])
+        self._report = _dtype(request["report"])
+        self._objects = request["objects"]
         self._state = _dtype(self._objects["state"]) if self._objects else _INT
 
     def rows(self, body: bytes, rows: int) -> Iterator[tuple[int, Params]]:

@@ -55,7 +55,7 @@ class SensorRenderer:
         """What each car's LiDAR read last, m, before it is told to the policy, float64 (N, M, 64)."""
         self._no_lidar = np.zeros((*shape, 0), np.float32)
         self._every_car = np.ones(shape, bool)
-        self._frames, self._last_frames = (self._room_for_eyes() for _ in range(2))
+        self._frames, self._last_frames = (self._stereo_buffer() for _ in range(2))
         self._optics = plain_optics(camera, shape)
         self.palettes = np.tile(camera.scene.palette @ grey_weights(sensors), (*shape, 1))
         """The grey level of every material, and of every kind of object, to every car."""
@@ -119,18 +119,18 @@ class SensorRenderer:
         """
         if sensors.lidar is None:
             return {}
-        told = np.zeros((len(rows), *sensors.lidar.spec.shape), np.float32)
+        distances = np.zeros((len(rows), *sensors.lidar.spec.shape), np.float32)
         lidar_kernels.look_around_with(
-            self._mounted(sensors), self.camera.scene, objects, cars, rows, keys, ranges, told
+            self._mounted(sensors), self.camera.scene, objects, cars, rows, keys, ranges, distances
         )
-        return {sensors.lidar.name: told}
+        return {sensors.lidar.name: distances}
 
     def _views(self, observations: Mapping[str, Array], own: Array) -> tuple[Array, Array, Array]:
         lidar = self.sensors.lidar
         frames = own if self.sensors.camera == STEREO else observations[self.sensors.camera_name][:, :, None]
         return frames, observations[CRITIC_NAME], self._no_lidar if lidar is None else observations[lidar.name]
 
-    def _room_for_eyes(self) -> Array:
+    def _stereo_buffer(self) -> Array:
         """Return room for the frames of two eyes, (N, M, 2, H, W); one eye needs none."""
         count = 2 if self.sensors.camera == STEREO else 0
         return np.zeros((*self._shape, count, self.camera.height, self.camera.width), np.uint8)

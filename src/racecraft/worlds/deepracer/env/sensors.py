@@ -148,8 +148,8 @@ def lidar_view(name: str, lidar_config: Mapping[str, float] | None = None) -> Li
         return LidarView(name, LIDAR_CLIP_M)
     if name == SECTOR_LIDAR:
         return LidarView(name, SECTOR_CLIP_M, SECTORS)
-    told = {**DEFAULTS, **(lidar_config or {})}
-    return LidarView(name, told["clipping_dist"], int(told["num_sectors"]), int(told["num_values_per_sector"]))
+    config = {**DEFAULTS, **(lidar_config or {})}
+    return LidarView(name, config["clipping_dist"], int(config["num_sectors"]), int(config["num_values_per_sector"]))
 
 
 class MountedLidar(NamedTuple):
@@ -183,7 +183,7 @@ def mounted_lidar(
         hertz: Readings a second; between them the last one stands.
         noise: Standard deviation of a reading, m.
     """
-    told = view or lidar_view(LIDAR)
+    config = view or lidar_view(LIDAR)
     yaw = math.pi if backward else 0.0
-    reach = min(told.clip_m + 8.0 * noise, FARTHEST_M)
-    return MountedLidar(LIDAR_X_M, LIDAR_Z_M, yaw, hertz, noise, reach, told.clip_m, told.sectors, told.values)
+    reach = min(config.clip_m + 8.0 * noise, FARTHEST_M)
+    return MountedLidar(LIDAR_X_M, LIDAR_Z_M, yaw, hertz, noise, reach, config.clip_m, config.sectors, config.values)

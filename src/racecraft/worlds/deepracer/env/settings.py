@@ -15,7 +15,7 @@ TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT, HEAD_TO_MODEL = RACE_TYPES = (
     "HEAD_TO_MODEL",
 )
 """What a race is about, in AWS's words."""
-MOST_CARS = 8
+MAX_CARS = 8
 """In one race."""
 
 
@@ -129,7 +129,7 @@ class BotsConfig:
 class AgainstConfig:
     """Whom a learning car meets in a race of HEAD_TO_MODEL."""
 
-    cars: int = setting(2, "Cars in each race, the learner's own among them.", low=2, high=MOST_CARS)
+    cars: int = setting(2, "Cars in each race, the learner's own among them.", low=2, high=MAX_CARS)
     chosen_share: float = setting(
         0.5, "Share of the races against chosen models, where itself is met besides them.", low=0.0, high=1.0
     )
@@ -196,8 +196,8 @@ def objects_in(race_type: str) -> BoxesConfig | BotsConfig | None:
 
 def objects_of(settings: Settings) -> BoxesConfig | BotsConfig | None:
     """Return what stands or drives in the way of a race with these settings."""
-    asked = next((getattr(settings, name) for name in race_groups(settings.race.type) if name in settings), None)
-    return asked if isinstance(asked, BoxesConfig | BotsConfig) else None
+    found = next((getattr(settings, name) for name in race_groups(settings.race.type) if name in settings), None)
+    return found if isinstance(found, BoxesConfig | BotsConfig) else None
 
 
 def with_race_groups(settings: Settings) -> Settings:

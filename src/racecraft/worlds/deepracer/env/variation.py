@@ -31,7 +31,7 @@ LEVELS = {
     "strong": "another car, badly built, in another room",
 }
 """Every level, with what it stands for."""
-MOST_LATENCY_TICKS = 9
+MAX_LATENCY_TICKS = 9
 
 
 def _range(doc: str, unit: str, high: float) -> Any:
@@ -59,7 +59,7 @@ class VariationConfig:
     camera_roll: float | None = _range("It leans to a side by up to.", "rad", 0.3)
     camera_view: float | None = _range("Its horizontal angle of view is wider or narrower by up to.", "rad", 0.4)
     latency: float | None = _range(
-        "Commands act later by up to, in whole ticks of 1/15 s.", "s", MOST_LATENCY_TICKS / TICKS_PER_SECOND
+        "Commands act later by up to, in whole ticks of 1/15 s.", "s", MAX_LATENCY_TICKS / TICKS_PER_SECOND
     )
     dropped_frames: float | None = _range("Frames that fail and show the one before again, up to.", "share", 0.9)
     steering_gain: float | None = _range("Wheels turn further or less far than told by up to.", "share", 0.9)
@@ -204,10 +204,10 @@ def only(level: str, names: Iterable[str]) -> VariationConfig:
     """
     amounts = AMOUNTS[checked_level(level)]
     kept = [setting for name in names for setting in DISTURBANCES[checked_disturbance(name)].settings]
-    told: dict[str, Any] = {name: 0.0 for name in RANGES} | {"lamps": False, "object_colours": False}
+    values: dict[str, Any] = {name: 0.0 for name in RANGES} | {"lamps": False, "object_colours": False}
     for name in kept:
-        told[name] = bool(amounts.get(name)) if isinstance(told[name], bool) else amounts.get(name, 0.0)
-    return VariationConfig("off", **told)
+        values[name] = bool(amounts.get(name)) if isinstance(values[name], bool) else amounts.get(name, 0.0)
+    return VariationConfig("off", **values)
 
 
 def disturbances_of(level: str, has_objects: bool = True) -> list[str]:

@@ -124,8 +124,8 @@ class RaceWorld:
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
         self._rules = rules_of(race_config, self.track, laps, start_ahead, drive_seconds)
-        asked = objects or objects_in(race_config.type)
-        self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
+        wanted = objects or objects_in(race_config.type)
+        self._plan = plan_objects(self.track, wanted, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
         self._varied = self._varied_cars(variation) if variation.is_on else None
         self.variation = None if self._varied is None else self._varied.drawn.copy()
@@ -142,7 +142,7 @@ class RaceWorld:
         self._keys = _keys(0, self._cars.shape)
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
-        has_objects = asked is not None or cars_per_world > 1
+        has_objects = wanted is not None or cars_per_world > 1
         self._spec = world_spec(
             actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors, has_objects
         )
@@ -203,14 +203,14 @@ class RaceWorld:
         return self.reward is not None
 
     @property
-    def episodes_begun(self) -> int:
+    def episodes_started(self) -> int:
         """Episodes that all cars together have begun since `reset`, less the first of each."""
         return int(self._cars["episode"].sum())
 
     @property
     def next_start_share(self) -> float:
         """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
-        return float((self._start_shares[0] + self.episodes_begun * self._rules.start_advance) % 1.0)
+        return float((self._start_shares[0] + self.episodes_started * self._rules.start_advance) % 1.0)
 
     def _varied_cars(self, variation: VariationConfig) -> RandomisedCars:
         """Return what every car sees and drives with, and let kernels take it instead of what is common to all."""
@@ -302,10 +302,10 @@ class RaceWorld:
                 actions_2=self.actions,
                 action_shape=self._action_shape,
             )
-        told = self.actions.commands(actions.reshape(self._action_shape))
+        commands = self.actions.commands(actions.reshape(self._action_shape))
         self._paying.keep(is_asked=self.has_reward)
         with at_most(self._threads):
-            kernels.tick(*self.of_a_tick(told, buffers))
+            kernels.tick(*self.of_a_tick(commands, buffers))
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
         if self._varied is not None:
@@ -318,23 +318,26 @@ class RaceWorld:
             self._paying.compute_rewards(self.reward, self.reports, buffers.reward)
         self._keep_episodes(buffers.reward)
 
-    def of_a_tick(self, told: Commands, buffers: StepBuffers) -> tuple[Any, ...]:
+    def of_a_tick(self, commands: Commands, buffers: StepBuffers) -> tuple[Any, ...]:
         """Return what `kernels/race.py` takes for a tick, in its order: for those who drive many in compiled code.
 
         Nothing is copied: what it writes is this world's, and what is seen is in the buffers.
         """
         varied = self._varied
         profiles, sent = (
-            (self.profiles, told.sent) if varied is None else (varied.profiles, varied.send(self._cars, told.sent))
+            (self.profiles, commands.sent)
+            if varied is None
+            else (varied.profiles, varied.send(self._cars, commands.sent))
         )
         return (
             self._arrays, self._plan, self._objects, self._around, profiles, self._rules, *self._seeing.sight,
-            told.numbers, told.chosen, sent, self._parked, self._keys, self._cars, self.reports, self._seeing.ranges,
+            commands.numbers, commands.chosen, sent, self._parked, self._keys, self._cars, self.reports,
+            self._seeing.ranges,
             *self._seeing.views(buffers.observations), *self._seeing.last_views(buffers.final_observations),
         )  # fmt: skip
 
     @property
-    def is_told_by_ticks_alone(self) -> bool:
+    def is_compiled_tick_enough(self) -> bool:
         """Whether a compiled tick is all of a step: one eye that sees what is there, and nobody who pays."""
         return self._varied is None and self.sensors.camera != STEREO and self.reward is None
 

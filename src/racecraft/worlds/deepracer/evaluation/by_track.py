@@ -69,18 +69,18 @@ def summary_of(results: Sequence[TrackResult]) -> dict[str, Any]:
 
     Lapped is a track whose every lap was full.
     """
-    told: dict[str, Any] = {}
+    summary: dict[str, Any] = {}
     for role in (TRAINED, HELD_OUT, OTHER):
         part = [one for one in results if one.role == role]
         if part:
-            told[role] = {
+            summary[role] = {
                 "tracks": len(part),
                 "lapped": sum(one.is_lapped for one in part),
                 "laps": sum(one.laps for one in part),
                 "full_laps": sum(one.full_laps for one in part),
                 "mean_progress_percent": round(float(np.mean([one.mean_progress_percent for one in part])), 3),
             }
-    return told
+    return summary
 
 
 def headline_of(results: Sequence[TrackResult]) -> str:
@@ -104,9 +104,9 @@ def headline_of(results: Sequence[TrackResult]) -> str:
 def figures_of(results: Sequence[TrackResult]) -> dict[str, float | None]:
     """Return the columns of metrics.jsonl: the worst and the lapped of each role, and every track's own progress."""
     figures: dict[str, float | None] = {}
-    for role, told in summary_of(results).items():
-        figures[f"{role}_tracks_lapped"] = told["lapped"] / told["tracks"]
-        figures[f"{role}_progress"] = told["mean_progress_percent"]
+    for role, row in summary_of(results).items():
+        figures[f"{role}_tracks_lapped"] = row["lapped"] / row["tracks"]
+        figures[f"{role}_progress"] = row["mean_progress_percent"]
         figures[f"{role}_worst_progress"] = min(one.mean_progress_percent for one in results if one.role == role)
     return figures | {f"{one.role}/{one.label}": one.mean_progress_percent for one in results}
 
@@ -159,8 +159,8 @@ def judge_named(car: TrainedCar, names: Sequence[str], starts: int) -> tuple[Tra
 
 def told_of(car: TrainedCar, results: Sequence[TrackResult], starts: int) -> dict[str, Any]:
     """Return a judgement of several tracks as plain values, fit for JSON."""
-    told = {"run": str(car.run.path), "checkpoint": car.checkpoint.iteration, "starts": starts}
-    return {**told, "tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)}
+    document = {"run": str(car.run.path), "checkpoint": car.checkpoint.iteration, "starts": starts}
+    return {**document, "tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)}
 
 
 def judged_course(course: LaidCourse, role: str, starts: int) -> Judged:

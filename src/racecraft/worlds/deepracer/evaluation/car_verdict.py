@@ -50,12 +50,12 @@ class CarVerdict:
         """
         tried = ", ".join(f"{car} {far:.2f} m" for car, far in self.strayed_m.items() if far is not None)
         strayed = f"after a second {tried} away" if tried else "no stretch is long enough"
-        said = f"recorded by the {self.build} build" if self.build else ""
+        text = f"recorded by the {self.build} build" if self.build else ""
         if self.car is None:
-            return f"the recording cannot tell the car ({'; '.join(filter(None, (said, strayed)))})"
+            return f"the recording cannot tell the car ({'; '.join(filter(None, (text, strayed)))})"
         if self.ratio is not None:
-            said = f"the next car strays {self.ratio[0]:.1f} to {self.ratio[1]:.1f} times as far (95 %)"
-        return f"the recording shows {self.car} ({'; '.join(filter(None, (said, strayed)))})"
+            text = f"the next car strays {self.ratio[0]:.1f} to {self.ratio[1]:.1f} times as far (95 %)"
+        return f"the recording shows {self.car} ({'; '.join(filter(None, (text, strayed)))})"
 
     def as_dictionary(self) -> dict[str, object]:
         """Return the verdict as plain values, fit for JSON."""

@@ -63,12 +63,12 @@ class CompiledDrive:
         with ThreadPoolExecutor(threads()) as pool:
             return list(pool.map(to_its_end, range(self._world.spec.num_worlds)))
 
-    def episode(self, seed: int, told: Callable[[RaceWorld], None]) -> None:
-        """Drive one episode of the only world; `told` looks at it after each full lap and at its end."""
+    def episode(self, seed: int, on_tick: Callable[[RaceWorld], None]) -> None:
+        """Drive one episode of the only world; `on_tick` looks at it after each full lap and at its end."""
         tick = self._begin(seed)
         while True:
             self._drive(0, tick)
-            told(self._world)
+            on_tick(self._world)
             if self._has_ended(0):
                 return
 
@@ -89,7 +89,7 @@ class CompiledDrive:
 
 def compiled_drive(policy: Policy, world: World) -> CompiledDrive | None:
     """Return a policy's drive in a world, with its weights as they are now; None: it has to be asked tick by tick."""
-    if not (isinstance(world, RaceWorld) and isinstance(policy, Compilable) and world.is_told_by_ticks_alone):
+    if not (isinstance(world, RaceWorld) and isinstance(policy, Compilable) and world.is_compiled_tick_enough):
         return None
     if world.spec.num_agents != 1 or not isinstance(world.actions, ActionTable):
         return None

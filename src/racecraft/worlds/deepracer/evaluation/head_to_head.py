@@ -22,7 +22,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, StepBuffers, allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import OwnActions
-from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MOST_CARS, RaceConfig
+from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MAX_CARS, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import BODY_HALF_LENGTH_M, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
@@ -32,7 +32,7 @@ from racecraft.worlds.deepracer.players.seats import Seats
 from racecraft.worlds.deepracer.tracks.track import Track
 
 DONE_CONDITIONS = ("any", "all")
-MOST_RACES = 10_000
+MAX_RACES = 10_000
 KEPT_RACES = 16
 """Races whose ticks are kept, for films."""
 FINISHED, RETIRED, TIME_UP, CUT_SHORT = "finished", "retired", "time_up", "not_finished"
@@ -62,7 +62,7 @@ class HeadToHead:
             SettingError: A number is out of its range, or the condition is none.
         """
         ranges = {name: RANGES[name] for name in ("max_resets", "off_track_penalty", "collision_penalty")}
-        for name, (least, most) in {"laps": (1, 1000), "races": (1, MOST_RACES), **ranges}.items():
+        for name, (least, most) in {"laps": (1, 1000), "races": (1, MAX_RACES), **ranges}.items():
             value = getattr(self, name)
             if value is not None and not least <= value <= most:
                 raise SettingError(
@@ -154,7 +154,7 @@ def race_head_to_head(
     """Let drivers race each other, greedily.
 
     Args:
-        drivers: 2 to MOST_CARS of them. The world is drawn as the first one sees it.
+        drivers: 2 to MAX_CARS of them. The world is drawn as the first one sees it.
         track: Where.
         rules: How it is judged.
         config: How the world is: fidelity, direction, time; None: as usual.
@@ -177,9 +177,9 @@ def require_company(count: int) -> None:
     Raises:
         SettingError: So many cannot race.
     """
-    if not 2 <= count <= MOST_CARS:
+    if not 2 <= count <= MAX_CARS:
         raise SettingError(
-            "{count} cars were named for one race; expected 2 to {most_cars}.", count=count, most_cars=MOST_CARS
+            "{count} cars were named for one race; expected 2 to {most_cars}.", count=count, most_cars=MAX_CARS
         )
 
 

@@ -109,13 +109,13 @@ class ReplayReport:
     @property
     def is_same_track(self) -> bool:
         """Our geometry tells the same: on the original's own rows exactly, on the catalogue's curve within a point."""
-        told = [file.retold for file in self.files]
+        replays = [file.retold for file in self.files]
         rows = sum(len(file.trace) for file in self.files)
-        wheels = sum(int(part.wheels_wrong.sum()) for part in told)
+        wheels = sum(int(part.wheels_wrong.sum()) for part in replays)
         if self.is_exact:
-            differ = any(part.progress_wrong.any() or part.waypoint_wrong.any() for part in told)
+            differ = any(part.progress_wrong.any() or part.waypoint_wrong.any() for part in replays)
         else:
-            differ = any(part.progress_far.any() for part in told)
+            differ = any(part.progress_far.any() for part in replays)
         return not differ and wheels <= (1.0 - SAME_WHEELS) * rows
 
     @property
@@ -141,8 +141,8 @@ class ReplayReport:
     @property
     def waypoints(self) -> str | None:
         """How rows that the route file repeats were counted: "as_filed", "distinct"; None where nothing tells."""
-        told = {file.retold.waypoints for file in self.files} - {None}
-        return told.pop() if len(told) == 1 else None
+        waypoints = {file.retold.waypoints for file in self.files} - {None}
+        return waypoints.pop() if len(waypoints) == 1 else None
 
     def _by_speed(self, horizon: str) -> tuple[Array, Array]:
         """Return how far our car strayed, m, and how fast the recorded one drove, m/s, in windows that reach so far."""
@@ -236,18 +236,18 @@ def _likely(verdict: CarVerdict, recordings: Recordings) -> str:
 
 def _figures(files: Sequence[FileReplay]) -> dict[str, Any]:
     """Return the counts and errors of some files together."""
-    told = [file.retold for file in files]
-    judged = sum(int(part.off_track_judged.sum()) for part in told)
+    replays = [file.retold for file in files]
+    judged = sum(int(part.off_track_judged.sum()) for part in replays)
     position = {name: np.concatenate([file.windows.position_m[name] for file in files]) for name in HORIZONS}
     yaw = {name: np.concatenate([file.windows.yaw_rad[name] for file in files]) for name in HORIZONS}
     return {
         "rows": sum(len(file.trace) for file in files),
-        "episodes": sum(int(part.begins.sum()) for part in told),
-        "reversed_episodes": sum(int((part.begins & part.reversed).sum()) for part in told),
-        "progress_mismatches": sum(int(part.progress_wrong.sum()) for part in told),
-        "closest_waypoint_mismatches": sum(int(part.waypoint_wrong.sum()) for part in told),
-        "all_wheels_mismatches": sum(int(part.wheels_wrong.sum()) for part in told),
-        "off_track_mismatches": sum(int(part.off_track_wrong.sum()) for part in told) if judged else None,
+        "episodes": sum(int(part.begins.sum()) for part in replays),
+        "reversed_episodes": sum(int((part.begins & part.reversed).sum()) for part in replays),
+        "progress_mismatches": sum(int(part.progress_wrong.sum()) for part in replays),
+        "closest_waypoint_mismatches": sum(int(part.waypoint_wrong.sum()) for part in replays),
+        "all_wheels_mismatches": sum(int(part.wheels_wrong.sum()) for part in replays),
+        "off_track_mismatches": sum(int(part.off_track_wrong.sum()) for part in replays) if judged else None,
         "windows": {name: int(np.isfinite(errors).sum()) for name, errors in position.items()},
         "open_loop_position_m": {name: _spread(errors) for name, errors in position.items()},
         "open_loop_yaw_deg": {name: _spread(np.degrees(errors)) for name, errors in yaw.items()},

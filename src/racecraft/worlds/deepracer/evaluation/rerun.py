@@ -94,9 +94,9 @@ def _drive_on(
     while not decided.all():
         seen = {name: part.reshape(len(rows), *part.shape[2:]) for name, part in buffers.observations.items()}
         actions = np.array(policy.act(seen, None))
-        told = now < ticks
-        actions[told] = drives.actions[now[told], rows[told]]
-        changed = ~told & (now < ticks + holds)
+        is_recorded = now < ticks
+        actions[is_recorded] = drives.actions[now[is_recorded], rows[is_recorded]]
+        changed = ~is_recorded & (now < ticks + holds)
         actions[changed] = others[changed]
         world.step(actions[:, None], buffers)
         reports = world.reports[:, 0]

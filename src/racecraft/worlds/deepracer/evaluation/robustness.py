@@ -123,7 +123,7 @@ def judge_under(
         yield Bar(name, judge_starts(car.policy, world, seed=seed, on_progress=hear))
 
 
-def names_asked(car: TrainedCar, level: str, each: bool, named: Iterable[str] = ()) -> list[str]:
+def requested_names(car: TrainedCar, level: str, each: bool, named: Iterable[str] = ()) -> list[str]:
     """Return the disturbances that are tried one by one: all that the level has, or those named.
 
     Raises:

@@ -55,12 +55,12 @@ def compare(car: TrainedCar, policy: PolicyLayers, answer: Answer) -> Agreement:
     """
     frames, shrink = drive_for_frames(car), policy.network.shrink
     pairs = list(zip(sorted(frames.whole), policy.network.sensors, strict=True))
-    told = answer({sensor.name: as_fed(frames.whole[ours], sensor.is_image) for ours, sensor in pairs})
+    answers = answer({sensor.name: as_fed(frames.whole[ours], sensor.is_image) for ours, sensor in pairs})
     same = {
         ours: averages(frames.whole[ours], shrink) if sensor.is_image and shrink > 1 else frames.whole[ours]
         for ours, sensor in pairs
     }
-    difference = _difference(policy.kind, car, told, same)
+    difference = _difference(policy.kind, car, answers, same)
     if not difference <= TOLERANCE:
         raise ExportError(
             "{path}: the exported file's answers are up to {difference:g} away from the checkpoint's; "
@@ -69,7 +69,7 @@ def compare(car: TrainedCar, policy: PolicyLayers, answer: Answer) -> Agreement:
             difference=difference,
             tolerance=TOLERANCE,
         )
-    share = None if shrink == 1 else _share_alike(policy.kind, car, told, frames.seen)
+    share = None if shrink == 1 else _share_alike(policy.kind, car, answers, frames.seen)
     return Agreement(frames.count, difference, share)
 
 
@@ -88,17 +88,17 @@ def averages(frames: Array, shrink: int) -> Array:
     return squares.mean(axis=(2, 4), dtype=np.float32) / np.float32(255.0)
 
 
-def _difference(kind: str, car: TrainedCar, told: Array, seen: Mapping[str, Array]) -> float:
+def _difference(kind: str, car: TrainedCar, answers: Array, seen: Mapping[str, Array]) -> float:
     """Return the largest difference of any answer; infinite where an action differs that is no tie."""
     if kind != DISCRETE:
-        return float(np.abs(told - _in_units(car, car.policy.act(seen))).max())
+        return float(np.abs(answers - _in_units(car, car.policy.act(seen))).max())
     likely = _likelihoods(car, seen)
-    chosen, asked = told.argmax(axis=1), likely.argmax(axis=1)
-    rows = np.arange(len(told))
-    tied = likely[rows, asked] - likely[rows, chosen] < TOLERANCE
-    if not (tied | (chosen == asked)).all():
+    chosen, expected = answers.argmax(axis=1), likely.argmax(axis=1)
+    rows = np.arange(len(answers))
+    tied = likely[rows, expected] - likely[rows, chosen] < TOLERANCE
+    if not (tied | (chosen == expected)).all():
         return float("inf")
-    return float(np.abs(told - likely).max())
+    return float(np.abs(answers - likely).max())
 
 
 def _likelihoods(car: TrainedCar, seen: Mapping[str, Array]) -> Array:
@@ -111,12 +111,12 @@ def _likelihoods(car: TrainedCar, seen: Mapping[str, Array]) -> Array:
     return likely
 
 
-def _share_alike(kind: str, car: TrainedCar, told: Array, seen: Mapping[str, Array]) -> float:
+def _share_alike(kind: str, car: TrainedCar, answers: Array, seen: Mapping[str, Array]) -> float:
     """Return on which share of the simulator's small frames the checkpoint decides as the file on the whole ones."""
     actions = car.policy.act(seen)
     if kind == DISCRETE:
-        return float((told.argmax(axis=1) == actions).mean())
-    return float((np.abs(told - _in_units(car, actions)).max(axis=1) < ALIKE).mean())
+        return float((answers.argmax(axis=1) == actions).mean())
+    return float((np.abs(answers - _in_units(car, actions)).max(axis=1) < ALIKE).mean())
 
 
 def _in_units(car: TrainedCar, actions: Array) -> Array:

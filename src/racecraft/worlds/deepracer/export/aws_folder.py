@@ -96,7 +96,7 @@ def _filled(run: RunFolder, which: str | None, place: Path, named: Path, check: 
     """Fill a folder; nothing is written before every checkpoint was told and the best one checked."""
     best, last = find_checkpoint(run, which or "best"), find_checkpoint(run, which or "last")
     entries = {entry.iteration: entry for entry in (best, last)}
-    told = {}
+    filled = {}
     for number in entries:
         car = load_trained_car(run.path, str(number))
         layers = car_layers(car)
@@ -104,15 +104,15 @@ def _filled(run: RunFolder, which: str | None, place: Path, named: Path, check: 
             require_aws_network(layers)
         except PolicyLayersError as error:
             raise UserInputError("{path}: {error}", path=run.path, error=error) from error
-        told[number] = car, layers, graph_of(layers)
-    car, layers, graph = told[best.iteration]
+        filled[number] = car, layers, graph_of(layers)
+    car, layers, graph = filled[best.iteration]
     frozen = write_graph(graph)
     agreement = compare(car, layers, graph_answer(layers, frozen)) if check else None
 
     folder = AwsModelFolder(place)
     for part in (place / "model", place / "output"):
         make_folder(part)
-    for number, (_, layers, graph) in told.items():
+    for number, (_, layers, graph) in filled.items():
         prefix = place / "model" / _mark(run, entries[number]).name
         write_checkpoint(prefix, arrays_of(layers))
         write_atomic(f"{prefix}.meta", write_meta_graph(graph))

@@ -92,11 +92,11 @@ def graph_answer(policy: PolicyLayers, written: bytes) -> Answer:
 
     def answer(seen: Mapping[str, Array]) -> Array:
         count = len(next(iter(seen.values())))
-        told = [
+        outputs = [
             function({input_name(policy.kind, name): seen[name][first : first + AT_ONCE] for name in seen})
             for first in range(0, count, AT_ONCE)
         ]
-        return as_commands(policy.kind, np.concatenate(told))
+        return as_commands(policy.kind, np.concatenate(outputs))
 
     return answer
 
@@ -106,9 +106,9 @@ def metadata_text(car: TrainedCar) -> str:
 
     A car's converter to OpenVINO lays the sensors of the metadata beside the graph's inputs one by one, by their place.
     """
-    told = dict(car.policy.metadata["model_metadata"])
-    told["sensor"] = sorted(told["sensor"])
-    return json.dumps(told, indent=2) + "\n"
+    metadata = dict(car.policy.metadata["model_metadata"])
+    metadata["sensor"] = sorted(metadata["sensor"])
+    return json.dumps(metadata, indent=2) + "\n"
 
 
 def _is_place(output: Path) -> bool:

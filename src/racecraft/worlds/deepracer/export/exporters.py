@@ -79,14 +79,14 @@ def _figures(agreement: Agreement | None) -> dict[str, Any]:
 def _told(agreement: Agreement | None, shrink: int) -> str:
     if agreement is None:
         return "It was not checked."
-    told = (
+    text = (
         f"Asked beside the checkpoint on {agreement.frames} frames of its own track: every action agrees, answers lie "
         f"at most {agreement.largest_difference:g} apart."
     )
     if agreement.small_frames_share is None:
-        return told
+        return text
     return (
-        f"{told}\nThe file averages {shrink} x {shrink} of the car's 160 x 120 pixels to one; on "
+        f"{text}\nThe file averages {shrink} x {shrink} of the car's 160 x 120 pixels to one; on "
         f"{agreement.small_frames_share:.0%} of the frames it decides as the checkpoint does on the simulator's own "
         "small ones."
     )

@@ -53,8 +53,8 @@ def openvino_answer(policy: PolicyLayers, files: Mapping[str, bytes]) -> Answer:
     with tempfile.TemporaryDirectory(prefix="racecraft-openvino-") as folder:
         for end, content in files.items():
             (Path(folder) / f"{_STEM}{end}").write_bytes(content)
-        told = {"INFERENCE_PRECISION_HINT": "f32"}  # some processors would halve the numbers
-        model = core.compile_model(core.read_model(Path(folder) / f"{_STEM}.xml"), "CPU", told)
+        options = {"INFERENCE_PRECISION_HINT": "f32"}  # some processors would halve the numbers
+        model = core.compile_model(core.read_model(Path(folder) / f"{_STEM}.xml"), "CPU", options)
 
     def ask(frame: Mapping[str, Array]) -> Array:
         answered: Array = model([frame[_sensor_at(place)] for place in model.inputs])[model.output(0)].copy()

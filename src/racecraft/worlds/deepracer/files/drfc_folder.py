@@ -285,10 +285,10 @@ def _env_files(path: Path, config: str | Path | None, experiment: str | None) ->
 
 
 def _with_shell(env: RunEnv, shell: Mapping[str, str], digest: str) -> tuple[RunEnv, tuple[str, ...]]:
-    said = {name: without_curly_quotes(value) for name, value in shell.items() if name in BY_NAME}
+    values = {name: without_curly_quotes(value) for name, value in shell.items() if name in BY_NAME}
     differing = {
         name: value
-        for name, value in said.items()
+        for name, value in values.items()
         if value and value != (env.values.get(name) or default_text(name, env)) and name not in ("DR_DIR", "DR_CONFIG")
     }
     if not differing:

@@ -71,8 +71,8 @@ def _unknown(env: RunEnv) -> Iterator[EnvRow]:
         if name not in BY_NAME:
             hint = nearest(name, BY_NAME)
             near = f" {hint}" if hint.startswith("Did you mean") else ""
-            said = f"Nobody knows this name; it does nothing.{near}"
-            yield EnvRow(name, value, "", "unknown", said, _place(env, name))
+            text = f"Nobody knows this name; it does nothing.{near}"
+            yield EnvRow(name, value, "", "unknown", text, _place(env, name))
 
 
 def _shown(name: str, env: RunEnv) -> str | None:

@@ -148,7 +148,7 @@ def _board(index: Path, line: int, row: dict[str, str]) -> Leaderboard:
             line=line,
         )
     try:
-        begun = datetime.fromtimestamp(launched / 1000.0, UTC)
+        opened = datetime.fromtimestamp(launched / 1000.0, UTC)
     except (OverflowError, OSError, ValueError):
         raise LeaderboardError(
             index, Message("LaunchTime is {launched:g}", launched=launched), "milliseconds since 1970", line=line
@@ -157,7 +157,7 @@ def _board(index: Path, line: int, row: dict[str, str]) -> Leaderboard:
     return Leaderboard(
         arn=row["Arn"],
         name=row["Name"].strip(),
-        launched=begun,
+        launched=opened,
         track=row["TrackArn"].rpartition("track/")[2],
         race_type=row["RaceType"],
         timing=timing,

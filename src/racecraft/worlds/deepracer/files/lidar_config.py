@@ -40,15 +40,15 @@ def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
         if number is None:
             raise document.error_at("lidar_config", key, found=repr(value), expected="a number")
         config[key] = number
-    told = {**DEFAULTS, **config}
-    if not CLIPPING_M[0] <= told["clipping_dist"] <= CLIPPING_M[1]:
+    full = {**DEFAULTS, **config}
+    if not CLIPPING_M[0] <= full["clipping_dist"] <= CLIPPING_M[1]:
         raise document.error_at(
             "lidar_config",
             "clipping_dist",
             found=Message("{config:g}", config=config["clipping_dist"]),
             expected="0.15 to 12 m",
         )
-    sectors, values = told["num_sectors"], told["num_values_per_sector"]
+    sectors, values = full["num_sectors"], full["num_values_per_sector"]
     if not 1 <= sectors <= BEAMS or BEAMS % sectors:  # what divides them is a whole number
         divisors = ", ".join(str(part) for part in range(1, BEAMS + 1) if BEAMS % part == 0)
         expected = Message("a divisor of its {beams} beams: {divisors}", beams=BEAMS, divisors=divisors)
@@ -66,7 +66,7 @@ def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
 def lidar_notes(sensors: Sequence[str], config: Mapping[str, float] | None) -> list[str]:
     """Return what is worth telling of a LiDAR and its config, a clause each."""
     if config is None:
-        return [f"there is no lidar_config; {_told(DEFAULTS)} is taken"] if CONFIGURABLE in sensors else []
+        return [f"there is no lidar_config; {_described(DEFAULTS)} is taken"] if CONFIGURABLE in sensors else []
     if CONFIGURABLE not in sensors:
         lidar = next((name for name in sensors if name in LIDARS), None)
         why = f"{lidar} has its own figures" if lidar else "there is no LiDAR among the sensors"
@@ -76,8 +76,8 @@ def lidar_notes(sensors: Sequence[str], config: Mapping[str, float] | None) -> l
     notes = [
         f"unknown key '{key}' in lidar_config is kept and does nothing. {nearest(key, DEFAULTS)}" for key in unknown
     ]
-    return [*notes, f"lidar_config leaves out {_told(absent)}, which is taken"] if absent else notes
+    return [*notes, f"lidar_config leaves out {_described(absent)}, which is taken"] if absent else notes
 
 
-def _told(config: Mapping[str, float]) -> str:
+def _described(config: Mapping[str, float]) -> str:
     return ", ".join(f"{key} {value:g}" for key, value in config.items())

@@ -312,7 +312,7 @@ def _read_action(document: JsonDocument, number: int) -> CarAction:
 
 
 def _note_actions(entries: list[Any], actions: tuple[CarAction, ...], notes: list[str]) -> None:
-    beyond = [action for action in actions if not _is_sent_whole(action.steering_rad, action.speed_mps)]
+    beyond = [action for action in actions if not _is_full_range(action.steering_rad, action.speed_mps)]
     if beyond:
         which = "; ".join(dict.fromkeys(action.label for action in beyond[:3])) + ("; …" if len(beyond) > 3 else "")
         notes.append(_clipping(f"{len(beyond)} of {len(actions)} actions ({which})"))
@@ -339,15 +339,15 @@ def _read_ranges(document: JsonDocument, notes: list[str]) -> ActionRanges:
     right, left = ends["steering_angle"]
     space = ActionRanges(math.radians(right), math.radians(left), *ends["speed"])
     if not (
-        _is_sent_whole(space.steering_low_rad, space.speed_low_mps)
-        and _is_sent_whole(space.steering_high_rad, space.speed_high_mps)
+        _is_full_range(space.steering_low_rad, space.speed_low_mps)
+        and _is_full_range(space.steering_high_rad, space.speed_high_mps)
     ):
         reach = f"{right:g} to {left:g}° and {space.speed_low_mps:g} to {space.speed_high_mps:g} m/s"
         notes.append(_clipping(f"actions from {reach}"))
     return space
 
 
-def _is_sent_whole(steering_rad: float, speed_mps: float) -> bool:
+def _is_full_range(steering_rad: float, speed_mps: float) -> bool:
     return abs(_degrees(steering_rad)) <= MAX_STEERING_DEG and MIN_SPEED_MPS <= speed_mps <= MAX_SPEED_MPS
 
 

@@ -52,14 +52,14 @@ def input_name(kind: str, sensor: str) -> str:
     return f"{INPUT_SCOPES[kind]}/{sensor}/{sensor}"
 
 
-def as_commands(kind: str, told: Array) -> Array:
+def as_commands(kind: str, outputs: Array) -> Array:
     """Return what a graph answers as likelihoods of choices, or as numbers in [-1, 1] units.
 
     Two ranges are held to them, as a car's software does; those of SAC are bent by its tanh, which no graph holds.
     """
     if kind == DISCRETE:
-        return told
-    return np.asarray(np.tanh(told) if kind == SAC else np.clip(told, -1.0, 1.0))
+        return outputs
+    return np.asarray(np.tanh(outputs) if kind == SAC else np.clip(outputs, -1.0, 1.0))
 
 
 def graph_of(policy: PolicyLayers) -> Graph:
@@ -202,9 +202,11 @@ def _sensor(scope: str, fed: str, sensor: SensorLayers, bend: str) -> Iterator[N
         place, bent = f"{scope}/Conv2d_{2 * number}", f"{scope}/BatchnormActivationDropout_{2 * number + 1}_activation"
         yield from _weights(place, layer.kernel, layer.bias)
         steps = [1, layer.stride, layer.stride, 1]
-        told = {"T": _FLOAT, "strides": steps, "padding": b"VALID", "data_format": b"NHWC", "dilations": [1, 1, 1, 1],
-                "use_cudnn_on_gpu": True}  # fmt: skip
-        yield Node(f"{place}/Conv2D", "Conv2D", (last, f"{place}/kernel/read"), told)
+        attributes = {
+            "T": _FLOAT, "strides": steps, "padding": b"VALID", "data_format": b"NHWC", "dilations": [1, 1, 1, 1],
+            "use_cudnn_on_gpu": True,
+        }  # fmt: skip
+        yield Node(f"{place}/Conv2D", "Conv2D", (last, f"{place}/kernel/read"), attributes)
         yield from _biased(place, f"{place}/Conv2D", bend, bent)
         last = bent
     if sensor.is_image:
@@ -220,8 +222,8 @@ def _sensor(scope: str, fed: str, sensor: SensorLayers, bend: str) -> Iterator[N
 
 def _dense(place: str, read: str, layer: DenseLayer, op: str, result: str) -> Iterator[Node]:
     yield from _weights(place, layer.kernel, layer.bias)
-    told = {"T": _FLOAT, "transpose_a": False, "transpose_b": False}
-    yield Node(f"{place}/MatMul", "MatMul", (read, f"{place}/kernel/read"), told)
+    attributes = {"T": _FLOAT, "transpose_a": False, "transpose_b": False}
+    yield Node(f"{place}/MatMul", "MatMul", (read, f"{place}/kernel/read"), attributes)
     yield from _biased(place, f"{place}/MatMul", op, result)
 
 
@@ -232,8 +234,8 @@ def _weights(place: str, kernel: Array, bias: Array) -> Iterator[Node]:
 
 
 def _biased(place: str, product: str, op: str, result: str) -> Iterator[Node]:
-    told = {"T": _FLOAT, "data_format": b"NHWC"}
-    yield Node(f"{place}/BiasAdd", "BiasAdd", (product, f"{place}/bias/read"), told)
+    attributes = {"T": _FLOAT, "data_format": b"NHWC"}
+    yield Node(f"{place}/BiasAdd", "BiasAdd", (product, f"{place}/bias/read"), attributes)
     yield Node(result, op, (f"{place}/BiasAdd",), {"T": _FLOAT})
 
 

@@ -65,7 +65,11 @@ def _find(folder: Path, name: str, notes: list[str]) -> Path | None:
     near = sorted(path for path in folder.iterdir() if path.is_file() and path.name != name and _is_near(path, name))
     for place in PLACES[name]:
         if (folder / place).exists():
-            notes += [f"{path.name}: not used, {place} is" for path in near if _letters(path) == _letters(Path(name))]
+            notes += [
+                f"{path.name}: not used, {place} is"
+                for path in near
+                if _stem_letters(path) == _stem_letters(Path(name))
+            ]
             return folder / place
     if len(near) > 1:
         raise UserInputError(
@@ -84,16 +88,19 @@ def _is_near(path: Path, name: str) -> bool:
     kinds, kind = [suffix.lower() for suffix in path.suffixes], Path(name).suffix
     if kind not in kinds and kinds[-1:] not in ([], [".txt"]):
         return False
-    letters = _letters(path)
-    if letters in SHORT_NAMES[name] or difflib.SequenceMatcher(None, letters, _letters(Path(name))).ratio() >= NEAR:
+    letters = _stem_letters(path)
+    if (
+        letters in SHORT_NAMES[name]
+        or difflib.SequenceMatcher(None, letters, _stem_letters(Path(name))).ratio() >= NEAR
+    ):
         return True
     return name == REWARD and kinds[-1:] == [kind] and bool(_DEFINES_REWARD.search(path.read_bytes()))
 
 
-def _letters(path: Path) -> str:
+def _stem_letters(path: Path) -> str:
     """Return the letters of a name, without its kind and the marks of a copy.
 
-    >>> _letters(Path("Reward-Function (1).py")), _letters(Path("hyperparameters .json.txt"))
+    >>> _stem_letters(Path("Reward-Function (1).py")), _stem_letters(Path("hyperparameters .json.txt"))
     ('rewardfunction', 'hyperparameters')
     """
     stem = re.sub(r"(\s*\.(py|json|txt))+$", "", path.name, flags=re.IGNORECASE)

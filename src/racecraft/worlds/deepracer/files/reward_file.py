@@ -210,7 +210,7 @@ class RewardFunction:
 
     def _denied(self, error: BaseException) -> str:
         """Return what to know of an exception that restrictions may have raised; "" of any other."""
-        is_likely = isinstance(error, PermissionError | MemoryError | BlockingIOError) or "new thread" in _said(
+        is_likely = isinstance(error, PermissionError | MemoryError | BlockingIOError) or "new thread" in _text_of(
             error, str
         )
         return DENIED if self.is_restricted and is_likely else ""
@@ -296,11 +296,11 @@ def _how_to_name(module: types.ModuleType) -> str:
 
 
 def _what_was_raised(error: BaseException) -> str:
-    said = _said(error, str)
-    return f"raised {type(error).__name__}{': ' * bool(said)}{said}"
+    text = _text_of(error, str)
+    return f"raised {type(error).__name__}{': ' * bool(text)}{text}"
 
 
-def _said(value: Any, say: Callable[[Any], str]) -> str:
+def _text_of(value: Any, say: Callable[[Any], str]) -> str:
     """Return what an object of the file's own says of itself, in which its code may fail."""
     try:
         return say(value)
@@ -349,6 +349,6 @@ def _short(value: Any) -> str:
     '[(0.0, 1.0), (0.0, 1.0), ... 119 in all]'
     """
     if isinstance(value, list | tuple) and len(value) > 6:
-        return f"[{_said(value[0], repr)}, {_said(value[1], repr)}, ... {len(value)} in all]"
-    text = _said(value, repr)
+        return f"[{_text_of(value[0], repr)}, {_text_of(value[1], repr)}, ... {len(value)} in all]"
+    text = _text_of(value, repr)
     return text if len(text) <= 200 else f"{text[:200]}..."

@@ -133,8 +133,8 @@ def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
             warnings.simplefilter("ignore", DeprecationWarning)
             return ast.parse(text, str(path)), compile(text, str(path), "exec", dont_inherit=True)
     except SyntaxError as error:
-        shown = (error.text or "").strip()
-        near = f" in `{shown}`" if shown else ""
+        line = (error.text or "").strip()
+        near = f" in `{line}`" if line else ""
         hint = typing_hint(error.text or "")
         raise RewardFileError(
             path, Message("{msg}{near}", msg=error.msg, near=near), "valid Python", hint, line=error.lineno

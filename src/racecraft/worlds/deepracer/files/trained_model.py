@@ -61,7 +61,7 @@ class ForeignModel:
     """What the simulator was told."""
 
 
-def looks_foreign(path: str | Path) -> bool:
+def looks_like_aws_model(path: str | Path) -> bool:
     """Tell whether a path may be a model of AWS's: a graph, a checkpoint, or a folder that holds one."""
     path = Path(path)
     if path.is_dir():

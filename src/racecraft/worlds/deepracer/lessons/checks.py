@@ -45,9 +45,9 @@ def first_lap(answer: Answer) -> Verdict:
     drives = material("learning.json")["drives"]
     right = next(one["iteration"] for one in drives if one["progress"] >= 100)
     given = round(answer.number("iteration"))
-    shown = next((one for one in drives if one["iteration"] == given), drives[-1])
+    drive = next((one for one in drives if one["iteration"] == given), drives[-1])
     if given != right:
-        return tried("before" if given < right else "behind", iteration=given, progress=shown["progress"])
+        return tried("before" if given < right else "behind", iteration=given, progress=drive["progress"])
     return passed(iteration=right, count=len(drives))
 
 
@@ -146,8 +146,8 @@ def clipped(answer: Answer) -> Verdict:
 def worst_track(answer: Answer) -> Verdict:
     """A prediction: where the car trained on re:Invent 2018 alone gets least far."""
     answer.choice("worst")
-    told = material("tracks.json")
-    table = (("trained on", *told["columns"]), [[row["trained"], *row["progress"]] for row in told["rows"]])
+    tracks = material("tracks.json")
+    table = (("trained on", *tracks["columns"]), [[row["trained"], *row["progress"]] for row in tracks["rows"]])
     return predicted(answer, "reason", "road_alone", table)
 
 

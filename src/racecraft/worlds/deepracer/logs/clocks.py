@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 LEAP_S = 2.0
 """Two ticks of one episode are a fifteenth of a second apart; a leap is thirty times that, pauses aside."""
-MOST_NAMED = 20
+MAX_NAMED = 20
 
 
 def jumps(ticks: pl.DataFrame, files: Sequence[str]) -> list[Damage]:
@@ -29,13 +29,13 @@ def jumps(ticks: pl.DataFrame, files: Sequence[str]) -> list[Damage]:
     pause = pl.col("pause_s").fill_null(0.0)
     found = ticks.select("file", "line", gap.alias("gap"), (here & ((gap < 0) | (gap > LEAP_S + pause))).alias("odd"))
     odd = found.filter(pl.col("odd"))
-    told = [
+    lines = [
         Damage(files[file], line, f"the clock {_jump(gap)} within an episode; kept")
-        for file, line, gap in odd.head(MOST_NAMED).select("file", "line", "gap").iter_rows()
+        for file, line, gap in odd.head(MAX_NAMED).select("file", "line", "gap").iter_rows()
     ]
-    if odd.height > MOST_NAMED:
-        told.append(Damage(files[odd["file"][-1]], None, f"the clock jumps {odd.height - MOST_NAMED} more times"))
-    return told
+    if odd.height > MAX_NAMED:
+        lines.append(Damage(files[odd["file"][-1]], None, f"the clock jumps {odd.height - MAX_NAMED} more times"))
+    return lines
 
 
 def _jump(gap: float) -> str:

@@ -126,8 +126,8 @@ def _parse(chunk: Sequence[Text]) -> tuple[pl.DataFrame, list[OddRows]]:
 def _has_hidden_cells(data: bytes, columns: int, odd: pl.Series, others: list[OddRows]) -> bool:
     """Tell whether a row not in `odd` has cells behind its last column; Polars drops them where the first is empty."""
     commas = int(np.count_nonzero(np.frombuffer(data, np.uint8) == ord(",")))
-    told = sum(row.count(",") for _, rows in others for _, row in rows)
-    return commas != columns + (~odd).sum() * (columns - 1) + told
+    separators = sum(row.count(",") for _, rows in others for _, row in rows)
+    return commas != columns + (~odd).sum() * (columns - 1) + separators
 
 
 def _rows_of(chunk: Sequence[Text], odd: Array) -> list[OddRows]:

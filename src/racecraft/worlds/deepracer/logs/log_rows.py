@@ -41,7 +41,7 @@ _VERSIONS[18] = (*NAMES[:17], NAMES[18])  # between 2022 and 2026 the count of o
 """How many values a row has → their names; a log that was written by several simulators has several."""
 HEAD_BYTES = 1 << 20
 SAMPLED_ROWS = 200
-LEAST_WALL_CLOCK = 1e9
+MIN_WALL_CLOCK = 1e9
 """s since 1970; a smaller number is no time of day."""
 USUAL_EPISODES = 20
 """Episodes an iteration where a log does not say (the console's default)."""
@@ -65,13 +65,13 @@ def read_log(
 
     try:
         with source.open() as file:
-            source, told = as_plain_text(source, file.read(2))
+            source, notes = as_plain_text(source, file.read(2))
         header = _header(source)
     except OSError as error:
         return pl.DataFrame(), [Damage(source.name, None, f"cannot be read ({error.strerror}); left out")], {}
     if not header:
         return pl.DataFrame(), [], {}
-    wide = [Damage(source.name, None, told)] if told else []
+    wide = [Damage(source.name, None, notes)] if notes else []
     if not _FEWEST <= len(header) <= len(NAMES):
         what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
         return pl.DataFrame(), [Damage(source.name, None, what)], {}
@@ -120,7 +120,7 @@ def _with_obstacles(frame: pl.DataFrame) -> pl.DataFrame:
 
     if "wall_clock" not in frame.columns or "obstacle_crash_counter" in frame.columns:
         return frame
-    if (frame["wall_clock"].max() or 0.0) > LEAST_WALL_CLOCK:  # type: ignore[operator]
+    if (frame["wall_clock"].max() or 0.0) > MIN_WALL_CLOCK:  # type: ignore[operator]
         return frame
     counted = pl.col("wall_clock").cast(pl.Int32, strict=False).alias("obstacle_crash_counter")
     return frame.with_columns(counted).drop("wall_clock")
@@ -135,15 +135,17 @@ def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: s
     """Return the iteration of each row: as the log's own lines tell, else by the episodes an iteration takes."""
     import polars as pl
 
-    told = {int(episode) - 1: int(iteration) for _, episode, iteration in _ENDED.findall(data)}
+    iteration_of = {int(episode) - 1: int(iteration) for _, episode, iteration in _ENDED.findall(data)}
     per = says.get("hyperparameters", {}).get("num_episodes_between_training", USUAL_EPISODES)
     per = per if isinstance(per, int) and per > 0 else USUAL_EPISODES
     counted = pl.Series("iteration", episodes // per, dtype=pl.Int32)
     if phase in ("evaluation", "leaderboard"):
         return pl.Series("iteration", [0], dtype=pl.Int32).new_from_index(0, len(episodes))
-    if len(set(told.values())) < 2:  # some simulators say iteration 0 of every episode
+    if len(set(iteration_of.values())) < 2:  # some simulators say iteration 0 of every episode
         return counted
-    known = pl.DataFrame({"episode": list(told), "told": list(told.values())}, schema_overrides={"episode": pl.Int32})
+    known = pl.DataFrame(
+        {"episode": list(iteration_of), "told": list(iteration_of.values())}, schema_overrides={"episode": pl.Int32}
+    )
     joined = pl.DataFrame({"episode": episodes, "counted": counted}).join(known, on="episode", how="left")
     return joined.select(pl.coalesce("told", "counted").cast(pl.Int32).alias("iteration"))["iteration"]
 

@@ -90,8 +90,8 @@ def _as_ours(rows: pl.DataFrame, source: Source, phase: str | None, length: dict
     import polars as pl
 
     is_training = bool(rows["phase"].is_not_null().any())
-    told = (source.phase if source.phase else phase) or ("training" if is_training else "evaluation")
-    training = pl.col("phase").fill_null(told) == "training"
+    row_phase = (source.phase if source.phase else phase) or ("training" if is_training else "evaluation")
+    training = pl.col("phase").fill_null(row_phase) == "training"
     if source.worker == 0 and is_training:
         length[source.round] = int(rows.filter(training)["trial"].max() or 1)  # type: ignore[arg-type]
     if source.worker == 0 or source.round not in length:
@@ -102,7 +102,7 @@ def _as_ours(rows: pl.DataFrame, source: Source, phase: str | None, length: dict
     ended = pl.col("metric_time") - pl.col("start_time")
     return rows.select(
         pl.lit(source.round).alias("round"),
-        pl.col("phase").fill_null(told).cast(pl.Enum(PHASES), strict=False),
+        pl.col("phase").fill_null(row_phase).cast(pl.Enum(PHASES), strict=False),
         pl.lit(source.stream).alias("stream"),
         pl.lit(source.worker).alias("worker"),
         (iteration if is_training else pl.lit(0)).alias("iteration"),

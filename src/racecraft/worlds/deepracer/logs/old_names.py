@@ -76,11 +76,11 @@ def episode_parser(data: Iterable[str]) -> tuple[dict[int, Any], dict[int, Array
     places: dict[int, list[list[float]]] = {}
     ticks: dict[int, list[list[float]]] = {}
     for row in data:
-        told = dict(zip(FIELDS, _fields(row), strict=True))
-        x, y, reward, angle, speed = (float(told[name]) for name in ("x", "y", "reward", "steer", "throttle"))
-        action = int(float(told["action"])) if told["action"].replace(".", "").replace("-", "").isdigit() else -1
+        fields = dict(zip(FIELDS, _fields(row), strict=True))
+        x, y, reward, angle, speed = (float(fields[name]) for name in ("x", "y", "reward", "steer", "throttle"))
+        action = int(float(fields["action"])) if fields["action"].replace(".", "").replace("-", "").isdigit() else -1
         places.setdefault(action, []).append([x, y, reward])
-        ticks.setdefault(int(told["episode"]), []).append([x, y, action, reward, angle, speed])
+        ticks.setdefault(int(fields["episode"]), []).append([x, y, action, reward, angle, speed])
     arrays = {number: np.array(rows) for number, rows in ticks.items()}
     best = sorted(arrays, key=lambda number: (-float(arrays[number][:, 3].sum()), number))
     return places, arrays, best

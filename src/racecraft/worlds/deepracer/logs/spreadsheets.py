@@ -37,11 +37,11 @@ def as_plain_text(source: Source, head: bytes) -> tuple[Source, str]:
     if not is_wide and not sign:
         return source, ""
     text = _decoded(source.read(), encoding)
-    told = ["is UTF-16 text"] if is_wide else []
+    notes = ["is UTF-16 text"] if is_wide else []
     if sign:
-        told.append(f"parts its columns by {_SIGNS[sign]}")
+        notes.append(f"parts its columns by {_SIGNS[sign]}")
         if "," in text:
-            told.append("writes decimal commas")
+            notes.append("writes decimal commas")
         text = text.replace(",", ".").replace(sign, ",")
     file = source.file
     if isinstance(file, MemberFile):
@@ -50,7 +50,7 @@ def as_plain_text(source: Source, head: bytes) -> tuple[Source, str]:
         place = (Path(str(file)).parent, Path(str(file)).name)
     plain = replace(source, file=MemberFile(*place, text.encode()))
     by, hint = ("a spreadsheet", CURE) if sign else ("PowerShell", "")
-    return plain, f"{' and '.join(told)}, as {by} saves it; read as such{hint}"
+    return plain, f"{' and '.join(notes)}, as {by} saves it; read as such{hint}"
 
 
 def _decoded(data: bytes, encoding: str) -> str:

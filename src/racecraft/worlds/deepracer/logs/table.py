@@ -58,11 +58,11 @@ class Logs:
 
     def about_rounds(self, rounds: Collection[int]) -> RawRow:
         """Return what the files of some rounds say beside the ticks, as `about` does of all."""
-        said: RawRow = {}
+        metadata: RawRow = {}
         for source in self.sources:
             if source.round in rounds and source.kind in (ABOUT, LOG):
-                said = {**facts_of(source), **said}
-        return said
+                metadata = {**facts_of(source), **metadata}
+        return metadata
 
     @property
     def ticks(self) -> pl.LazyFrame:
@@ -100,11 +100,11 @@ class Logs:
     @cached_property
     def about(self) -> RawRow:
         """What the files say beside the ticks, as `about.facts_of` names it."""
-        said: RawRow = {}
+        metadata: RawRow = {}
         for source in self.sources:
             if source.kind == ABOUT:
-                said = {**facts_of(source), **said}
-        return {**self._lazy_ticks.read()[2], **said}
+                metadata = {**facts_of(source), **metadata}
+        return {**self._lazy_ticks.read()[2], **metadata}
 
     def require_ticks(self) -> pl.DataFrame:
         """Return the ticks.

@@ -53,7 +53,7 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
 
     frames: list[pl.DataFrame] = []
     damage: list[Damage] = []
-    said: RawRow = {}
+    metadata: RawRow = {}
     for kind, group in itertools.groupby(enumerate(sources), key=lambda pair: pair[1].kind):
         pairs = list(group)
         if kind == TRACE:
@@ -67,33 +67,33 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
                 trace, wrong, says = read_log(place, source, says if rolled else None)
                 frames += _placed(trace, [(place, source)], phase or says.get("phase"))
                 damage += wrong
-                said = {**says, **said}
+                metadata = {**says, **metadata}
         elif kind == EPISODES:
             for place, source in pairs:
                 ours, wrong = _own_episodes(place, source)
                 frames += ours
                 damage += wrong
     if not frames:
-        return empty(TICK_COLUMNS), damage, said
+        return empty(TICK_COLUMNS), damage, metadata
     rows, repeated = without_repeated_rows(pl.concat(frames, how="diagonal"), sources)
     numbered = join_continued(number(rows))
     damage += repeated
-    return _in_columns(numbered), damage, said
+    return _in_columns(numbered), damage, metadata
 
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
     """Return AWS's rows under our names, with the columns that their files tell."""
     if not trace.height:
         return []
-    told = phase
-    if told is None and any(source.phase is None for _, source in pairs):
-        told = phase_of_rows(trace, is_first=not any(source.iteration for _, source in pairs))
+    known_phase = phase
+    if known_phase is None and any(source.phase is None for _, source in pairs):
+        known_phase = phase_of_rows(trace, is_first=not any(source.iteration for _, source in pairs))
     files = dict(pairs)
     runs = trace["file"].rle().struct.unnest()
     sources = [files[place] for place in runs["value"]]
     told_by_path: dict[str, list[Any]] = {
         "round": [source.round for source in sources],
-        "phase": [source.phase or told for source in sources],
+        "phase": [source.phase or known_phase for source in sources],
         "stream": [source.stream for source in sources],
         "worker": [source.worker for source in sources],
         "iteration": [source.iteration for source in sources],
@@ -122,12 +122,12 @@ def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[
 
     try:
         data = BytesIO(source.read())
-        told = pl.read_parquet_metadata(data)
+        metadata = pl.read_parquet_metadata(data)
         data.seek(0)
         frame = pl.read_parquet(data)
     except (pl.exceptions.PolarsError, OSError) as error:
         return [], [Damage(source.name, None, f"damaged or half written ({error}); left out")]
-    if told.get("format") != FORMAT or told.get("version") != str(VERSION):
+    if metadata.get("format") != FORMAT or metadata.get("version") != str(VERSION):
         return [], [Damage(source.name, None, "no file of racecraft's episodes; left out")]
     known = schema(TICK_COLUMNS)
     frame = frame.select(

@@ -78,17 +78,17 @@ def value_of(cell: pl.Expr, name: str) -> pl.Expr:
 
     if _TYPES[name] == "str":
         return cell.cast(pl.Enum(STATUSES), strict=False)
-    return cell.cast(pl.Int32, strict=False) if _is_whole(name) else cell
+    return cell.cast(pl.Int32, strict=False) if _is_complete(name) else cell
 
 
 def is_valid(cell: pl.Expr, name: str) -> pl.Expr:
     """Tell whether the column can have the value of a cell that was parsed as `csv_type`; null or False where not."""
     if _TYPES[name] in ("bool", "str"):
         return value_of(cell, name).is_not_null()
-    return (cell % 1 == 0) & (cell.abs() < HIGHEST_WHOLE) if _is_whole(name) else cell.abs() < HIGHEST
+    return (cell % 1 == 0) & (cell.abs() < HIGHEST_WHOLE) if _is_complete(name) else cell.abs() < HIGHEST
 
 
-def _is_whole(name: str) -> bool:
+def _is_complete(name: str) -> bool:
     return _TYPES[name] == "int64" or name == "steps"
 
 

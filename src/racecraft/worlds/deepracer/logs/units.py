@@ -20,7 +20,7 @@ def in_our_units(trace: pl.DataFrame) -> pl.DataFrame:
     """
     import polars as pl
 
-    told = {name: numbers for name, numbers in OURS.items() if name in trace.columns}
+    units = {name: numbers for name, numbers in OURS.items() if name in trace.columns}
     return trace.with_columns(
-        pl.Series(name, trace[name].to_numpy() * factor / divisor) for name, (factor, divisor) in told.items()
+        pl.Series(name, trace[name].to_numpy() * factor / divisor) for name, (factor, divisor) in units.items()
     )

@@ -18,7 +18,7 @@ from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.formats.archive import is_archive
-from racecraft.formats.atomic import OutputFileError, output_letter, write_atomic
+from racecraft.formats.atomic import OutputFileError, output_error, write_atomic
 from racecraft.formats.checkpoint import IMPORTED, Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
@@ -95,9 +95,12 @@ def import_model(
 def _import(model: ForeignModel, source: Path, place: str | Path | None, track: str | None) -> Import:
     car = read_model_metadata(model.metadata)
     circuit, notes = _track_of(model, track)
-    told = {"model_metadata": as_aws_dict(car), "track": circuit.name}
+    metadata = {"model_metadata": as_aws_dict(car), "track": circuit.name}
     with tempfile.TemporaryDirectory(prefix="racecraft-weights-", ignore_cleanup_errors=True) as folder:
-        shelved = [_shelve(one, one.iteration == _best_of(model), car, told, Path(folder)) for one in model.weights]
+        shelved = [
+            _write_checkpoint(one, one.iteration == _best_of(model), car, metadata, Path(folder))
+            for one in model.weights
+        ]
         last = shelved[-1]
         notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
         job = {
@@ -115,7 +118,7 @@ def _import(model: ForeignModel, source: Path, place: str | Path | None, track: 
             },
             "evaluate": {},
             "env": {},
-            "model_metadata": told["model_metadata"],
+            "model_metadata": metadata["model_metadata"],
             "settings": last.settings,
             "notes": notes,
         }  # fmt: skip
@@ -140,13 +143,13 @@ class _Shelved:
     notes: tuple[str, ...]
 
 
-def _shelve(
-    weights: ForeignWeights, is_best: bool, car: ModelMetadata, told: Mapping[str, Any], folder: Path
+def _write_checkpoint(
+    weights: ForeignWeights, is_best: bool, car: ModelMetadata, metadata: Mapping[str, Any], folder: Path
 ) -> _Shelved:
     """Put a state of a model on a shelf; one after the other, for a folder of them is larger than memory."""
     policy = read_foreign_policy(weights, car)
     settings = _settings(car, policy.spec)
-    card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
+    card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **metadata, "settings": settings,
             IMPORTED: list(policy.notes)}  # fmt: skip
     shelf = Checkpoints(folder)
     shelf.save(weights.iteration, weights.steps, policy.weights, card, score=weights.score, best=is_best)
@@ -175,10 +178,10 @@ def _settings(car: ModelMetadata, spec: PolicySpec) -> dict[str, Any]:
     return {name: {key: _plain(value) for key, value in asdict(group).items()} for name, group in groups.items()}
 
 
-def _track_of(model: ForeignModel, asked: str | None) -> tuple[Track, list[str]]:
+def _track_of(model: ForeignModel, name: str | None) -> tuple[Track, list[str]]:
     """Return the track a model is to drive, and what is worth saying about it."""
-    if asked is not None:
-        return load_track(asked), []
+    if name is not None:
+        return load_track(name), []
     named = None
     try:
         named = None if model.params is None else read_params(model.params).get("WORLD_NAME")
@@ -205,7 +208,7 @@ def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track, shelf: Path
             for file in shelf.iterdir():
                 shutil.move(file, run.checkpoints / file.name)
         except OSError as error:
-            raise OutputFileError(output_letter(run.checkpoints, error)) from error
+            raise OutputFileError(output_error(run.checkpoints, error)) from error
 
     return fill
 

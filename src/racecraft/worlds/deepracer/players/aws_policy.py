@@ -65,7 +65,7 @@ def read_foreign_policy(weights: ForeignWeights, car: ModelMetadata) -> ForeignP
     try:
         policy = policy_of(layers, _observations(car, layers), action_space(car.action_space).spec)
     except PolicyLayersError as error:
-        raise _model_letter(weights.path, error) from error
+        raise _model_error(weights.path, error) from error
     return ForeignPolicy(policy.spec, policy.weights, (*policy.notes, *notes))
 
 
@@ -89,10 +89,10 @@ def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, 
     try:
         return layers_from(arrays, strides, 1, lidars), function, notes
     except PolicyLayersError as error:
-        raise _model_letter(weights.path, error) from error
+        raise _model_error(weights.path, error) from error
 
 
-def _model_letter(path: Path, error: PolicyLayersError) -> ForeignModelError:
+def _model_error(path: Path, error: PolicyLayersError) -> ForeignModelError:
     found, _, expected = str(error).partition("; expected ")
     return ForeignModelError(path, found, expected.rstrip(".") or "AWS's layers")
 
@@ -143,8 +143,8 @@ def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunct
             numbers = (noise.integers(0, 256, size) if sensor.is_image else noise.random(size)).astype(np.float32)
             here[input_name(layers.kind, sensor.name)] = numbers
             fed |= {name: numbers for name in function.inputs if name.rpartition("/")[2] == sensor.name}
-        told, ours = as_commands(layers.kind, function(fed)), as_commands(layers.kind, of_layers(here))
-        difference = float(np.abs(told - ours).max()) if told.shape == ours.shape else float("inf")
+        theirs, ours = as_commands(layers.kind, function(fed)), as_commands(layers.kind, of_layers(here))
+        difference = float(np.abs(theirs - ours).max()) if theirs.shape == ours.shape else float("inf")
         if not difference <= TOLERANCE:
             raise ForeignModelError(
                 path,

@@ -11,13 +11,13 @@ from racecraft.formats.archive import is_archive
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import JOB, MODEL_METADATA, RunFolder
 from racecraft.worlds.deepracer.files.model_metadata import ModelMetadata, write_model_metadata
-from racecraft.worlds.deepracer.files.trained_model import looks_foreign, metadata_beside
+from racecraft.worlds.deepracer.files.trained_model import looks_like_aws_model, metadata_beside
 
 
 def is_foreign(path: str | Path) -> bool:
     """Tell whether a path is no run of ours but may be a model of AWS's: archive, folder, graph or checkpoint."""
     path = Path(path)
-    return not (path / JOB).is_file() and (is_archive(path) or looks_foreign(path))
+    return not (path / JOB).is_file() and (is_archive(path) or looks_like_aws_model(path))
 
 
 def with_metadata(source: str | None, car: ModelMetadata) -> str | None:
@@ -34,7 +34,7 @@ def with_metadata(source: str | None, car: ModelMetadata) -> str | None:
         return None
     path, which = split_source(source)
     file = Path(path)
-    if not file.is_file() or not looks_foreign(file) or metadata_beside(file) is not None:
+    if not file.is_file() or not looks_like_aws_model(file) or metadata_beside(file) is not None:
         return source
     with tempfile.TemporaryDirectory(prefix="racecraft-metadata-") as folder:
         metadata = Path(folder) / MODEL_METADATA

@@ -56,8 +56,8 @@ class LaidCourse:
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return what job.json says of it."""
-        told = {"track": self.track.name, "hash": self.track.hash(), "settings": as_dictionary(self.settings)}
-        return told if self.cars is None else told | {"cars": self.cars}
+        document = {"track": self.track.name, "hash": self.track.hash(), "settings": as_dictionary(self.settings)}
+        return document if self.cars is None else document | {"cars": self.cars}
 
 
 def courses_of_run(run: RunFolder) -> tuple[LaidCourse, ...]:
@@ -71,8 +71,8 @@ def courses_of_run(run: RunFolder) -> tuple[LaidCourse, ...]:
     race = job["settings"]["race"]
     own = with_race_groups(of_race(Settings(race=RaceConfig(type=race.get("type", TIME_TRIAL)))))
     settings = from_dictionary(own, job["settings"])
-    told = job.get("courses", [])
-    return courses_of_job(told, settings, track, run.tracks) if told else (LaidCourse(track, settings),)
+    courses = job.get("courses", [])
+    return courses_of_job(courses, settings, track, run.tracks) if courses else (LaidCourse(track, settings),)
 
 
 def held_out_of_run(run: RunFolder) -> tuple[Track, ...]:
@@ -92,12 +92,12 @@ def of_race(settings: Settings) -> Settings:
 
 
 def courses_of_job(
-    told: list[dict[str, Any]], settings: Settings, track: Track, folder: Path
+    courses: list[dict[str, Any]], settings: Settings, track: Track, folder: Path
 ) -> tuple[LaidCourse, ...]:
     """Return the courses that a run was begun on.
 
     Args:
-        told: "courses" of job.json.
+        courses: "courses" of job.json.
         settings: The training's own.
         track: Likewise.
         folder: Where the run keeps its own copies of tracks.
@@ -106,7 +106,7 @@ def courses_of_job(
         RunFolderError: A track is gone or has changed.
     """
     laid = []
-    for one in told:
+    for one in courses:
         is_user_file = one["track"] == track.name and one["hash"] == track.hash()
         there = track if is_user_file else load_again(one["track"], one["hash"], folder)
         kind = with_values(of_race(settings), "race", {"type": one["settings"]["race"]["type"]})
@@ -114,17 +114,17 @@ def courses_of_job(
     return tuple(laid)
 
 
-def held_out_of_job(told: list[dict[str, Any]], folder: Path) -> tuple[Track, ...]:
+def held_out_of_job(courses: list[dict[str, Any]], folder: Path) -> tuple[Track, ...]:
     """Return the tracks that a run judges on.
 
     Args:
-        told: "held_out" of job.json.
+        courses: "held_out" of job.json.
         folder: Where the run keeps its own copies of tracks.
 
     Raises:
         RunFolderError: A track is gone or has changed.
     """
-    return tuple(load_again(one["track"], one["hash"], folder) for one in told)
+    return tuple(load_again(one["track"], one["hash"], folder) for one in courses)
 
 
 def load_again(name: str, was: str, folder: Path) -> Track:
@@ -177,18 +177,18 @@ def cars_on(courses: tuple[LaidCourse, ...], num_cars: int) -> list[int]:
     Raises:
         SettingError: Too few cars are left for the others, or some for nobody.
     """
-    said, silent = sum(course.cars or 0 for course in courses), sum(course.cars is None for course in courses)
-    left = num_cars - said
+    total, silent = sum(course.cars or 0 for course in courses), sum(course.cars is None for course in courses)
+    left = num_cars - total
     if left < silent or (left and not silent):
         others = f" and {silent} more are to be driven on" if silent else ""
         raise SettingError(
             "rollout.num_worlds is {num_cars}, the groups ask for {said} cars{others}; expected "
             "{note}{said_2}. Leave rollout.num_worlds out, or change the groups' cars.",
             num_cars=num_cars,
-            said=said,
+            said=total,
             others=others,
             note="at least " if silent else "",
-            said_2=said + silent,
+            said_2=total + silent,
         )
     rest = iter(shares(left, silent) if silent else [])
     return [next(rest) if course.cars is None else course.cars for course in courses]

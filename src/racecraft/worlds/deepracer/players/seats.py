@@ -42,11 +42,11 @@ class Seats:
             profile = profile._replace(speed_gain=profile.speed_gain * driver.pace)
             world.profiles[rows[:, 0], rows[:, 1]] = race.car_profiles([profile])[0]
 
-    def choose(self, shown: Mapping[str, Array], actions: Array) -> None:
+    def choose(self, observations: Mapping[str, Array], actions: Array) -> None:
         """Write every driver's choice, as `OwnActions` takes it.
 
         Args:
-            shown: The world's observations, (N, M, ...).
+            observations: The world's observations, (N, M, ...).
             actions: float64 (N, M, 2), written where somebody drives.
         """
         for number, (driver, rows) in enumerate(zip(self._drivers, self._rows, strict=True)):
@@ -55,7 +55,7 @@ class Seats:
             worlds, cars = rows[:, 0], rows[:, 1]
             camera = self._cameras[number]
             if camera is None:
-                seen = {name: array[worlds, cars] for name, array in shown.items()}
+                seen = {name: array[worlds, cars] for name, array in observations.items()}
             else:
                 seen = self._world.look_with(camera, driver.sensors, rows)
                 seen |= self._world.look_around_with(driver.sensors, rows, self._ranges[number])

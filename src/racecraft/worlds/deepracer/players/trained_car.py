@@ -101,10 +101,10 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     run = RunFolder.open(path)
     run.read_job_of(KIND)
     policy = load_policy(run, which)
-    told = policy.metadata
+    metadata = policy.metadata
     try:
-        settings = settings_of(told)
-        actions, sensors = actions_of(told["model_metadata"]), sensors_of(told["model_metadata"])
+        settings = settings_of(metadata)
+        actions, sensors = actions_of(metadata["model_metadata"]), sensors_of(metadata["model_metadata"])
     except (KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(
             "{path}: checkpoint {iteration} does not say what car it drives ({error!r}); expected "
@@ -120,17 +120,17 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         policy=policy,
         settings=settings,
         actions=actions,
-        version=told["model_metadata"]["version"],
+        version=metadata["model_metadata"]["version"],
         sensors=sensors,
         trained_on=track_of_run(run),
     )
 
 
-def settings_of(told: Mapping[str, Any]) -> Settings:
+def settings_of(metadata: Mapping[str, Any]) -> Settings:
     """Return a car's race, what is in its way and its camera, from what its checkpoint says of itself."""
-    race_type = told["settings"]["race"].get("type", TIME_TRIAL)
+    race_type = metadata["settings"]["race"].get("type", TIME_TRIAL)
     groups = Settings(race=RaceConfig(), camera=CameraConfig(), **race_groups(race_type))
-    return from_dictionary(groups, told["settings"])
+    return from_dictionary(groups, metadata["settings"])
 
 
 def sensors_of(metadata: Mapping[str, Any]) -> Sensors:
@@ -161,14 +161,14 @@ def _require_own_car(
             driven=driven,
         )
     seen = {name: part.shape for name, part in policy.spec.visible.items()}
-    shown = {name: part.shape for name, part in sensors.specs(camera.width, camera.height).items()}
-    if any(shown.get(name) != shape for name, shape in seen.items()):
+    shapes = {name: part.shape for name, part in sensors.specs(camera.width, camera.height).items()}
+    if any(shapes.get(name) != shape for name, shape in seen.items()):
         raise RunFolderError(
             "{path}: its network sees {sights}, and its car {sights_2}; expected the same. Put back the "
             "model_metadata.json and camera settings that it was trained with.",
             path=path,
             sights=_sights(seen),
-            sights_2=_sights(shown),
+            sights_2=_sights(shapes),
         )
 
 

@@ -125,43 +125,43 @@ class _Driver:
         """Tell the page what there is, then hear it and tick until it goes."""
         moment = await run_in_threadpool(self._drive.restart)
         await _send(self._socket, {"track": self._shape, "at": _numbers(moment)})
-        await self._tell_laps()
-        await self._tell_ghost(BEST)
+        await self._send_laps()
+        await self._send_ghost(BEST)
         ticking = asyncio.create_task(self._tick())
         try:
-            await self._hear()
+            await self._receive()
         finally:
             ticking.cancel()
             with contextlib.suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
                 await ticking
 
-    async def _hear(self) -> None:
+    async def _receive(self) -> None:
         while True:
             try:
-                told = json.loads(await self._socket.receive_text())
+                message = json.loads(await self._socket.receive_text())
             except (ValueError, KeyError):
                 continue
-            if isinstance(told, dict):
-                await self._obey(told)
+            if isinstance(message, dict):
+                await self._apply(message)
 
-    async def _obey(self, told: Mapping[str, Any]) -> None:
-        if {"steer", "gas"} <= told.keys():
-            self._steer, self._gas = _number(told["steer"]), _number(told["gas"])
-            self._number = int(_number(told.get("n", 0)))
-        if told.get("go"):
+    async def _apply(self, message: Mapping[str, Any]) -> None:
+        if {"steer", "gas"} <= message.keys():
+            self._steer, self._gas = _number(message["steer"]), _number(message["gas"])
+            self._number = int(_number(message.get("n", 0)))
+        if message.get("go"):
             self._going.set()
-        if told.get("pause"):
+        if message.get("pause"):
             self._going.clear()
-        if told.get("restart"):
+        if message.get("restart"):
             self._going.clear()
             moment = await run_in_threadpool(self._drive.restart)
             await _send(self._socket, {"at": _numbers(moment), "n": self._number, "ended": "", "jump": True})
-        if isinstance(told.get("drop"), int):
+        if isinstance(message.get("drop"), int):
             with contextlib.suppress(UserInputError):  # a lap that another page dropped meanwhile
-                await run_in_threadpool(self._driven.laps.drop, told["drop"])
-            await self._tell_laps()
-        if told.get("ghost") in (BEST, KNOWN):
-            await self._tell_ghost(told["ghost"])
+                await run_in_threadpool(self._driven.laps.drop, message["drop"])
+            await self._send_laps()
+        if message.get("ghost") in (BEST, KNOWN):
+            await self._send_ghost(message["ghost"])
 
     async def _tick(self) -> None:
         """Drive a tick each 1/15 s while the page wants to."""
@@ -179,15 +179,15 @@ class _Driver:
             )
             if lap is not None:
                 await run_in_threadpool(self._driven.laps.add, lap)
-                await self._tell_laps()
+                await self._send_laps()
             due = max(due + TICK_SECONDS, time.monotonic() - MAX_BEHIND_SECONDS)
             await asyncio.sleep(due - time.monotonic())
 
-    async def _tell_laps(self) -> None:
+    async def _send_laps(self) -> None:
         laps = [_lap(lap) for lap in self._driven.laps.laps]
         await _send(self._socket, {"laps": laps, "command": self._driven.teach_command})
 
-    async def _tell_ghost(self, name: str) -> None:
+    async def _send_ghost(self, name: str) -> None:
         if name == KNOWN:
             await _send(self._socket, {"message": "Planning a lap to drive against …"})
             ghost = await run_in_threadpool(self._tracks.planned, self._driven)
@@ -197,8 +197,8 @@ class _Driver:
         await _send(self._socket, {"ghost": None if ghost is None else ghost.as_dictionary()})
 
 
-async def _send(socket: WebSocket, told: Mapping[str, Any]) -> None:
-    await socket.send_text(plain_json(told))
+async def _send(socket: WebSocket, message: Mapping[str, Any]) -> None:
+    await socket.send_text(plain_json(message))
 
 
 def _numbers(moment: Moment) -> list[float]:

@@ -29,7 +29,7 @@ from racecraft.serving.watch_server import Answer, WatchSource
 from racecraft.web.answers import picture_answer
 from racecraft.web.errors import WebError
 from racecraft.web.query import number, whole_number
-from racecraft.worlds.deepracer.analysis.watching.onboard import OnboardCamera, objects_on, objects_told
+from racecraft.worlds.deepracer.analysis.watching.onboard import OnboardCamera, objects_on, objects_on_page
 from racecraft.worlds.deepracer.analysis.watching.reels import (
     episode_reel,
     iteration_reel,
@@ -100,12 +100,12 @@ class CarViews:
 
     def courses(self) -> list[dict[str, Any]]:
         """Return each course: its name, its worlds (None: all there are), boxes and bots as a page draws them."""
-        told, first = [], 0
+        courses, first = [], 0
         for course, worlds in zip(self._courses, self._cars, strict=True):
-            objects = objects_told(objects_on(course))
-            told.append({"label": course.label, "first": first, "worlds": worlds, "objects": objects})
+            objects = objects_on_page(objects_on(course))
+            courses.append({"label": course.label, "first": first, "worlds": worlds, "objects": objects})
             first += worlds or 0
-        return told
+        return courses
 
     def shape(self, number: int) -> dict[str, Any]:
         """Return the circuit of a course as a page draws it."""

@@ -144,9 +144,9 @@ def _read_points(path: Path, data: bytes) -> Drawing:
     try:
         text = data.decode("utf-8-sig")
         if path.suffix.lower() == ".json":
-            told = json.loads(text)
-            rows = told["points"] if isinstance(told, dict) else told
-            closed = bool(told.get("closed", True)) if isinstance(told, dict) else True
+            document = json.loads(text)
+            rows = document["points"] if isinstance(document, dict) else document
+            closed = bool(document.get("closed", True)) if isinstance(document, dict) else True
         else:
             rows = [row for row in csv.reader(io.StringIO(text)) if row and not row[0].strip()[:1].isalpha()]
             closed = True

@@ -74,7 +74,7 @@ class _Tile:
     @property
     def name(self) -> str:
         """Row by letter from the top, column by number from the left."""
-        return f"{_letters(self.row)}{self.column + 1}"
+        return f"{_row_letters(self.row)}{self.column + 1}"
 
 
 def tape_of(track: Track) -> Tape:
@@ -249,10 +249,10 @@ def _dense(line: np.ndarray, step: float) -> np.ndarray:
     return np.column_stack([np.interp(stations, arc, line[:, k]) for k in (0, 1)])
 
 
-def _letters(number: int) -> str:
+def _row_letters(number: int) -> str:
     """Return the letters of a row, counted from 0, as spreadsheets do.
 
-    >>> _letters(0), _letters(25), _letters(26)
+    >>> _row_letters(0), _row_letters(25), _row_letters(26)
     ('A', 'Z', 'AA')
     """
     text = ""

@@ -77,7 +77,7 @@ def make_track(drawing: Drawing, plan: RoadPlan, name: str, path: str | Path) ->
         smooth = smooth * (plan.length_m / running_length(smooth)[-1])
     centre = _stations(smooth)
     normal = _normals(centre, closed)
-    _require_room(centre, normal, plan.width_m, closed, path)
+    _require_width(centre, normal, plan.width_m, closed, path)
     left, right = centre + 0.5 * plan.width_m * normal, centre - 0.5 * plan.width_m * normal
     is_ccw = not closed or _area(centre) > 0
     inner, outer = (left, right) if is_ccw else (right, left)
@@ -151,7 +151,7 @@ def _normals(centre: np.ndarray, closed: bool) -> np.ndarray:
     return np.column_stack([-along[:, 1], along[:, 0]])
 
 
-def _require_room(centre: np.ndarray, normal: np.ndarray, width: float, closed: bool, path: str | Path) -> None:
+def _require_width(centre: np.ndarray, normal: np.ndarray, width: float, closed: bool, path: str | Path) -> None:
     """Refuse a bend whose inner border would run backwards."""
     for side in (1.0, -1.0):
         border = centre + side * 0.5 * width * normal

@@ -167,9 +167,9 @@ def _draw_lines(axes: Any, track: Track, quiet: bool) -> None:
         along = ends[1] - ends[0]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None] * look.dash_width / 2
         dashes = np.stack([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across], axis=1)
-        colour, shown = ((1.0, 1.0, 1.0), 0.3) if quiet else (_lit(look.dash), 1.0)
+        colour, opacity = ((1.0, 1.0, 1.0), 0.3) if quiet else (_lit(look.dash), 1.0)
         axes.add_collection(
-            PolyCollection(list(dashes), facecolors=colour, edgecolors=colour, linewidths=0.4, alpha=shown, zorder=3)
+            PolyCollection(list(dashes), facecolors=colour, edgecolors=colour, linewidths=0.4, alpha=opacity, zorder=3)
         )
 
 

@@ -29,8 +29,8 @@ def parse_path(text: str) -> list[tuple[np.ndarray, bool]]:
     found: list[tuple[list[complex], bool]] = []
     here = start = 0j
     handle, before = 0j, ""
-    for letter, numbers in _commands(text):
-        kind, relative = letter.upper(), letter.islower()
+    for command, numbers in _commands(text):
+        kind, relative = command.upper(), command.islower()
         base = here if relative else 0j
         points = [base + complex(*pair) for pair in zip(numbers[::2], numbers[1::2], strict=False)]
         if kind == "Z":
@@ -98,22 +98,22 @@ def parse_transform(text: str) -> np.ndarray:
 
 def _commands(text: str) -> Iterator[tuple[str, list[float]]]:
     """Yield each command with the numbers of one repetition; further pairs behind M are lines."""
-    letter, numbers = "", list[float]()
+    command, numbers = "", list[float]()
     for token in [*_TOKEN.finditer(text), None]:
         if token is not None and token[2]:
             numbers.append(float(token[2]))
-            if not letter or not _COUNT[letter.upper()]:
+            if not command or not _COUNT[command.upper()]:
                 raise ValueError(f"number {token[2]} without a command")
-            if len(numbers) == _COUNT[letter.upper()]:
-                yield letter, numbers
-                numbers, letter = [], {"M": "L", "m": "l"}.get(letter, letter)
+            if len(numbers) == _COUNT[command.upper()]:
+                yield command, numbers
+                numbers, command = [], {"M": "L", "m": "l"}.get(command, command)
             continue
         if numbers:
-            raise ValueError(f"{letter} with {len(numbers)} numbers; expected {_COUNT[letter.upper()]}")
+            raise ValueError(f"{command} with {len(numbers)} numbers; expected {_COUNT[command.upper()]}")
         if token is not None:
-            letter = token[1]
-            if letter in "Zz":
-                yield letter, []
+            command = token[1]
+            if command in "Zz":
+                yield command, []
 
 
 def _bezier(handles: list[complex]) -> list[complex]:

@@ -104,9 +104,9 @@ def _path(line: np.ndarray, closed: bool) -> str:
     if closed and len(ticks) > 1 and (ticks[0] == ticks[-1]).all():
         ticks = ticks[:-1]
     steps = np.diff(ticks, axis=0)
-    told = [f"M{ticks[0][0] / 10:g} {ticks[0][1] / 10:g}l"]
-    told.append(" ".join(f"{x / 10:g} {y / 10:g}" for x, y in steps[np.any(steps != 0, axis=1)]))
-    return "".join(told).replace(" -", "-") + ("z" if closed else "")
+    parts = [f"M{ticks[0][0] / 10:g} {ticks[0][1] / 10:g}l"]
+    parts.append(" ".join(f"{x / 10:g} {y / 10:g}" for x, y in steps[np.any(steps != 0, axis=1)]))
+    return "".join(parts).replace(" -", "-") + ("z" if closed else "")
 
 
 def _simplified(line: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from racecraft.worlds.deepracer.tracks.track import Track
 
 
 def choose_car(
-    settings: Settings, metadata: ModelMetadata, asked: str | None, is_set: bool, folder: Path | None
+    settings: Settings, metadata: ModelMetadata, requested: str | None, is_set: bool, folder: Path | None
 ) -> tuple[Settings, tuple[str, ...]]:
     """Return settings with the car filled in, and a note where the racer's recordings chose it.
 
@@ -25,13 +25,13 @@ def choose_car(
     Args:
         settings: As they stand.
         metadata: The racer's model_metadata.json.
-        asked: A car that was asked for by name.
+        requested: A car that was asked for by name.
         is_set: `race.car` was set, and stays.
         folder: The racer's folder.
     """
     notes: tuple[str, ...] = ()
     if not is_set:
-        car, notes = (asked, ()) if asked else _recorded_or_written(metadata, folder)
+        car, notes = (requested, ()) if requested else _recorded_or_written(metadata, folder)
         settings = with_values(settings, "race", {"car": car})
     if settings.camera.light == "car" and metadata.version in ("1", "2"):
         settings = with_values(settings, "camera", {"light": "2019"})

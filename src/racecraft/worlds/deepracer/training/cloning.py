@@ -69,12 +69,12 @@ def _require_same_settings(plan: CarPlan, path: str, settings: Mapping[str, Any]
     differing = [name for name in there if here[name] != there[name]]
     if not differing:
         return
-    told = ", ".join(f"{name}={value_text(there[name])} (here {value_text(here[name])})" for name in differing)
+    text = ", ".join(f"{name}={value_text(there[name])} (here {value_text(here[name])})" for name in differing)
     raise RunFolderError(
         "{path}: was trained with {told}; expected the same, for weights fit only what they were trained in. Say "
         "{words_for}, or train afresh.",
         path=path,
-        told=told,
+        told=text,
         words_for=_words_for(plan, there),
     )
 
@@ -117,11 +117,11 @@ def fit_critic(weights: Mapping[str, Array], mine: Mapping[str, Array]) -> tuple
         return dict(weights), ()
     if more > 0:
         fitted = np.concatenate([there, np.zeros((len(there), more), there.dtype)], axis=1)
-        said = "the critic was not told of objects; what it makes of them begins at nothing"
+        note = "the critic was not told of objects; what it makes of them begins at nothing"
     else:
         fitted = there[:, :more]
-        said = "nothing is in the way any more; what the critic made of objects is left out"
-    return {**weights, CRITIC: np.ascontiguousarray(fitted)}, (said,)
+        note = "nothing is in the way any more; what the critic made of objects is left out"
+    return {**weights, CRITIC: np.ascontiguousarray(fitted)}, (note,)
 
 
 def _of_critic(weights: Mapping[str, Array]) -> set[str]:

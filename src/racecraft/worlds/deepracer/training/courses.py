@@ -1,6 +1,6 @@
 """Where cars of one training drive differently: several tracks, several races, both directions at once.
 
-Begin with `Course`: what was written, in worker-N.env (`courses_asked`) or typed (`groups.py`). `lay_out` makes it
+Begin with `Course`: what was written, in worker-N.env (`requested_courses`) or typed (`groups.py`). `lay_out` makes it
 definite: a track and a `RaceConfig` each, over which the cars of a training are shared out.
 """
 
@@ -48,7 +48,7 @@ class Course:
     """How many cars drive there; None: as many as on any other that does not say."""
 
 
-def courses_asked(
+def requested_courses(
     whole: EnvFolder, track_variable: str, overrides_of: Callable[[RunEnv], tuple[str, ...]]
 ) -> tuple[Course, ...]:
     """Return the courses that an installation asks for, both directions where they alternate; none where all is one.
@@ -76,8 +76,10 @@ def courses_asked(
                     ),
                 )
             env = whole.workers[number]
-            told = overrides_of(env)
-            courses += [Course(number, env.values.get(track_variable), told, way, env) for way in _ways(env, whole.run)]
+            overrides = overrides_of(env)
+            courses += [
+                Course(number, env.values.get(track_variable), overrides, way, env) for way in _ways(env, whole.run)
+            ]
     return tuple(courses) if len(courses) > 1 else ()
 
 
@@ -93,11 +95,13 @@ def workers_asked(env: RunEnv) -> int:
     return int(workers)
 
 
-def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_variable: str) -> tuple[LaidCourse, ...]:
+def lay_out(
+    courses: tuple[Course, ...], track: Track, settings: Settings, track_variable: str
+) -> tuple[LaidCourse, ...]:
     """Return the courses with their tracks loaded, the training's own first.
 
     Args:
-        asked: As `courses_asked` gives them.
+        courses: As `requested_courses` gives them.
         track: The training's own.
         settings: Likewise.
         track_variable: Names the track in a worker's file.
@@ -105,7 +109,7 @@ def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_v
     Raises:
         RunEnvError: A worker's track cannot be used.
     """
-    return tuple(_laid(course, track, of_race(settings), track_variable) for course in asked)
+    return tuple(_prepared(course, track, of_race(settings), track_variable) for course in courses)
 
 
 def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tuple[str, ...]:
@@ -113,12 +117,12 @@ def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tup
     if not courses:
         return ()
     counts = cars_on(courses, settings.rollout.num_worlds)
-    told = ", ".join(
+    text = ", ".join(
         f"{count} on {course.track.name}{' the other way' if course.race.reverse else ''}"
         + ("" if course.race.type == TIME_TRIAL else f" ({course.race.type})")
         for count, course in zip(counts, courses, strict=True)
     )
-    return (f"cars side by side: {told}; each course is judged from {settings.evaluation.episodes} starts",)
+    return (f"cars side by side: {text}; each course is judged from {settings.evaluation.episodes} starts",)
 
 
 def both_ways(courses: tuple[LaidCourse, ...]) -> bool:
@@ -132,7 +136,7 @@ def starts(course: LaidCourse, cars: int) -> Array:
     return (course.race.start_offset + np.arange(cars) / cars) % 1.0
 
 
-def _laid(course: Course, track: Track, settings: Settings, track_variable: str) -> LaidCourse:
+def _prepared(course: Course, track: Track, settings: Settings, track_variable: str) -> LaidCourse:
     settings = _with_overrides(settings, course)
     if course.other_way:
         settings = with_values(settings, "race", {"reverse": not settings.race.reverse})

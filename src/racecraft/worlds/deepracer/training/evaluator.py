@@ -86,7 +86,7 @@ class CarEvaluator:
         episodes = 0
         if self._trained_in is not None and begins_where_training_does(self._world):
             self._world.move_starts(np.full(self._world.spec.num_worlds, self._trained_in.next_start_share))
-            episodes = self._trained_in.episodes_begun
+            episodes = self._trained_in.episodes_started
         every = judge_starts(self._policy, self._world, seed=episodes)
         results = results_by_track(every, self._by_track)
         report = LapReport(every.laps[: len(every) - sum(one.laps for one in results if one.role != TRAINED)])

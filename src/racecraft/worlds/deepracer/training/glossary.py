@@ -30,8 +30,8 @@ class Term:
     @property
     def names(self) -> tuple[str, ...]:
         """Every name it goes by; several of one world stand with commas between."""
-        told = (self.console, self.json, self.variable, self.ours)
-        return tuple(name.strip() for names in told for name in names.split(",") if name.strip())
+        spellings = (self.console, self.json, self.variable, self.ours)
+        return tuple(name.strip() for names in spellings for name in names.split(",") if name.strip())
 
 
 def _rows(table: str) -> tuple[Term, ...]:
@@ -138,8 +138,8 @@ def nearest_names(word: str, more: Iterable[str] = (), count: int = 3) -> list[s
 
 def _variables() -> Iterable[Term]:
     """Return a term for each variable that the table has none for."""
-    told = {name for term in GLOSSARY for name in term.names}
-    return [Term(one.effect, variable=one.name) for one in ENV_VARIABLES if one.name not in told]
+    variables = {name for term in GLOSSARY for name in term.names}
+    return [Term(one.effect, variable=one.name) for one in ENV_VARIABLES if one.name not in variables]
 
 
 def _folded(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Groups of cars as they are typed: which tracks, which races, how many cars. Begin with `groups_asked`.
+"""Groups of cars as they are typed: which tracks, which races, how many cars. Begin with `requested_groups`.
 
 A group is a few words, `track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both cars=8`, or the same as a
 dictionary. What it does not say is as in the rest of the training; one that names no track races on every track named.
@@ -42,7 +42,7 @@ Group = str | Mapping[str, Any]
 """As typed, or by word."""
 
 
-def groups_asked(named: Sequence[str], groups: Sequence[Group]) -> tuple[Course, ...]:
+def requested_groups(named: Sequence[str], groups: Sequence[Group]) -> tuple[Course, ...]:
     """Return the courses of a training; none where it is one track and nothing else is said.
 
     Args:
@@ -56,10 +56,10 @@ def groups_asked(named: Sequence[str], groups: Sequence[Group]) -> tuple[Course,
         return tuple(Course(track=name) for name in named) if len(named) > 1 else ()
     courses: list[Course] = []
     for number, group in enumerate(groups, 1):
-        told, place = _words(group, number)
-        tracks_of_it: list[str | None] = [told["track"]] if "track" in told else [*named] or [None]
+        options, place = _words(group, number)
+        tracks_of_it: list[str | None] = [options["track"]] if "track" in options else [*named] or [None]
         for track in tracks_of_it:
-            courses += _courses(told, track, place)
+            courses += _courses(options, track, place)
     return tuple(courses)
 
 
@@ -81,10 +81,10 @@ def worlds_for(courses: Sequence[Course]) -> tuple[str, ...]:
     """
     if not courses:
         return ()
-    said = [course.cars for course in courses]
-    cars = sum(filter(None, said)) + FEW_CARS * said.count(None)
+    counts = [course.cars for course in courses]
+    cars = sum(filter(None, counts)) + FEW_CARS * counts.count(None)
 
-    worlds = cars if None not in said else max(cars, RolloutConfig().num_worlds)
+    worlds = cars if None not in counts else max(cars, RolloutConfig().num_worlds)
     every = EVERY if len(courses) > FEW_CARS else 1
     return (f"rollout.num_worlds={worlds}", f"evaluation.every={every}", f"evaluation.share={SHARE}")
 
@@ -96,27 +96,27 @@ def read_groups(path: Path) -> tuple[Group, ...]:
         InputFileError: It cannot be read.
         SettingError: It is no such list.
     """
-    told = read_json(path, InputFileError, "a JSON list of groups").value
-    if not isinstance(told, list) or not told or not all(isinstance(one, dict | str) for one in told):
+    groups = read_json(path, InputFileError, "a JSON list of groups").value
+    if not isinstance(groups, list) or not groups or not all(isinstance(one, dict | str) for one in groups):
         raise SettingError(
             '{path}: is no list of groups; expected [{{"track": "Oval_track", "cars": 8}}, …].', path=path
         )
-    return tuple(told)
+    return tuple(groups)
 
 
 def _words(group: Group, number: int) -> tuple[dict[str, str], str]:
     """Return a group's words, and what letters call it."""
     if isinstance(group, Mapping):
-        told = {}
+        options = {}
         for word, value in group.items():
             inner = value if isinstance(value, Mapping) else None
             if inner is None:
-                told[str(word)] = _text(value)
+                options[str(word)] = _text(value)
             else:
-                told |= {f"{word}.{name}": _text(one) for name, one in inner.items()}
-        return told, f"group {number}"
+                options |= {f"{word}.{name}": _text(one) for name, one in inner.items()}
+        return options, f"group {number}"
     place = f"--group '{group}'"
-    told = {}
+    options = {}
     for part in shlex.split(group):
         word, equals, value = part.partition("=")
         if not equals:
@@ -125,26 +125,26 @@ def _words(group: Group, number: int) -> tuple[dict[str, str], str]:
                 place=place,
                 part=part,
             )
-        if word in told:
+        if word in options:
             raise SettingError("{place}: {word} is said twice; expected it once.", place=place, word=word)
-        told[word] = value
-    return told, place
+        options[word] = value
+    return options, place
 
 
 def _text(value: Any) -> str:
     return value if isinstance(value, str) else value_text(tuple(value) if isinstance(value, list) else value)
 
 
-def _courses(told: Mapping[str, str], track: str | None, place: str) -> list[Course]:
+def _courses(options: Mapping[str, str], track: str | None, place: str) -> list[Course]:
     """Return the courses of one group on one track: two where it drives both ways, with half of its cars each."""
-    for word in told:
+    for word in options:
         _require_known(word, place)
-    ways = _choice(told, "direction", tuple(DIRECTIONS), place)
-    race = _choice(told, "race", RACE_TYPES, place)
+    ways = _choice(options, "direction", tuple(DIRECTIONS), place)
+    race = _choice(options, "race", RACE_TYPES, place)
     overrides = [f"race.type={race}"] if race else []
-    overrides += [f"{word}={value}" for word, value in told.items() if "." in word]
-    cars = _cars(told, place)
-    _require_race_of(told, race, place)
+    overrides += [f"{word}={value}" for word, value in options.items() if "." in word]
+    cars = _cars(options, place)
+    _require_race_of(options, race, place)
     course = Course(track=track, overrides=tuple(overrides), place=place, cars=cars)
     if ways is None:
         return [course]
@@ -189,9 +189,9 @@ def _require_known(word: str, place: str) -> None:
         )
 
 
-def _require_race_of(told: Mapping[str, str], race: str | None, place: str) -> None:
+def _require_race_of(options: Mapping[str, str], race: str | None, place: str) -> None:
     """Refuse settings of objects that the group's own race does not have; without a race the training's decides."""
-    for word in told:
+    for word in options:
         head = word.partition(".")[0]
         owners = [one for one in RACE_TYPES if head in race_groups(one)]
         if owners and race is not None and race not in owners:
@@ -204,26 +204,26 @@ def _require_race_of(told: Mapping[str, str], race: str | None, place: str) -> N
             )
 
 
-def _choice(told: Mapping[str, str], word: str, known: tuple[str, ...], place: str) -> str | None:
-    if word not in told:
+def _choice(options: Mapping[str, str], word: str, known: tuple[str, ...], place: str) -> str | None:
+    if word not in options:
         return None
     folded = {one.casefold(): one for one in known}
-    found = folded.get(told[word].casefold().replace("-", "_"))
+    found = folded.get(options[word].casefold().replace("-", "_"))
     if found is None:
         raise SettingError(
             "{place}: there is no {word} '{told}'. {hint}",
             place=place,
             word=word,
-            told=told[word],
-            hint=nearest(told[word], known),
+            told=options[word],
+            hint=nearest(options[word], known),
         )
     return found
 
 
-def _cars(told: Mapping[str, str], place: str) -> int | None:
-    if "cars" not in told:
+def _cars(options: Mapping[str, str], place: str) -> int | None:
+    if "cars" not in options:
         return None
-    text = told["cars"]
+    text = options["cars"]
     if not (text.isascii() and text.isdigit()) or not 1 <= int(text) <= MAX_CARS:
         raise SettingError(
             "{place}: cars={text}; expected a whole number from 1 to {max_cars}. Leave the group out.",

@@ -85,7 +85,7 @@ class LivePublisher:
     def _keep(self, courses: Sequence[RaceWorld | OpponentWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
-            self._ring, self._rewards = self._make_room(courses, rewards.size)
+            self._ring, self._rewards = self._make_buffers(courses, rewards.size)
         place, first = self._ticks % RING_TICKS, 0
         for course in courses:
             behind = first + course.reports.nbytes
@@ -96,7 +96,7 @@ class LivePublisher:
         self._rewards[place] = rewards.reshape(-1)
         self._kept = min(self._kept + 1, RING_TICKS)
 
-    def _make_room(self, courses: Sequence[RaceWorld | OpponentWorld], cars: int) -> tuple[Array, Array]:
+    def _make_buffers(self, courses: Sequence[RaceWorld | OpponentWorld], cars: int) -> tuple[Array, Array]:
         """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""
         worlds = [course.spec.num_worlds for course in courses]
         self._first_worlds = np.cumsum([0, *worlds[:-1]])

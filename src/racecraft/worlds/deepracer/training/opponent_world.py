@@ -163,9 +163,9 @@ class OpponentWorld:
         return self.inner.has_reward
 
     @property
-    def episodes_begun(self) -> int:
+    def episodes_started(self) -> int:
         """Episodes that all cars together have begun since `reset`, less the first of each."""
-        return self.inner.episodes_begun
+        return self.inner.episodes_started
 
     @property
     def next_start_share(self) -> float:

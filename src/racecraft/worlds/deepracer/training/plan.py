@@ -40,7 +40,7 @@ from racecraft.worlds.deepracer.tracks.track import Track
 from racecraft.worlds.deepracer.training.aws.setup import FROM_ENV
 from racecraft.worlds.deepracer.training.car_choice import choose_car, table_notes, waypoint_notes
 from racecraft.worlds.deepracer.training.courses import Course, lay_out, notes_on_courses
-from racecraft.worlds.deepracer.training.groups import ALL, Group, groups_asked, track_names, worlds_for
+from racecraft.worlds.deepracer.training.groups import ALL, Group, requested_groups, track_names, worlds_for
 from racecraft.worlds.deepracer.training.hold_out import as_dictionary as held_out_as_dictionary
 from racecraft.worlds.deepracer.training.hold_out import held_out_tracks, require_apart, twins_of
 from racecraft.worlds.deepracer.training.model_folder import ModelFolder, notes_in, read_model_folder
@@ -160,23 +160,23 @@ def plan_car(request: RaceRequest) -> CarPlan:
     Raises:
         UserInputError: Something cannot be used.
     """
-    asked, model = _files_of(request)
+    environment, model = _files_of(request)
     algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
-    preset = _preset_of(request, algorithm, (*asked.overrides, *request.overrides), bool(asked.courses))
+    preset = _preset_of(request, algorithm, (*environment.overrides, *request.overrides), bool(environment.courses))
     request = replace(request, preset=preset)
     is_racing = preset == "race"
     if is_racing:
         default = racing_model_metadata(request.car or RaceConfig.car)
-        model = read_model_folder(asked.files or request.folder, asked.keys, default)
-    offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
+        model = read_model_folder(environment.files or request.folder, environment.keys, default)
+    offset = () if environment.start_offset is None else (f"race.start_offset={environment.start_offset}",)
     held_out = held_out_tracks(request.hold_out)
     named, groups = _groups(request, held_out)
     request = replace(
         request,
-        track=(groups[0].track if groups else None) or (named[0] if named else asked.track) or DEFAULT_TRACK,
-        stops=request.stops or asked.stops or _default_stops(request),
-        overrides=(*offset, *asked.overrides, *request.overrides, *_race_of(request, asked.overrides)),
-        clone_from=with_metadata(request.clone_from or asked.clone_from, model.metadata),
+        track=(groups[0].track if groups else None) or (named[0] if named else environment.track) or DEFAULT_TRACK,
+        stops=request.stops or environment.stops or _default_stops(request),
+        overrides=(*offset, *environment.overrides, *request.overrides, *_race_of(request, environment.overrides)),
+        clone_from=with_metadata(request.clone_from or environment.clone_from, model.metadata),
     )
     if request.car is not None and request.car not in PROFILES:
         raise SettingError(
@@ -190,16 +190,24 @@ def plan_car(request: RaceRequest) -> CarPlan:
     )
     is_set = any(override.startswith("race.car=") for override in request.overrides)
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
-    track = _load_track(request, asked.env)
+    track = _load_track(request, environment.env)
     plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
-    courses = lay_out(groups or asked.courses, track, settings, TRACK_VARIABLE)
+    courses = lay_out(groups or environment.courses, track, settings, TRACK_VARIABLE)
     _require_drivable(courses, held_out, settings)
     apart = require_apart([course.track for course in courses] or [track], held_out)
-    told = notes_in(model, settings.race.type, is_racing)
+    remarks = notes_in(model, settings.race.type, is_racing)
     fastest = action_space(model.metadata.action_space).fastest
     limits = beyond_logs(settings.race.car, fastest)
-    notes = [*asked.notes, *told, *notes, *car_notes, *filter(None, [limits]), *waypoint_notes(settings, track), *apart]
-    if groups and asked.courses:
+    notes = [
+        *environment.notes,
+        *remarks,
+        *notes,
+        *car_notes,
+        *filter(None, [limits]),
+        *waypoint_notes(settings, track),
+        *apart,
+    ]
+    if groups and environment.courses:
         notes.append("the courses of run.env and its workers are not driven: the command names others")
     plan = CarPlan(
         request,
@@ -214,8 +222,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
             *notes_on_courses(courses, settings),
             *_notes_on_held_out(held_out),
         ),
-        asked.env.values,
-        asked.judging,
+        environment.env.values,
+        environment.judging,
         request.against or ((ITSELF,) if settings.race.type == HEAD_TO_MODEL else ()),
         courses,
         held_out,
@@ -251,13 +259,13 @@ def _files_of(request: RaceRequest) -> tuple[RaceEnvironment, ModelFolder]:
     Raises:
         UserInputError: All faults of all of them.
     """
-    asked, faults = RaceEnvironment(), Faults()
+    environment, faults = RaceEnvironment(), Faults()
     with faults.collect():
-        asked = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
+        environment = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
     with faults.collect():
-        model = read_model_folder(asked.files or request.folder, asked.keys)
+        model = read_model_folder(environment.files or request.folder, environment.keys)
     faults.raise_found()
-    return asked, model
+    return environment, model
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
@@ -323,7 +331,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     )
 
 
-def asked_of(plan: CarPlan) -> dict[str, Any]:
+def request_values(plan: CarPlan) -> dict[str, Any]:
     """Return what job.json holds of the request: enough to begin again from it."""
     request = plan.request
     return {
@@ -331,7 +339,7 @@ def asked_of(plan: CarPlan) -> dict[str, Any]:
         "track": plan.track.name,
         "preset": request.preset,
         "set": list(request.overrides),
-        **_told_of_groups(request),
+        **_groups_of_request(request),
         "against": list(plan.against),
         "from": None if request.clone_from is None else _source_name(request.clone_from),
     }
@@ -364,7 +372,7 @@ def _groups(request: RaceRequest, held_out: Sequence[Track]) -> tuple[list[str],
         raise SettingError("--track and --tracks were given; expected all names after one of them.")
     away = twins_of(held_out) if held_out and ALL in request.tracks else ()
     named = [request.track] if request.track else track_names(request.tracks, away)
-    return named, groups_asked(named, request.groups)
+    return named, requested_groups(named, request.groups)
 
 
 def _require_drivable(courses: Sequence[LaidCourse], held_out: Sequence[Track], settings: Settings) -> None:
@@ -376,10 +384,10 @@ def _require_drivable(courses: Sequence[LaidCourse], held_out: Sequence[Track], 
         plan_objects(track, objects_of(of_it), habits(settings.race.fidelity))
 
 
-def _told_of_groups(request: RaceRequest) -> dict[str, Any]:
+def _groups_of_request(request: RaceRequest) -> dict[str, Any]:
     """Return what job.json says of groups, as it was asked; nothing where there are none."""
-    told = {"tracks": request.tracks, "groups": request.groups, "hold_out": request.hold_out}
-    return {name: list(value) for name, value in told.items() if value}
+    options = {"tracks": request.tracks, "groups": request.groups, "hold_out": request.hold_out}
+    return {name: list(value) for name, value in options.items() if value}
 
 
 def _notes_on_held_out(held_out: Sequence[Track]) -> tuple[str, ...]:

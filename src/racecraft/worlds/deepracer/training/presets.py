@@ -202,7 +202,7 @@ def settings_for(
     settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
     settings = apply_overrides(settings, overrides)
     settings = fit_exploration(settings, metadata, notes)
-    return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
+    return fit_worlds_to_episodes(resolve_precision(settings, notes), notes), notes
 
 
 def default_settings(algorithm: Algorithm = PPO) -> Settings:
@@ -231,16 +231,16 @@ def preset_settings(
     preset: str, metadata: ModelMetadata | None = None, algorithm: Algorithm = PPO
 ) -> tuple[Settings, list[str]]:
     """Return a preset's settings for a car, and what is worth saying about them."""
-    asked = metadata.neural_network if metadata is not None else SHALLOW
+    network = metadata.neural_network if metadata is not None else SHALLOW
     settings = default_settings(algorithm)
     for group, values in {"race": RACE_VALUES, "fast": {}, "aws": AWS_VALUES}[preset].items():
         settings = with_values(settings, group, values) if group in settings else settings
     if preset != "aws":
-        return settings, [f"preset {preset}: its own small network is trained, not {asked}"]
+        return settings, [f"preset {preset}: its own small network is trained, not {network}"]
     if not algorithm.critic:
         settings = with_values(settings, "network", {"separate_networks": False})
     name = network_of(metadata)
-    notes = [] if name == asked else [f"{asked} with the sensor 'observation' is {name}, as at AWS"]
+    notes = [] if name == network else [f"{network} with the sensor 'observation' is {name}, as at AWS"]
     sensors = () if metadata is None else metadata.sensors
     return with_values(settings, "network", aws_network_values(AWS_NETWORKS[name], sensors)), notes
 
@@ -334,7 +334,7 @@ def copy_critics_as_aws(settings: Settings) -> Settings:
     return with_values(settings, "sac", {"target_interval": every}) if "sac" in settings and every else settings
 
 
-def settle_precision(settings: Settings, notes: list[str]) -> Settings:
+def resolve_precision(settings: Settings, notes: list[str]) -> Settings:
     """Put what this processor multiplies fast in the place of the precision `auto`; bfloat16 is added to `notes`."""
     if "ppo" not in settings:
         return settings

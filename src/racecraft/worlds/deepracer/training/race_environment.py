@@ -20,9 +20,9 @@ from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder, default_tex
 from racecraft.worlds.deepracer.files.racer_files import METADATA, REWARD
 from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv, read_env_folder
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, USED, WITHOUT
-from racecraft.worlds.deepracer.training.courses import Course, courses_asked, workers_asked
+from racecraft.worlds.deepracer.training.courses import Course, requested_courses, workers_asked
 from racecraft.worlds.deepracer.training.race_objects import belongs_to, objects_overrides
-from racecraft.worlds.deepracer.training.race_rules import judging_asked, whole_number
+from racecraft.worlds.deepracer.training.race_rules import requested_judging, whole_number
 
 FILE = "run.env"
 TRACK_VARIABLE = "DR_WORLD_NAME"
@@ -95,7 +95,7 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
         clone_from=_clone_source(env, place, drfc) if clones else None,
-        judging=judging_asked(env),
+        judging=requested_judging(env),
         files=_files(env, place) if drfc is None else None,
         keys=_keys_in_folder(env, place) if drfc is None else keys_in_bucket(drfc),
         courses=_courses(whole),
@@ -243,7 +243,7 @@ def _existing(env: RunEnv, name: str, place: Path, hint: str) -> Path:
 
 def _courses(whole: EnvFolder) -> tuple[Course, ...]:
     """Return the courses of worker files and of both directions; none where every car drives the same."""
-    return courses_asked(whole, TRACK_VARIABLE, lambda env: _course_overrides(env, whole.run))
+    return requested_courses(whole, TRACK_VARIABLE, lambda env: _course_overrides(env, whole.run))
 
 
 def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:

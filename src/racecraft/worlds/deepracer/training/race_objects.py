@@ -50,17 +50,17 @@ def objects_overrides(env: RunEnv, race: str) -> tuple[str, ...]:
     """
     if race == TIME_TRIAL:
         return ()
-    asked = [name for name in env.values if belongs_to(name, race)]
+    names = [name for name in env.values if belongs_to(name, race)]
     found = [f"race.type={race}"]
-    found += [f"{FLAGS[name]}={str(env.flag(name)).lower()}" for name in asked if name in FLAGS]
-    found += [f"{COUNTS[name]}={_count(env, name)}" for name in asked if name in COUNTS]
-    for name in asked:
+    found += [f"{FLAGS[name]}={str(env.flag(name)).lower()}" for name in names if name in FLAGS]
+    found += [f"{COUNTS[name]}={_count(env, name)}" for name in names if name in COUNTS]
+    for name in names:
         if name in AMOUNTS:
             setting, low, high = AMOUNTS[name]
             found.append(f"{setting}={env.number(name, low, low, high):g}")
-    if "DR_OA_OBSTACLE_TYPE" in asked:
+    if "DR_OA_OBSTACLE_TYPE" in names:
         found.append(f"boxes.type={env.choice('DR_OA_OBSTACLE_TYPE', BOX_TYPES[0], BOX_TYPES)}")
-    if "DR_OA_OBJECT_POSITIONS" in asked:
+    if "DR_OA_OBJECT_POSITIONS" in names:
         found.append(f"boxes.positions={_positions(env, 'DR_OA_OBJECT_POSITIONS')}")
     return tuple(found)
 

@@ -1,4 +1,4 @@
-"""What run.env says of judging a trained car, by the names of `racecraft evaluate`. Begin with `judging_asked`.
+"""What run.env says of judging a trained car, by the names of `racecraft evaluate`. Begin with `requested_judging`.
 
 What is not in the file is not in the answer: whether a car is judged as a race at all depends on what is named.
 """
@@ -26,7 +26,7 @@ Judging = dict[str, bool | int | float | str]
 """What was asked for, by name: "laps", "checkpoint", and the options of a judged race."""
 
 
-def judging_asked(env: RunEnv) -> Judging:
+def requested_judging(env: RunEnv) -> Judging:
     """Return what an evaluation does where it is not told otherwise.
 
     Raises:
@@ -53,7 +53,7 @@ def judging_in_drfc(env: RunEnv) -> Judging:
         RunEnvError: A value cannot be used; the message names file, line and variable.
     """
     new = {name: BY_NAME[name].default for name in VARIABLES}
-    return judging_asked(replace(env, values={**new, **env.values}))
+    return requested_judging(replace(env, values={**new, **env.values}))
 
 
 def whole_number(env: RunEnv, name: str, low: float, high: float) -> int:

@@ -48,12 +48,12 @@ class SelfRating:
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the ratings as plain values, fit for JSON."""
-        told = [
+        records = [
             {"name": name, **{key: round(value, 1) for key, value in asdict(one).items()}, **facts}
             for name, one, facts in zip(self.names, self.ratings, self.driven, strict=True)
         ]
         gain = {"points": round(self.gain, 1), "low": round(self.low, 1), "high": round(self.high, 1)}
-        return {"selves": told, "last_over_first": gain, "against_a_slower_self": self.passing}
+        return {"selves": records, "last_over_first": gain, "against_a_slower_self": self.passing}
 
 
 def rate_selves(

@@ -56,11 +56,11 @@ from racecraft.worlds.deepracer.training.plan import (
     KIND,
     CarPlan,
     RaceRequest,
-    asked_of,
     job_of,
     known_lap_of,
     plan_car,
     plan_resume,
+    request_values,
 )
 from racecraft.worlds.deepracer.training.presets import default_settings
 from racecraft.worlds.deepracer.training.recorder import EpisodeRecorder
@@ -143,7 +143,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
         seed=seed,
         stops=planned.stops,
         evaluator=evaluator,
-        asked=asked_of(planned),
+        asked=request_values(planned),
         metadata={"model_metadata": as_aws_dict(planned.model.metadata), "track": planned.track.name},
         title=f"{_where(planned)}, car {settings.race.car}",
         folder_name=planned.track.name if len(_names(planned)) == 1 else f"{len(_names(planned))}-tracks",

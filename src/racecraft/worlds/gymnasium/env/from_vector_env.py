@@ -83,11 +83,11 @@ class VectorEnvWorld:
         """Advance every row by one tick; of those that ended before, this tick is their beginning."""
         if not self._begun:
             raise ContractError("{name}: step before reset; expected reset first.", name=self._spec.name)
-        told = actions[:, 0].copy()
-        self._taken.append(told)
+        flat_actions = actions[:, 0].copy()
+        self._taken.append(flat_actions)
         if isinstance(self._spec.actions, DiscreteActions):
-            told = told.astype(np.int64) + self._first_action
-        seen, reward, terminated, truncated, _ = call_env(self._envs, "step", told)
+            flat_actions = flat_actions.astype(np.int64) + self._first_action
+        seen, reward, terminated, truncated, _ = call_env(self._envs, "step", flat_actions)
         if not np.isfinite(reward).all():
             raise contract_error(self._envs, "step", "reward", reward, "numbers", "nothing is learned from it")
         plays = ~self._ended

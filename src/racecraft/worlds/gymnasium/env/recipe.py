@@ -29,13 +29,13 @@ class Recipe:
 
     def as_data(self) -> dict[str, Any]:
         """Return what job.json keeps of it; nothing of the default."""
-        told = {"env_args": dict(self.arguments), "wrappers": list(self.wrappers)}
-        return {name: value for name, value in told.items() if value}
+        data = {"env_args": dict(self.arguments), "wrappers": list(self.wrappers)}
+        return {name: value for name, value in data.items() if value}
 
     @classmethod
-    def of_data(cls, asked: Mapping[str, Any]) -> Recipe:
+    def of_data(cls, data: Mapping[str, Any]) -> Recipe:
         """Return what `as_data` gave."""
-        return cls(asked.get("env_args") or {}, tuple(asked.get("wrappers") or ()))
+        return cls(data.get("env_args") or {}, tuple(data.get("wrappers") or ()))
 
     @classmethod
     def of_options(cls, arguments: Sequence[str], wrappers: Sequence[str]) -> Recipe:

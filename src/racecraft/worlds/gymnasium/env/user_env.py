@@ -32,24 +32,24 @@ def call_reset(env: Any, seed: int) -> Any:
     Raises:
         EnvironmentFailedError: It raised, or gave other things.
     """
-    told = call_env(env, "reset", seed=seed)
-    return _all_of(env, "reset", told, ("observation", "info"))
+    result = call_env(env, "reset", seed=seed)
+    return _all_of(env, "reset", result, ("observation", "info"))
 
 
-def asked_to_step(env: Any, action: Any) -> Any:
+def step_env(env: Any, action: Any) -> Any:
     """Step a Gymnasium environment; return observation, reward, terminated, truncated and info.
 
     Raises:
         EnvironmentFailedError: It raised, or gave other things.
     """
-    told = call_env(env, "step", action)
-    return _all_of(env, "step", told, ("observation", "reward", "terminated", "truncated", "info"))
+    result = call_env(env, "step", action)
+    return _all_of(env, "step", result, ("observation", "reward", "terminated", "truncated", "info"))
 
 
-def _all_of(env: Any, method: str, told: Any, things: tuple[str, ...]) -> Any:
-    if isinstance(told, tuple) and len(told) == len(things):
-        return told
-    gave = f"{len(told)} things" if isinstance(told, tuple) else type(told).__name__
+def _all_of(env: Any, method: str, result: Any, things: tuple[str, ...]) -> Any:
+    if isinstance(result, tuple) and len(result) == len(things):
+        return result
+    gave = f"{len(result)} things" if isinstance(result, tuple) else type(result).__name__
     raise EnvironmentFailedError(
         "{place}{name}.{method} gave {gave}; expected ({things}). Mend what it returns.",
         place=_place(env, method),
@@ -186,8 +186,8 @@ def _line(place: str) -> str:
 
 
 def _said(error: BaseException) -> str:
-    said = str(error)
-    return f"raised {type(error).__name__}{': ' * bool(said)}{said}"
+    text = str(error)
+    return f"raised {type(error).__name__}{': ' * bool(text)}{text}"
 
 
 def _short(value: Any) -> str:

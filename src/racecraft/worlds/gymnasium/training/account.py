@@ -11,6 +11,6 @@ from racecraft.worlds.gymnasium.env.recipe import Recipe
 
 def as_typed(command: str, job: Mapping[str, Any]) -> str:
     """Return a command of advice as it is typed for a run of this kind."""
-    asked = job.get("asked", {})
-    environment = [asked["environment"], *Recipe.of_data(asked).as_words()] if asked.get("environment") else []
+    request = job.get("asked", {})
+    environment = [request["environment"], *Recipe.of_data(request).as_words()] if request.get("environment") else []
     return typed(command, "racecraft gym train", job, environment)

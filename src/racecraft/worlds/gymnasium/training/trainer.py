@@ -199,10 +199,10 @@ def _learner_of_groups(planned: GymPlan, world: World) -> Learner:
     The world may say in `group_settings` what a group has otherwise, as after --set, and in `still_groups` which learn
     nothing.
     """
-    spec, said = world.spec, getattr(world, "group_settings", {})
+    spec, groups = world.spec, getattr(world, "group_settings", {})
     members = {}
     for number, (name, group) in enumerate(spec.groups.items()):
-        settings = overridden(planned.settings, said.get(name, ()))
+        settings = overridden(planned.settings, groups.get(name, ()))
         rows = group_spec(name, group, spec.num_worlds * spec.num_agents)
         members[name] = build_learner(planned.algorithm, rows, settings, planned.seed + SEEDS_APART * number)
     return MultiPolicyLearner(spec, members, getattr(world, "still_groups", frozenset()))
@@ -230,10 +230,10 @@ def with_judging_share(settings: Settings, environment: str, recipe: Recipe) -> 
 
 def overridden(settings: Settings, overrides: Sequence[str]) -> Settings:
     """Return settings with what was said otherwise; a policy of the user's own brings its critic unless told so."""
-    told = apply_overrides(settings, overrides)
-    if told.network.policy is None or any(one.startswith("network.separate_networks=") for one in overrides):
-        return told
-    return told.with_group("network", replace(told.network, separate_networks=False))
+    composed = apply_overrides(settings, overrides)
+    if composed.network.policy is None or any(one.startswith("network.separate_networks=") for one in overrides):
+        return composed
+    return composed.with_group("network", replace(composed.network, separate_networks=False))
 
 
 def fit_worlds_to_episodes(settings: Settings) -> Settings:

@@ -48,10 +48,10 @@ def _show_trained(trained: TrainedRun) -> None:
     if judged is None:
         print(f"{summary['behavior']}: not judged this time; after {steps}; run: {summary['run']}")
         return
-    told = f"{verdict(summary)}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes"
-    print(f"{summary['behavior']}: {told} after {steps}; run: {summary['run']}")
-    for name, told in judged.get("behaviors", {}).items():
-        print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
+    text = f"{verdict(summary)}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes"
+    print(f"{summary['behavior']}: {text} after {steps}; run: {summary['run']}")
+    for name, text in judged.get("behaviors", {}).items():
+        print(f"  {name}: mean return {text['mean_return']:.3f} over {text['episodes']} episodes")
     if can_export_to_unity(trained.run.path):
         print(f"Back into Unity: racecraft export {word(trained.run.path)} --to unity")
 

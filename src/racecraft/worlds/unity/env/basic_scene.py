@@ -62,19 +62,19 @@ class BasicScene:
 
     def infos(self) -> Mapping[str, list[Info]]:
         """Tell of ended episodes, then of every agent that asks."""
-        told = list(self._ended)
+        ended = list(self._ended)
         self._ended.clear()
         for index, place in enumerate(self._places):
             if index not in self._absent:
-                told.append(Info(self._ids[index], [_see(place)], self._rewards[index]))
-        return {BEHAVIOR: told}
+                ended.append(Info(self._ids[index], [_see(place)], self._rewards[index]))
+        return {BEHAVIOR: ended}
 
     def act(self, actions: Mapping[str, list[ActionMessage]]) -> None:
         """Move every agent that asked."""
-        asked = [index for index in range(len(self._places)) if index not in self._absent]
+        rows = [index for index in range(len(self._places)) if index not in self._absent]
         self._absent.clear()
-        given = actions.get(BEHAVIOR) or [ActionMessage([], [0])] * len(asked)
-        for index, action in zip(asked, given, strict=True):
+        given = actions.get(BEHAVIOR) or [ActionMessage([], [0])] * len(rows)
+        for index, action in zip(rows, given, strict=True):
             self._move(index, action.discrete[0])
 
     def _move(self, index: int, choice: int) -> None:

@@ -39,11 +39,11 @@ def choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
     if wish is None and len(groups) == 1:
         wish = next(iter(groups))
     if wish not in groups:
-        told = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
+        reason = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
         raise BuildError(
             "{told}; the scene has {known}. Choose one with behavior= (--behavior at the command line), or "
             "act for all of them through racecraft.worlds.unity.env.parallel.",
-            told=told,
+            told=reason,
             known=", ".join(known),
         )
     first, *others = groups[wish]

@@ -81,22 +81,24 @@ class JointSeats:
 
     def choices(self, process: int, actions: Array) -> dict[str, Choice]:
         """Return what a process's agents are told, by behavior; `actions` is (rows, 1, widest)."""
-        told: dict[str, Choice] = {}
+        choices: dict[str, Choice] = {}
         for (base, spec), seats in zip(self._parts.items(), self._seats, strict=True):
             mine = actions[self.rows_of[base]]
             shape = spec.actions.shape
             mine = mine[..., : shape[0]] if shape else mine[..., 0].astype(spec.actions.dtype)
             chosen = seats.choices(process, mine)
-            told |= {name: choice for name, choice in chosen.items() if name in seats.names or name not in self._acted}
-        return told
+            choices |= {
+                name: choice for name, choice in chosen.items() if name in seats.names or name not in self._acted
+            }
+        return choices
 
     def idle_choices(self, process: int) -> dict[str, Choice]:
         """Return what agents are told that nobody acts for, while none of the others asks."""
-        told: dict[str, Choice] = {}
+        choices: dict[str, Choice] = {}
         for seats in self._seats:
             idle = seats.idle_choices(process)
-            told |= {name: choice for name, choice in idle.items() if name not in self._acted}
-        return told
+            choices |= {name: choice for name, choice in idle.items() if name not in self._acted}
+        return choices
 
     def has_decisions(self, process: int) -> bool:
         """Tell whether an agent of the process waits for an action."""

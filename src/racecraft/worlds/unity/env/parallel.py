@@ -71,14 +71,14 @@ def unity_parallel(build: str | os.PathLike[str] | Build, **options: Any) -> Any
             before = list(self.agents)
             game.step(actions)
             self.agents = game.playing()
-            told = [name for name in before if name in game.seen]
+            agents = [name for name in before if name in game.seen]
             ended = game.ended
             return (
-                {name: game.seen[name] for name in told},
-                {name: game.rewards.get(name, 0.0) for name in told},
-                {name: ended.get(name) is False for name in told},
-                {name: ended.get(name) is True for name in told},
-                {name: game.info(name) for name in told},
+                {name: game.seen[name] for name in agents},
+                {name: game.rewards.get(name, 0.0) for name in agents},
+                {name: ended.get(name) is False for name in agents},
+                {name: ended.get(name) is True for name in agents},
+                {name: game.info(name) for name in agents},
             )
 
         def close(self) -> None:
@@ -124,7 +124,7 @@ class _Game:
         self.rewards: dict[str, float] = {}
         self.ended: dict[str, bool] = {}
         self._masks: dict[str, Array] = {}
-        self._hear(moments)
+        self._receive(moments)
 
     def playing(self) -> list[str]:
         """Return who is still in the game, in the order of `places`."""
@@ -134,11 +134,11 @@ class _Game:
     def step(self, actions: dict[str, Any]) -> None:
         """Tell those who asked, and wait until somebody who still plays asks again, or nobody plays any more."""
         self.seen, self.rewards, self.ended = {}, {}, {}
-        self._hear(self._session.step(self._choices(actions)))
-        begun = time.monotonic()
+        self._receive(self._session.step(self._choices(actions)))
+        started = time.monotonic()
         while self.playing() and not any(name in self.seen for name in self.playing()):
-            require_patience(begun, self._options.get("timeout_seconds", 60.0))
-            self._hear(self._session.step(self._choices({})))
+            require_patience(started, self._options.get("timeout_seconds", 60.0))
+            self._receive(self._session.step(self._choices({})))
 
     def info(self, name: str) -> dict[str, Any]:
         """Return what is allowed, where that is a question."""
@@ -163,7 +163,7 @@ class _Game:
             )
         return choices
 
-    def _hear(self, moments: dict[str, Moment]) -> None:
+    def _receive(self, moments: dict[str, Moment]) -> None:
         for name, moment in moments.items():
             for row, agent in enumerate(moment.ended.agent_id.tolist()):
                 place = self._place_of.pop((name, agent), None)

@@ -110,7 +110,7 @@ class Player:
             self.scene.begin(start.unity_input.rl_initialization_input.seed)
             answer = self._parse(self.say(exchange, self._empty()))
             while answer.header.status == messages.STATUS_OK:
-                self._obey(answer.unity_input.rl_input)
+                self._apply_actions(answer.unity_input.rl_input)
                 answer = self._parse(self.say(exchange, self._news()))
             return 0
         finally:
@@ -120,7 +120,7 @@ class Player:
         """Send one message and return the answer's bytes."""
         return exchange(message.SerializeToString())
 
-    def _obey(self, order: Any) -> None:
+    def _apply_actions(self, order: Any) -> None:
         self.side_channels_heard += split(order.side_channel)
         if order.command == messages.RESET:
             self.scene.reset()
@@ -159,10 +159,10 @@ class Player:
 
     def _announce(self, introduction: Any, name: str) -> None:
         card = self.scene.behaviors[name]
-        told = introduction.brain_parameters.add(brain_name=name, is_training=True)
-        told.action_spec.num_continuous_actions = card.continuous
-        told.action_spec.num_discrete_actions = len(card.branches)
-        told.action_spec.discrete_branch_sizes.extend(card.branches)
+        behavior = introduction.brain_parameters.add(brain_name=name, is_training=True)
+        behavior.action_spec.num_continuous_actions = card.continuous
+        behavior.action_spec.num_discrete_actions = len(card.branches)
+        behavior.action_spec.discrete_branch_sizes.extend(card.branches)
 
     def _write_info(self, into: Any, info: Info) -> None:
         into.id, into.reward, into.done, into.max_step_reached = (

@@ -106,12 +106,12 @@ class PlayerProcess:
 
     def log_tail(self, lines: int = LOG_TAIL_LINES) -> str:
         """Return the last lines of what the player wrote, for an error message."""
-        told = []
+        tail = []
         for path in [*self.log_files, self.output_file]:
             text = _last_lines(path, lines)
             if text:
-                told.append(f"--- the end of {path.name} ---\n{text}")
-        return "\n".join(told) or "It wrote nothing to its log."
+                tail.append(f"--- the end of {path.name} ---\n{text}")
+        return "\n".join(tail) or "It wrote nothing to its log."
 
     def close(self, patience_seconds: float = 5.0) -> None:
         """Wait for the player to leave, then make it: politely, then at once, with everything it started.

@@ -79,12 +79,12 @@ class Seats:
         """
         guests = self._guests[process]
         acted = np.asarray(actions, self._spec.actions.dtype).reshape(self._rows, *self._spec.actions.shape)
-        told = dict(guests.idle)
+        choices = dict(guests.idle)
         for name, rows in guests.asked.items():
             if rows:
-                told[name] = self._table.choice(acted[rows])
+                choices[name] = self._table.choice(acted[rows])
                 self._steps[rows] += 1
-        return told
+        return choices
 
     def idle_choices(self, process: int) -> dict[str, Choice]:
         """Return what the agents are told while none of those acted for asks."""

@@ -218,7 +218,7 @@ class Session:
             PlayerDiedError, PlayerTimeoutError, PlayerLeftError, WireError: See `errors`. The session is then closed.
         """
         try:
-            return self._moments(self._hear())
+            return self._moments(self._receive())
         except UnityError:
             self.close(patience_seconds=0.0)
             raise
@@ -240,7 +240,7 @@ class Session:
 
     def _introduce(self, seed: int, num_areas: int) -> None:
         """Exchange names and versions, then wait until the player is ready for the first reset."""
-        hello = self._hear().unity_output.rl_initialization_output
+        hello = self._receive().unity_output.rl_initialization_output
         self.communication_version: str = hello.communication_version
         self.package_version: str = hello.package_version
         _require_same_version(hello.communication_version, hello.package_version)
@@ -252,7 +252,7 @@ class Session:
         for field in introduction.capabilities.DESCRIPTOR.fields:
             setattr(introduction.capabilities, field.name, field.name != "trainingAnalytics")
         self._wire.answer(answer.SerializeToString())
-        self._announce(self._hear().unity_output)
+        self._announce(self._receive().unity_output)
         self._asked: dict[str, int] = {}
         self._resetting = False
 
@@ -298,17 +298,17 @@ class Session:
         answer.unity_input.rl_input.side_channel = self.channels.take_outgoing()
         self._wire.answer(answer.SerializeToString())
 
-    def _hear(self) -> Any:
+    def _receive(self) -> Any:
         if not self._end.alive:
             raise SessionClosedError("the session is closed; open another.")
         look_after = self._process.require_alive if self._process else (lambda: None)
-        begun = time.monotonic()
+        started = time.monotonic()
         try:
             data = self._wire.hear(self._timeout_seconds, look_after)
         except (PlayerDiedError, WireError) as loss:
             raise self._explained(loss) from loss
         if data is None:
-            raise PlayerTimeoutError(self._silence_letter(time.monotonic() - begun))
+            raise PlayerTimeoutError(self._silence_error(time.monotonic() - started))
         try:
             message = parsed(self._classes.UnityMessage, data)
         except MessageError as cause:
@@ -326,7 +326,7 @@ class Session:
         message.header.status = messages.STATUS_OK
         return message
 
-    def _silence_letter(self, seconds: float) -> str:
+    def _silence_error(self, seconds: float) -> str:
         if self._process is None:
             return (
                 f"the Unity Editor has not called port {self.port} for {seconds:.0f} s. Press Play, then begin again."
@@ -352,9 +352,9 @@ class Session:
         return self._process.log_tail() if self._process else ""
 
 
-def require_patience(begun: float, seconds: float) -> None:
-    """Raise when, since `begun` on the monotonic clock, no agent has asked for too long."""
-    if time.monotonic() - begun > seconds:
+def require_patience(started: float, seconds: float) -> None:
+    """Raise when, since `started` on the monotonic clock, no agent has asked for too long."""
+    if time.monotonic() - started > seconds:
         raise PlayerTimeoutError(
             "for {seconds:.0f} s no agent has asked for a decision; the scene runs, but nobody in it is enabled or "
             "requests decisions. Add a Decision Requester to the agent, or give a longer timeout_seconds.",

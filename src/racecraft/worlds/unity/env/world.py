@@ -204,7 +204,7 @@ class UnityWorld:
                 for player in self._players:
                     player.session.send_reset()
                 for player in self._players:
-                    self._or_anew(player, lambda player=player: self._hear_first(player))  # type: ignore[misc]
+                    self._or_restarted(player, lambda player=player: self._receive_first(player))  # type: ignore[misc]
         self._ticks = 0
         self._seats.clear()
         for player in self._players:
@@ -231,7 +231,7 @@ class UnityWorld:
         """Return what the scenes recorded since the last call."""
         taken = self._statistics
         self._statistics = []
-        return taken + [told for session in self.sessions for told in session.channels.take_statistics()]
+        return taken + [row for session in self.sessions for row in session.channels.take_statistics()]
 
     def set_parameter(self, name: str, value: float | Uniform | Gaussian | MultiRange) -> None:
         """Set an environment parameter in every player, from the next step on and after every new start."""
@@ -278,13 +278,13 @@ class UnityWorld:
         session = Session(self._build, seed=seed, channels=channels, **options)
         player = _Player(index, seed, session)
         try:
-            player.first = self._until_asked(player, session.reset())
+            player.first = self._run_until_decision(player, session.reset())
         except BaseException:
             session.close()
             raise
         return player
 
-    def _until_asked(self, player: _Player, moments: dict[str, Moment]) -> dict[str, Moment]:
+    def _run_until_decision(self, player: _Player, moments: dict[str, Moment]) -> dict[str, Moment]:
         """Go on without actions until some agent asks; messages may hold nothing but ends."""
         begun = time.monotonic()
         while not any(len(moment.decisions) for moment in moments.values()):
@@ -311,11 +311,11 @@ class UnityWorld:
 
     def _receive(self, player: _Player, buffers: StepBuffers) -> None:
         """Settle a player's moments until one of its agents asks; a lost player is started anew while it may be."""
-        if self._or_anew(player, lambda: self._settle_until_asked(player, buffers)):
+        if self._or_restarted(player, lambda: self._settle_until_decision(player, buffers)):
             self._seats.truncate_all(player.index, buffers)
             self._settle(player, player.first, buffers)
 
-    def _settle_until_asked(self, player: _Player, buffers: StepBuffers) -> None:
+    def _settle_until_decision(self, player: _Player, buffers: StepBuffers) -> None:
         begun = time.monotonic()
         self._settle(player, player.session.receive(), buffers)
         while not self._seats.has_decisions(player.index):
@@ -323,10 +323,10 @@ class UnityWorld:
             player.session.send_step(self._seats.idle_choices(player.index))
             self._settle(player, player.session.receive(), buffers)
 
-    def _hear_first(self, player: _Player) -> None:
-        player.first = self._until_asked(player, player.session.receive())
+    def _receive_first(self, player: _Player) -> None:
+        player.first = self._run_until_decision(player, player.session.receive())
 
-    def _or_anew(self, player: _Player, talk: Callable[[], None]) -> bool:
+    def _or_restarted(self, player: _Player, talk: Callable[[], None]) -> bool:
         """Talk with a player, or start it anew if it is lost; tell whether it was.
 
         Raises:
@@ -335,11 +335,11 @@ class UnityWorld:
         try:
             talk()
         except LOSSES as loss:
-            self._begin_anew(player, loss)
+            self._restart(player, loss)
             return True
         return False
 
-    def _begin_anew(self, player: _Player, loss: UnityError) -> None:
+    def _restart(self, player: _Player, loss: UnityError) -> None:
         player.session.close(patience_seconds=0.0)
         if self._build.is_editor:
             raise loss
@@ -349,7 +349,7 @@ class UnityWorld:
         try:
             again = self._open(player.index, player.seed)
         except LOSSES as next_loss:
-            self._begin_anew(player, next_loss)
+            self._restart(player, next_loss)
             return
         player.session, player.first = again.session, again.first
 
@@ -358,7 +358,7 @@ class UnityWorld:
 
     def _close_players(self) -> None:
         sessions = self.sessions
-        self._statistics += [told for session in sessions for told in session.channels.take_statistics()]
+        self._statistics += [row for session in sessions for row in session.channels.take_statistics()]
         if len(sessions) == 1:
             sessions[0].close()
         elif sessions:

@@ -30,7 +30,7 @@ from torch import nn
 
 from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import LOG_STD_RANGE, Distribution, Hybrid, SquashedGaussian
-from racecraft.algorithms.networks import MOST_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
+from racecraft.algorithms.networks import MAX_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
 from racecraft.algorithms.q_network import QPolicy
 from racecraft.algorithms.sac_policy import SacPolicy
 from racecraft.algorithms.twin_critics import LOG_STD_RANGE as SAC_LOG_STD_RANGE
@@ -137,15 +137,17 @@ def check_unity_model(
         feeds["action_masks"] = allowed.astype(np.float32)
     session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
     names = [output.name for output in session.get_outputs()]
-    told = dict(zip(names, session.run(None, feeds), strict=True))
+    outputs = dict(zip(names, session.run(None, feeds), strict=True))
 
     seen = {name: np.ascontiguousarray(values) for name, values in observations.items()}
     choice = ActionTable(behavior.actions).choice(policy.act(seen, allowed if branches else None))
     away = [0.0]
     if branches:
-        away.append(float(np.abs(told["deterministic_discrete_actions"] - np.asarray(choice.discrete)).max(initial=0)))
+        away.append(
+            float(np.abs(outputs["deterministic_discrete_actions"] - np.asarray(choice.discrete)).max(initial=0))
+        )
     if behavior.actions.continuous:
-        away.append(float(np.abs(told["deterministic_continuous_actions"] - choice.continuous).max(initial=0)))
+        away.append(float(np.abs(outputs["deterministic_continuous_actions"] - choice.continuous).max(initial=0)))
     return max(away)
 
 
@@ -329,7 +331,7 @@ class _Graph:
             return flat
         mean, deviation = map(_array, module.statistics.mean_and_deviation())
         scaled = self.node("Div", self.node("Sub", flat, self.constant(mean)), self.constant(deviation))
-        return self.node("Clip", scaled, min=-MOST_DEVIATIONS, max=MOST_DEVIATIONS)
+        return self.node("Clip", scaled, min=-MAX_DEVIATIONS, max=MAX_DEVIATIONS)
 
     def dense(self, layer: nn.Linear, value: str) -> str:
         bias = layer.bias if layer.bias is not None else torch.zeros(layer.out_features)

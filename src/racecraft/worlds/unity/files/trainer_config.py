@@ -90,50 +90,50 @@ class BehaviorConfig:
         >>> BehaviorConfig("Ball", trainer="sac", buffer_size=9000, steps_per_update=2).overrides(4, "sac")
         ('replay.capacity=9000', 'sac.gradient_steps_per_step=0.5')
         """
-        told = self._of_sac() if algorithm == SAC else self._of_ppo(num_agents)
-        told |= self._of_network(algorithm)
+        overrides = self._of_sac() if algorithm == SAC else self._of_ppo(num_agents)
+        overrides |= self._of_network(algorithm)
         for signal, values in self.signals.items() if algorithm != SAC else ():
-            told |= {f"{signal}.{name}": value for name, value in values.items()}
+            overrides |= {f"{signal}.{name}": value for name, value in values.items()}
         if self.cloning and algorithm != SAC:
-            told |= {f"imitation.{name}": value for name, value in self.cloning.items()}
+            overrides |= {f"imitation.{name}": value for name, value in self.cloning.items()}
             if self.learning_rate is not None:  # there it is the trainer's own
-                told["imitation.learning_rate"] = self.learning_rate
-        return tuple(f"{name}={value}" for name, value in told.items())
+                overrides["imitation.learning_rate"] = self.learning_rate
+        return tuple(f"{name}={value}" for name, value in overrides.items())
 
     def _named(self, settings: Mapping[str, str]) -> dict[str, Any]:
         return {setting: getattr(self, key) for setting, key in settings.items() if getattr(self, key) is not None}
 
     def _of_ppo(self, num_agents: int) -> dict[str, Any]:
-        told = self._named(_PPO_SETTINGS)
+        overrides = self._named(_PPO_SETTINGS)
         if self.buffer_size is not None and self.trainer != SAC:  # there it is a memory, and no rollout
-            told["rollout.horizon"] = max(1, math.ceil(self.buffer_size / num_agents))
-        return told
+            overrides["rollout.horizon"] = max(1, math.ceil(self.buffer_size / num_agents))
+        return overrides
 
     def _of_sac(self) -> dict[str, Any]:
         if self.trainer != SAC:
             return self._named(_SHARED_SETTINGS)
-        told = self._named({**_SHARED_SETTINGS, **_SAC_SETTINGS})
+        overrides = self._named({**_SHARED_SETTINGS, **_SAC_SETTINGS})
         if self.steps_per_update is not None:
-            told["sac.gradient_steps_per_step"] = f"{1.0 / self.steps_per_update:g}"
+            overrides["sac.gradient_steps_per_step"] = f"{1.0 / self.steps_per_update:g}"
         if self.buffer_init_steps is not None:
-            told["replay.learning_starts"] = max(self.buffer_init_steps, self.batch_size or 1)
-        return told
+            overrides["replay.learning_starts"] = max(self.buffer_init_steps, self.batch_size or 1)
+        return overrides
 
     def _of_network(self, algorithm: str) -> dict[str, Any]:
-        told: dict[str, Any] = {}
+        overrides: dict[str, Any] = {}
         if self.normalize and algorithm != SAC:
-            told["network.normalise"] = "true"
+            overrides["network.normalise"] = "true"
         if self.hidden_units is not None or self.num_layers is not None:
             units, layers = self.hidden_units or DEFAULT_UNITS, self.num_layers or DEFAULT_LAYERS
-            told["network.hidden_units"] = ",".join([str(units)] * layers)
+            overrides["network.hidden_units"] = ",".join([str(units)] * layers)
         if self.vis_encode_type is not None:
             columns = zip(*ENCODERS[self.vis_encode_type], strict=True)
             for name, column in zip(("filters", "kernels", "strides"), columns, strict=True):
-                told[f"network.conv_{name}"] = ",".join(map(str, column))
+                overrides[f"network.conv_{name}"] = ",".join(map(str, column))
         if self.memory_size is not None and algorithm != SAC:
-            told |= {"network.memory": "lstm", "network.memory_units": self.memory_size // 2}
-            told["ppo.sequence_length"] = self.sequence_length or DEFAULT_SEQUENCE_LENGTH
-        return told
+            overrides |= {"network.memory": "lstm", "network.memory_units": self.memory_size // 2}
+            overrides["ppo.sequence_length"] = self.sequence_length or DEFAULT_SEQUENCE_LENGTH
+        return overrides
 
 
 @dataclass(frozen=True)

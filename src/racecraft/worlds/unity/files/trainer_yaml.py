@@ -198,21 +198,21 @@ class _Reader:
         memory_size, sequence_length = self._memory(network, of_network)
         found = BehaviorConfig(
             name=name,
-            batch_size=self._whole(rates, "batch_size", inside, 1),
-            buffer_size=self._whole(rates, "buffer_size", inside, 1),
+            batch_size=self._integer(rates, "batch_size", inside, 1),
+            buffer_size=self._integer(rates, "buffer_size", inside, 1),
             learning_rate=self._number(rates, "learning_rate", inside, 0.0),
             beta=self._number(rates, "beta", inside, 0.0),
             epsilon=self._number(rates, "epsilon", inside, 0.0, 1.0),
             lambd=self._number(rates, "lambd", inside, 0.0, 1.0),
-            num_epoch=self._whole(rates, "num_epoch", inside, 1),
+            num_epoch=self._integer(rates, "num_epoch", inside, 1),
             gamma=self._gamma(self._group(section, "reward_signals", at), (*at, "reward_signals")),
-            hidden_units=self._whole(network, "hidden_units", of_network, 1),
-            num_layers=self._whole(network, "num_layers", of_network, 1),
+            hidden_units=self._integer(network, "hidden_units", of_network, 1),
+            num_layers=self._integer(network, "num_layers", of_network, 1),
             vis_encode_type=self._encoder(network, of_network),
-            max_steps=self._whole(section, "max_steps", at, 1) or DEFAULT_MAX_STEPS,
+            max_steps=self._integer(section, "max_steps", at, 1) or DEFAULT_MAX_STEPS,
             **schedules,
             normalize=self._switch(network, "normalize", of_network),
-            time_horizon=self._whole(section, "time_horizon", at, 1),
+            time_horizon=self._integer(section, "time_horizon", at, 1),
             memory_size=memory_size,
             sequence_length=sequence_length,
             signals=self._signals(self._group(section, "reward_signals", at), (*at, "reward_signals")),
@@ -220,7 +220,7 @@ class _Reader:
             trainer=str(kind),
             tau=self._number(rates, "tau", inside, 0.0, 1.0),
             steps_per_update=self._number(rates, "steps_per_update", inside, 1.0),
-            buffer_init_steps=self._whole(rates, "buffer_init_steps", inside, 0),
+            buffer_init_steps=self._integer(rates, "buffer_init_steps", inside, 0),
             init_entcoef=self._number(rates, "init_entcoef", inside, 1e-6, 1e3),
             unfollowed=tuple(unfollowed),
         )
@@ -231,17 +231,17 @@ class _Reader:
         """Return what falls while learning goes on, and say what does so silently."""
         on_policy = kind != SAC
         first = self._schedule(rates, "learning_rate_schedule", at) or ("linear" if on_policy else "constant")
-        told: dict[str, str | None] = {"learning_rate_schedule": first}
+        schedules: dict[str, str | None] = {"learning_rate_schedule": first}
         for name in ("beta_schedule", "epsilon_schedule"):
-            told[name] = (self._schedule(rates, name, at) or first) if on_policy else None
-        silent = [name for name, schedule in told.items() if name not in rates and schedule == "linear"]
+            schedules[name] = (self._schedule(rates, name, at) or first) if on_policy else None
+        silent = [name for name, schedule in schedules.items() if name not in rates and schedule == "linear"]
         if silent:
             values = ", ".join(name.removesuffix("_schedule") for name in silent)
             self._note(
                 at, f"{values} {'fall' if len(silent) > 1 else 'falls'} linearly until max_steps, as ML-Agents does "
                 f"where the file does not say {', '.join(silent)}"
             )  # fmt: skip
-        return told
+        return schedules
 
     def _schedule(self, rates: dict[str, Any], key: str, at: tuple[str, ...]) -> str | None:
         schedule = rates.get(key)
@@ -298,52 +298,56 @@ class _Reader:
             if name not in signals:
                 continue
             here = (*at, name)
-            told = self._group(signals, name, at)
-            self._know(told, (*_SIGNAL, *(_IMITATION if name == "gail" else ())), here)
+            signal = self._group(signals, name, at)
+            self._know(signal, (*_SIGNAL, *(_IMITATION if name == "gail" else ())), here)
             inner = (*here, "network_settings")
-            network = self._group(told, "network_settings", here)
+            network = self._group(signal, "network_settings", here)
             self._know(network, _NETWORK, inner)
-            strength = self._number(told, "strength", here, 0.0)
+            strength = self._number(signal, "strength", here, 0.0)
             values = {
                 "strength": 1.0 if strength is None else strength,
-                "learning_rate": self._number(told, "learning_rate", here, 1e-8, 1.0),
-                "units": self._whole(network, "hidden_units", inner, 1) or self._whole(told, "encoding_size", here, 1),
+                "learning_rate": self._number(signal, "learning_rate", here, 1e-8, 1.0),
+                "units": self._integer(network, "hidden_units", inner, 1)
+                or self._integer(signal, "encoding_size", here, 1),
             }
             if name == "gail":
-                values |= self._imitation(told, here)
+                values |= self._imitation(signal, here)
             else:
                 why = "the bonus is measured in its own deviations, then times its strength added to the reward"
                 self._note(here, why)
             found[name] = {key: value for key, value in values.items() if value is not None}
-            if "gamma" in told:
-                self._number(told, "gamma", here, 0.0, 1.0)
+            if "gamma" in signal:
+                self._number(signal, "gamma", here, 0.0, 1.0)
                 self._note((*here, "gamma"), "the bonus meets the discount of the extrinsic reward")
         return found
 
-    def _imitation(self, told: dict[str, Any], here: tuple[str, ...]) -> dict[str, Any]:
+    def _imitation(self, imitation: dict[str, Any], here: tuple[str, ...]) -> dict[str, Any]:
         """Return what GAIL has beyond the other signals."""
-        if not isinstance(told.get("demo_path"), str):
-            self._refuse((*here, "demo_path"), repr(told.get("demo_path")), "a .demo file, or a folder of them")
-        if told.get("use_vail"):
+        if not isinstance(imitation.get("demo_path"), str):
+            self._refuse((*here, "demo_path"), repr(imitation.get("demo_path")), "a .demo file, or a folder of them")
+        if imitation.get("use_vail"):
             self._note((*here, "use_vail"), "the discriminator has no bottleneck")
-        return {"demonstrations": told["demo_path"], "use_actions": "true" if told.get("use_actions") else None}
+        return {
+            "demonstrations": imitation["demo_path"],
+            "use_actions": "true" if imitation.get("use_actions") else None,
+        }
 
     def _cloning(self, section: dict[str, Any], at: tuple[str, ...]) -> dict[str, Any]:
         """Return what is imitated beside what is learned from reward, by the names of our settings."""
         if section.get("behavioral_cloning") is None:
             return {}
-        here, told = (*at, "behavioral_cloning"), self._group(section, "behavioral_cloning", at)
-        self._know(told, _CLONING, here)
-        if not isinstance(told.get("demo_path"), str):
-            self._refuse((*here, "demo_path"), repr(told.get("demo_path")), "a .demo file, or a folder of them")
-        strength = self._number(told, "strength", here, 0.0)
+        here, cloning = (*at, "behavioral_cloning"), self._group(section, "behavioral_cloning", at)
+        self._know(cloning, _CLONING, here)
+        if not isinstance(cloning.get("demo_path"), str):
+            self._refuse((*here, "demo_path"), repr(cloning.get("demo_path")), "a .demo file, or a folder of them")
+        strength = self._number(cloning, "strength", here, 0.0)
         values = {
             "strength": 1.0 if strength is None else strength,
-            "demonstrations": told["demo_path"],
-            "steps": self._whole(told, "steps", here, 0),
-            "batch_size": self._whole(told, "batch_size", here, 1),
-            "epochs": self._whole(told, "num_epoch", here, 1),
-            "samples_per_update": self._whole(told, "samples_per_update", here, 0),
+            "demonstrations": cloning["demo_path"],
+            "steps": self._integer(cloning, "steps", here, 0),
+            "batch_size": self._integer(cloning, "batch_size", here, 1),
+            "epochs": self._integer(cloning, "num_epoch", here, 1),
+            "samples_per_update": self._integer(cloning, "samples_per_update", here, 0),
         }
         return {key: value for key, value in values.items() if value is not None}
 
@@ -351,12 +355,12 @@ class _Reader:
         """Return what an LSTM carries, and how far back it is taught."""
         if network.get("memory") is None:
             return None, None
-        here, told = (*at, "memory"), self._group(network, "memory", at)
-        self._know(told, ("memory_size", "sequence_length"), here)
-        size = self._whole(told, "memory_size", here, 2) or DEFAULT_MEMORY_SIZE
+        here, memory = (*at, "memory"), self._group(network, "memory", at)
+        self._know(memory, ("memory_size", "sequence_length"), here)
+        size = self._integer(memory, "memory_size", here, 2) or DEFAULT_MEMORY_SIZE
         if size % 2:
             self._refuse((*here, "memory_size"), str(size), "an even number: h and c of an LSTM")
-        return size, self._whole(told, "sequence_length", here, 1) or DEFAULT_SEQUENCE_LENGTH
+        return size, self._integer(memory, "sequence_length", here, 1) or DEFAULT_SEQUENCE_LENGTH
 
     def _encoder(self, network: dict[str, Any], at: tuple[str, ...]) -> str | None:
         kind = network.get("vis_encode_type")
@@ -373,17 +377,17 @@ class _Reader:
         arguments = group.get("env_args") or []
         if not isinstance(arguments, list):
             self._refuse((*at, "env_args"), _kind(arguments), "a list of words")
-        seed = self._whole(group, "seed", at)
+        seed = self._integer(group, "seed", at)
         return {
             "env_path": None if group.get("env_path") is None else str(group["env_path"]),
             "env_args": tuple(str(word) for word in arguments),
-            "num_envs": self._whole(group, "num_envs", at, 1),
-            "num_areas": self._whole(group, "num_areas", at, 1),
+            "num_envs": self._integer(group, "num_envs", at, 1),
+            "num_areas": self._integer(group, "num_areas", at, 1),
             "timeout_wait": self._number(group, "timeout_wait", at, 0.0),
             "seed": None if seed is None or seed < 0 else seed,
-            "base_port": self._whole(group, "base_port", at, 1),
-            "max_lifetime_restarts": self._whole(group, "max_lifetime_restarts", at, -1),
-            "restarts_rate_limit_n": self._whole(group, "restarts_rate_limit_n", at, -1),
+            "base_port": self._integer(group, "base_port", at, 1),
+            "max_lifetime_restarts": self._integer(group, "max_lifetime_restarts", at, -1),
+            "restarts_rate_limit_n": self._integer(group, "restarts_rate_limit_n", at, -1),
             "restarts_rate_limit_period_s": self._number(group, "restarts_rate_limit_period_s", at, 0.0),
         }
 
@@ -392,7 +396,7 @@ class _Reader:
         self._know(group, (*_ENGINE, "no_graphics", "no_graphics_monitor"), at)
         engine = {}
         for key in _ENGINE:
-            value = (self._number if key == "time_scale" else self._whole)(group, key, at)
+            value = (self._number if key == "time_scale" else self._integer)(group, key, at)
             if value is not None:
                 engine[key] = value
         if ("width" in engine) != ("height" in engine):
@@ -414,18 +418,20 @@ class _Reader:
                 values[name] = self._parameter_or_sampler(value, at)
         return {"parameters": values, "curricula": curricula}
 
-    def _lessons(self, told: Any, at: tuple[str, ...]) -> tuple[Lesson, ...]:
-        if not isinstance(told, list) or not told or not all(isinstance(lesson, dict) for lesson in told):
-            self._refuse(at, _kind(told), "a list of lessons")
-        return tuple(self._lesson(lesson, number, number + 1 == len(told), at) for number, lesson in enumerate(told))
+    def _lessons(self, lessons: Any, at: tuple[str, ...]) -> tuple[Lesson, ...]:
+        if not isinstance(lessons, list) or not lessons or not all(isinstance(lesson, dict) for lesson in lessons):
+            self._refuse(at, _kind(lessons), "a list of lessons")
+        return tuple(
+            self._lesson(lesson, number, number + 1 == len(lessons), at) for number, lesson in enumerate(lessons)
+        )
 
-    def _lesson(self, told: dict[str, Any], number: int, is_last: bool, at: tuple[str, ...]) -> Lesson:
-        self._know(told, ("name", "value", "completion_criteria"), at)
-        name = str(told.get("name", f"lesson {number + 1}"))
-        value = self._parameter_or_sampler(told.get("value"), (*at, "value"))
+    def _lesson(self, lesson: dict[str, Any], number: int, is_last: bool, at: tuple[str, ...]) -> Lesson:
+        self._know(lesson, ("name", "value", "completion_criteria"), at)
+        name = str(lesson.get("name", f"lesson {number + 1}"))
+        value = self._parameter_or_sampler(lesson.get("value"), (*at, "value"))
         if is_last:
             return Lesson(name, value)
-        here, criteria = (*at, "completion_criteria"), self._group(told, "completion_criteria", at)
+        here, criteria = (*at, "completion_criteria"), self._group(lesson, "completion_criteria", at)
         self._know(criteria, _CRITERIA, here)
         measure, threshold = str(criteria.get("measure", "reward")), self._number(criteria, "threshold", here)
         if measure not in ("reward", "progress"):
@@ -439,7 +445,7 @@ class _Reader:
         is_smoothed = self._switch(criteria, "signal_smoothing", here)
         return Lesson(
             name, value, measure, criteria["behavior"], threshold,
-            self._whole(criteria, "min_lesson_length", here, 0) or 0, True if is_smoothed is None else is_smoothed,
+            self._integer(criteria, "min_lesson_length", here, 0) or 0, True if is_smoothed is None else is_smoothed,
         )  # fmt: skip
 
     def _parameter_or_sampler(self, value: Any, at: tuple[str, ...]) -> float | Sampler:
@@ -455,14 +461,16 @@ class _Reader:
         kind = str(value.get("sampler_type"))
         if kind not in _SAMPLERS:
             self._refuse((*at, "sampler_type"), repr(kind), "uniform, gaussian or multirangeuniform")
-        told = value.get("sampler_parameters")
-        if not isinstance(told, dict):
+        parameters = value.get("sampler_parameters")
+        if not isinstance(parameters, dict):
             self._refuse(
-                (*at, "sampler_parameters"), _kind(told), Message("{samplers}", samplers=", ".join(_SAMPLERS[kind]))
+                (*at, "sampler_parameters"),
+                _kind(parameters),
+                Message("{samplers}", samplers=", ".join(_SAMPLERS[kind])),
             )
         numbers: list[float] = []
         for key in _SAMPLERS[kind]:
-            parts: Any = told.get(key)
+            parts: Any = parameters.get(key)
             flat = [edge for pair in parts for edge in pair] if _is_pairs(parts) else [parts]
             for part in flat:
                 number = _as_number(part)
@@ -504,7 +512,7 @@ class _Reader:
             self._refuse((*at, key), repr(group[key]), Message("a number{bounds}", bounds=bounds))
         return number
 
-    def _whole(self, group: Mapping[str, Any], key: str, at: tuple[str, ...], low: float = -math.inf) -> int | None:
+    def _integer(self, group: Mapping[str, Any], key: str, at: tuple[str, ...], low: float = -math.inf) -> int | None:
         number = self._number(group, key, at, low)
         if number is not None and number != int(number):
             self._refuse((*at, key), repr(group[key]), "a whole number")

@@ -14,7 +14,7 @@ from statistics import mean
 from racecraft.worlds.unity.env.basic_scene import BEHAVIOR, LARGE_GOAL, SMALL_GOAL, BasicScene
 from racecraft.worlds.unity.env.player import ActionMessage
 
-MOST_STEPS = 100
+MAX_STEPS = 100
 EPISODES = 1000
 ACTIONS = (0, 1, 2)
 """Stay, left, right."""

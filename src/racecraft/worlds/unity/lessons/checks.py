@@ -31,10 +31,10 @@ def best_episode(answer: Answer) -> Verdict:
 
 
 def _played(answer: Answer) -> Episode:
-    from racecraft.worlds.unity.lessons.basic import ACTIONS, MOST_STEPS, play
+    from racecraft.worlds.unity.lessons.basic import ACTIONS, MAX_STEPS, play
 
     actions = answer.taken("actions")
-    if not isinstance(actions, list) or len(actions) > MOST_STEPS or not all(one in ACTIONS for one in actions):
+    if not isinstance(actions, list) or len(actions) > MAX_STEPS or not all(one in ACTIONS for one in actions):
         raise AnswerError("The steps of the figure cannot be read; begin a new episode in it.")
     return play([int(one) for one in actions])
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
-from racecraft.evaluation.evaluate_run import MOST_STEPS
+from racecraft.evaluation.evaluate_run import MAX_STEPS
 from racecraft.formats.checkpoint import save_state
 from racecraft.rollout.episodes import CUT, play_episodes
 from racecraft.rollout.statistics import summarise
@@ -97,7 +97,7 @@ class SceneEvaluator:
         return replace(
             result,
             steps=sum(episode.steps for episode in counted),
-            details={**result.details, MOST_STEPS: patience},
+            details={**result.details, MAX_STEPS: patience},
         )
 
 
@@ -170,9 +170,11 @@ def result_of(
             for name, rows in rows_of.items()
         }
         details["behaviors"] = {
-            name: {"episodes": told.episodes, "mean_return": told.mean_reward} for name, told in each.items()
+            name: {"episodes": result.episodes, "mean_return": result.mean_reward} for name, result in each.items()
         }
-        score = details["mean_return"] = float(np.mean([told.mean_reward for told in each.values() if told.episodes]))
+        score = details["mean_return"] = float(
+            np.mean([result.mean_reward for result in each.values() if result.episodes])
+        )
     return EvaluationResult(
         score,
         threshold is not None and score >= threshold,

@@ -33,7 +33,7 @@ SAY_SECONDS = 10.0
 
 
 @dataclass
-class _Told:
+class _Report:
     """What was played so far."""
 
     episodes: list[EpisodeRecord] = field(default_factory=list)
@@ -68,25 +68,25 @@ def play_scene(request: UnityRequest, say: MessageCallback = print) -> dict[str,
     stops = _stops_of(request.stops)
     planned = plan_unity(request, learns=False)
     world = UnityWorld(planned.build, **planned.words(inference=True))
-    told, reason = _Told(), "Ctrl-C"
+    report, reason = _Report(), "Ctrl-C"
     with contextlib.closing(world):
         _require_same_scene(policy, world.behaviors)
         say(f"plays without learning until {' or '.join(map(str, stops)) or 'Ctrl-C, or the player is closed'}")
         try:
-            reason = _play(policy, world, planned.seed, stops, told, say)
+            reason = _play(policy, world, planned.seed, stops, report, say)
         except KeyboardInterrupt:
             pass
         except PlayerLeftError:
             reason = "the player was closed"
-    summary = summarise(told.episodes)
+    summary = summarise(report.episodes)
     return {
         "run": str(policy.run.path),
         "checkpoint": policy.checkpoint.iteration,
-        "episodes": len(told.episodes),
-        "mean_return": summary.mean_reward if told.episodes else None,
-        "mean_steps": summary.mean_steps if told.episodes else None,
-        "env_steps": told.steps,
-        "seconds": round(told.seconds, 3),
+        "episodes": len(report.episodes),
+        "mean_return": summary.mean_reward if report.episodes else None,
+        "mean_steps": summary.mean_steps if report.episodes else None,
+        "env_steps": report.steps,
+        "seconds": round(report.seconds, 3),
         "stopped_by": reason,
     }
 
@@ -137,7 +137,7 @@ def _play(
     world: UnityWorld,
     seed: int,
     stops: Sequence[StopCondition],
-    told: _Told,
+    report: _Report,
     say: MessageCallback,
 ) -> str:
     """Play until a stop holds, and return which."""
@@ -146,16 +146,16 @@ def _play(
     world.reset(buffers, seed)
     counter.begin()
     policy.reset_state(np.ones(rows, bool))
-    while (reason := reached(stops, Progress(told.seconds, 0, told.steps, False))) is None:
+    while (reason := reached(stops, Progress(report.seconds, 0, report.steps, False))) is None:
         seen = {name: part.reshape(rows, *part.shape[2:]) for name, part in buffers.observations.items()}
         mask = None if buffers.action_mask is None else buffers.action_mask.reshape(rows, -1)
         actions = policy.act(seen, mask).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
-        told.steps += int(buffers.active.sum())
+        report.steps += int(buffers.active.sum())
         world.step(actions, buffers)
         counter.count(buffers)
-        told.episodes += counter.take()
+        report.episodes += counter.take()
         policy.reset_state(buffers.ended.reshape(rows))
-        if told.seconds - told.said > SAY_SECONDS:
-            told.said = told.seconds
-            say(told.line())
+        if report.seconds - report.said > SAY_SECONDS:
+            report.said = report.seconds
+            say(report.line())
     return str(reason)

@@ -261,14 +261,14 @@ def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> 
     >>> [str(stop) for stop in stops_for(UnityRequest(), None, BASIC)]
     ['score=0.92', 'minutes=30']
     """
-    told = list(request.stops)
-    if not told and build_name == BASIC:
-        told.append(f"score={BASIC_SCORE:g}")
-    if max_steps is not None and not any(stop.startswith("steps=") for stop in told):
-        told.append(f"steps={max_steps}")
+    stops = list(request.stops)
+    if not stops and build_name == BASIC:
+        stops.append(f"score={BASIC_SCORE:g}")
+    if max_steps is not None and not any(stop.startswith("steps=") for stop in stops):
+        stops.append(f"steps={max_steps}")
     elif not request.stops:
-        told.append("minutes=30")
-    return parse_stops(told, SCORE)
+        stops.append("minutes=30")
+    return parse_stops(stops, SCORE)
 
 
 def default_settings(algorithm: Algorithm) -> Settings:

@@ -51,11 +51,11 @@ class ResolvedSettings:
 def own_groups(settled: ResolvedSettings, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the groups of settings that each behavior has for itself, as plain values."""
     own = ("network", algorithm.group, *SIGNALS, IMITATION)
-    told = {
+    by_name = {
         base: as_dictionary(as_in_run(settings, of=whose(number, base)))
         for number, (base, settings) in enumerate(settled.each.items())
     }
-    return {base: {name: groups[name] for name in own if name in groups} for base, groups in told.items()}
+    return {base: {name: groups[name] for name in own if name in groups} for base, groups in by_name.items()}
 
 
 def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str, slice]) -> ResolvedSettings:
@@ -74,7 +74,7 @@ def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str,
     agents = {base: rows.stop - rows.start for base, rows in rows_of.items()}
     rows = sum(agents.values())
     if plan.begun is not None:
-        return ResolvedSettings(_settings_of_begun(plan, plan.begun, behaviors, rows), plan.notes)
+        return ResolvedSettings(_settings_of_started(plan, plan.begun, behaviors, rows), plan.notes)
     notes = [*plan.config.notes, *plan.notes, *_notes_on(plan, behaviors, rows)]
     each = {}
     for behavior in behaviors:
@@ -107,20 +107,20 @@ def _notes_on(plan: UnityPlan, behaviors: Sequence[Behavior], rows: int) -> list
 
 
 def _settings_for(plan: UnityPlan, behavior: Behavior, agents: int) -> tuple[Settings, tuple[str, ...]]:
-    defaults, notes = _with_room_for(behavior, defaults_for(plan.build_name, plan.algorithm))
+    defaults, notes = _with_fitting_convolutions(behavior, defaults_for(plan.build_name, plan.algorithm))
     section = plan.config.behavior(behavior.name)
-    told = _told_by(section, plan.algorithm, agents)
+    overrides = _overrides_of(section, plan.algorithm, agents)
     notes = (*notes, *_notes_on_trainer(section, plan.algorithm, section in plan.config.behaviors.values()))
     if plan.config.device is not None:
-        told = (*told, f"runtime.device={plan.config.device}")
-    return apply_overrides(defaults, (*told, *plan.request.overrides)), notes
+        overrides = (*overrides, f"runtime.device={plan.config.device}")
+    return apply_overrides(defaults, (*overrides, *plan.request.overrides)), notes
 
 
-def _told_by(section: BehaviorConfig, algorithm: Algorithm, agents: int) -> tuple[str, ...]:
+def _overrides_of(section: BehaviorConfig, algorithm: Algorithm, agents: int) -> tuple[str, ...]:
     """Return what a section of the configuration sets of an algorithm; of one that ML-Agents has not, the network."""
     if algorithm.name in (PPO, SAC):
         return section.overrides(agents, algorithm.name)
-    return tuple(told for told in section.overrides(agents, SAC) if told.startswith("network."))
+    return tuple(override for override in section.overrides(agents, SAC) if override.startswith("network."))
 
 
 def _notes_on_trainer(section: BehaviorConfig, algorithm: Algorithm, is_configured: bool) -> list[str]:
@@ -141,7 +141,7 @@ def _notes_on_trainer(section: BehaviorConfig, algorithm: Algorithm, is_configur
     return notes
 
 
-def _with_room_for(behavior: Behavior, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
+def _with_fitting_convolutions(behavior: Behavior, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
     """Return the settings with convolutions that find room in the smallest picture, and what is worth saying."""
     sides = [min(sensor.shape[:2]) for sensor in behavior.sensors if sensor.is_picture]
     network = settings.network
@@ -163,7 +163,7 @@ def _fits(side: int, kernels: tuple[int, ...], strides: tuple[int, ...]) -> bool
     return True
 
 
-def _settings_of_begun(
+def _settings_of_started(
     plan: UnityPlan, run: RunFolder, behaviors: Sequence[Behavior], rows: int
 ) -> dict[str, Settings]:
     """Return the settings that a run was begun with, of each behavior, if the scene is still what it was."""

@@ -27,14 +27,16 @@ def read_demonstration_batch(where: Path) -> Demonstrations:
         DemonstrationError: It cannot be used.
     """
     files = read_demonstrations(where)
-    first, told = files[0], [one.transitions() for one in files]
+    first, transitions = files[0], [one.transitions() for one in files]
     spec = PolicySpec("demo", _seen_in(first), _actions_of(first), has_action_mask=first.allowed is not None)
-    masks = [_mask(one, len(part.reward)) for one, part in zip(files, told, strict=True)]
+    masks = [_mask(one, len(part.reward)) for one, part in zip(files, transitions, strict=True)]
     return Demonstrations(
-        observations={name: np.concatenate([part.observations[name] for part in told]) for name in first.observations},
-        actions=np.concatenate([_done_in(part, spec.actions) for part in told]),
-        reward=np.concatenate([part.reward for part in told]),
-        episode=_episodes([part.terminated | part.truncated for part in told]),
+        observations={
+            name: np.concatenate([part.observations[name] for part in transitions]) for name in first.observations
+        },
+        actions=np.concatenate([_done_in(part, spec.actions) for part in transitions]),
+        reward=np.concatenate([part.reward for part in transitions]),
+        episode=_episodes([part.terminated | part.truncated for part in transitions]),
         spec=spec.as_dictionary(),
         action_mask=np.concatenate(masks) if first.branches else None,
         source={"file": where.name, "behavior": first.behavior},

@@ -95,7 +95,7 @@ def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Exper
             title=f"{names} of {planned.build_name}",
             folder_name=file_name(names.replace(", ", "-")),
             notes=settled.notes,
-            copy_user_files=lambda run: _lay_files(planned, settled, run),
+            copy_user_files=lambda run: _copy_files(planned, settled, run),
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
             same_shape=_require_same_heads,
@@ -160,7 +160,7 @@ def _curriculum(
     return Curriculum(config.curricula, worlds, world.rows_of, max_steps, say)
 
 
-def _lay_files(planned: UnityPlan, settled: ResolvedSettings, run: RunFolder) -> None:
+def _copy_files(planned: UnityPlan, settled: ResolvedSettings, run: RunFolder) -> None:
     for number, (base, settings) in enumerate(settled.each.items()):
         if number:  # the first one's are those of the training itself
             lay_named_files(named_files(settings, of=whose(number, base)), run)

@@ -179,9 +179,9 @@ ROOMS = [  # the most numbers that are held at once, and what holds them
 
 @pytest.mark.parametrize(("most", "op", "read", "attributes"), ROOMS)
 def test_no_more_numbers_are_held_at_once_than_there_may_be(monkeypatch, most, op, read, attributes):
-    monkeypatch.setattr(arithmetic, "MOST_NUMBERS", most)
+    monkeypatch.setattr(arithmetic, "MAX_NUMBERS", most)
     computed(op, *read, **attributes)
-    monkeypatch.setattr(arithmetic, "MOST_NUMBERS", most - 1)
+    monkeypatch.setattr(arithmetic, "MAX_NUMBERS", most - 1)
     with pytest.raises(GraphArithmeticError, match="too large"):
         computed(op, *read, **attributes)
 

@@ -186,9 +186,9 @@ def test_a_window_that_keeps_the_size_sees_as_far_to_every_side():
 
 
 def test_a_result_of_a_gigabyte_is_computed_and_a_larger_one_is_not():
-    arithmetic._require_room((2**28,))
+    arithmetic._require_memory((2**28,))
     with pytest.raises(ValueError, match="too large"):
-        arithmetic._require_room((2**28 + 1,))
+        arithmetic._require_memory((2**28 + 1,))
 
 
 def _without(name):
@@ -282,7 +282,7 @@ def test_a_dimension_whose_size_is_left_out_is_none_and_an_open_one_is_open():
 
 
 def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp_path, monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.graph.MOST_NODES", 2)
+    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.graph.MAX_NODES", 2)
     nodes = [Node(name, "NoOp", (), {}) for name in "abc"]
     (tmp_path / "two.pb").write_bytes(write_graph(Graph(nodes[:2])))
     assert [*read_graph(tmp_path / "two.pb").nodes] == ["a", "b"]

@@ -120,9 +120,9 @@ def test_an_index_that_cannot_be_read_or_is_too_large_is_refused(tmp_path, monke
         read_checkpoint(tmp_path / "gone")
     name = laid(tmp_path, {b"a": entry(ROW_BYTES, (3,))}, ROW_BYTES)
     size = (tmp_path / "m.ckpt.index").stat().st_size
-    monkeypatch.setattr(checkpoint, "MOST_INDEX_BYTES", size)
+    monkeypatch.setattr(checkpoint, "MAX_INDEX_BYTES", size)
     assert list(read_checkpoint(name)) == ["a"]
-    monkeypatch.setattr(checkpoint, "MOST_INDEX_BYTES", size - 1)
+    monkeypatch.setattr(checkpoint, "MAX_INDEX_BYTES", size - 1)
     with pytest.raises(TensorFlowCheckpointError, match=rf"{size} bytes long; expected an index of a few kilobytes"):
         read_checkpoint(name)
 

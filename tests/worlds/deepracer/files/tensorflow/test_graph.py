@@ -113,7 +113,7 @@ def test_nodes_need_a_name_and_an_operation():
 def test_a_file_of_as_many_bytes_as_there_may_be_is_read_and_a_larger_one_is_not(tmp_path, monkeypatch):
     path = tmp_path / "model.pb"
     path.write_bytes(write_graph(Graph([Node("x", "NoOp")])))
-    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.graph.MOST_FILE_BYTES", path.stat().st_size)
+    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.graph.MAX_FILE_BYTES", path.stat().st_size)
     assert list(read_graph(path).nodes) == ["x"]
     path.write_bytes(path.read_bytes() + b"\x28\x01")
     with pytest.raises(GraphError, match="more than 0 MiB"):

@@ -158,7 +158,7 @@ def test_the_end_of_a_table_has_48_bytes_and_its_mark():
 
 
 def test_as_many_entries_are_read_as_there_may_be_and_no_more(monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.table.MOST_ENTRIES", 3)
+    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.table.MAX_ENTRIES", 3)
     assert len(read_table(write_table(keys(3)))) == 3
     with pytest.raises(MessageError, match="more than 3 entries"):
         read_table(write_table(keys(4)))

@@ -14,8 +14,8 @@ def np_random(seed: int | None = None) -> tuple[np.random.RandomState, int]:
     Args:
         seed: Not negative.
     """
-    told = int(np.random.SeedSequence().generate_state(1)[0]) if seed is None else int(seed)
-    return np.random.RandomState(told % SEEDS), told
+    value = int(np.random.SeedSequence().generate_state(1)[0]) if seed is None else int(seed)
+    return np.random.RandomState(value % SEEDS), value
 
 
 __all__ = ["np_random"]

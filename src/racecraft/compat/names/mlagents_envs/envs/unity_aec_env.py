@@ -67,8 +67,8 @@ class UnityAECEnv(UnityPettingzooBaseEnv, AECEnv):  # type: ignore[type-arg,misc
 
     def _forget(self, agent: str) -> None:
         self.agents.remove(agent)
-        for told in (self.rewards, self.terminations, self.truncations, self.infos, self._cumulative_rewards):
-            told.pop(agent, None)
+        for values in (self.rewards, self.terminations, self.truncations, self.infos, self._cumulative_rewards):
+            values.pop(agent, None)
 
 
 __all__ = ["UnityAECEnv"]

@@ -99,15 +99,15 @@ class UnityToGymWrapper(gym.Env):  # without a subscript: a real gym's may not b
             self._env.step()
             decisions, ended = self._env.get_steps(self.name)
         self.game_over = len(ended) > 0
-        told: DecisionSteps | TerminalSteps = ended if self.game_over else decisions
-        self._require_one(len(told))
-        return self._observation(told), float(told.reward[0]), self.game_over, {"step": told}
+        steps: DecisionSteps | TerminalSteps = ended if self.game_over else decisions
+        self._require_one(len(steps))
+        return self._observation(steps), float(steps.reward[0]), self.game_over, {"step": steps}
 
     def render(self, mode: str = "rgb_array") -> NDArray[Any] | None:
         """Return the picture that the agent saw last; None without one."""
         decisions, ended = self._env.get_steps(self.name)
-        told: DecisionSteps | TerminalSteps = ended if len(ended) else decisions
-        return self._picture(told.obs[self._pictures[0]][0]) if self._pictures else None
+        steps: DecisionSteps | TerminalSteps = ended if len(ended) else decisions
+        return self._picture(steps.obs[self._pictures[0]][0]) if self._pictures else None
 
     def seed(self, seed: Any = None) -> None:
         """Do nothing: players take their seed when they start."""
@@ -140,10 +140,10 @@ class UnityToGymWrapper(gym.Env):  # without a subscript: a real gym's may not b
             boxes.append(spaces.Box(-np.inf, np.inf, (width,), np.float32))
         return spaces.Tuple(boxes) if self._many else boxes[0]
 
-    def _observation(self, told: DecisionSteps | TerminalSteps) -> Any:
-        parts = [self._picture(told.obs[index][0]) for index in self._pictures]
+    def _observation(self, steps: DecisionSteps | TerminalSteps) -> Any:
+        parts = [self._picture(steps.obs[index][0]) for index in self._pictures]
         if self._vectors:
-            parts.append(np.concatenate([told.obs[index][0] for index in self._vectors]))
+            parts.append(np.concatenate([steps.obs[index][0] for index in self._vectors]))
         return parts if self._many else parts[0]
 
     def _picture(self, picture: NDArray[Any]) -> NDArray[Any]:

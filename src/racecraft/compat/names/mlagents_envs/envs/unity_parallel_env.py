@@ -43,9 +43,9 @@ class UnityParallelEnv(UnityPettingzooBaseEnv, ParallelEnv):  # type: ignore[typ
             Observations, rewards, terminations, truncations and infos, of everybody who asks or has just left.
         """
         self._act({agent: action for agent, action in actions.items() if agent in self._rows})
-        told = (dict(self._seen), self.rewards, self.terminations, self.truncations, self.infos)
+        result = (dict(self._seen), self.rewards, self.terminations, self.truncations, self.infos)
         self.agents = [agent for agent in self.agents if agent in self._rows]
-        return told
+        return result
 
 
 __all__ = ["UnityParallelEnv"]

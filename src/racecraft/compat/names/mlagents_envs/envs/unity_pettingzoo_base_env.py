@@ -111,14 +111,16 @@ class UnityPettingzooBaseEnv:
     def _act(self, actions: dict[str, Any]) -> None:
         """Send one action an agent that asks; who is left out gets zeros."""
         env = self._loaded
-        told: dict[str, ActionTuple] = {}
+        by_behavior: dict[str, ActionTuple] = {}
         for name, spec in env.behavior_specs.items():
-            told[name] = spec.action_spec.empty_action(sum(behavior == name for behavior, _ in self._rows.values()))
+            by_behavior[name] = spec.action_spec.empty_action(
+                sum(behavior == name for behavior, _ in self._rows.values())
+            )
         for agent, action in actions.items():
             name, row = self._rows[agent]
             numbers, choices = _parts(env.behavior_specs[name].action_spec, action)
-            told[name].continuous[row], told[name].discrete[row] = numbers, choices
-        for name, action in told.items():
+            by_behavior[name].continuous[row], by_behavior[name].discrete[row] = numbers, choices
+        for name, action in by_behavior.items():
             env.set_actions(name, action)
         env.step()
         self._hear()
@@ -187,10 +189,10 @@ def _parts(spec: ActionSpec, action: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """
     both = spec.continuous_size and spec.discrete_size
     numbers, choices = action if both else (action, ()) if spec.continuous_size else ((), action)
-    told = np.asarray(numbers, np.float32).reshape(-1), np.asarray(choices, np.int32).reshape(-1)
-    if (len(told[0]), len(told[1])) != (spec.continuous_size, spec.discrete_size):
+    parts = np.asarray(numbers, np.float32).reshape(-1), np.asarray(choices, np.int32).reshape(-1)
+    if (len(parts[0]), len(parts[1])) != (spec.continuous_size, spec.discrete_size):
         raise error.Error(
-            f"an action of {len(told[0])} numbers and {len(told[1])} choices; expected {spec.continuous_size} and "
+            f"an action of {len(parts[0])} numbers and {len(parts[1])} choices; expected {spec.continuous_size} and "
             f"{spec.discrete_size}."
         )
-    return told
+    return parts

@@ -91,13 +91,13 @@ def _first_food(g, snakes, games, cells, chance, params):
     middle = (side - 1) // 2
     if snakes.shape[1] <= 4 or side * side >= 121:
         for s in range(snakes.shape[1]):
-            _food_beside(g, snakes[g, s, X], snakes[g, s, Y], middle, games, cells, chance, side)
+            _place_food_near(g, snakes[g, s, X], snakes[g, s, Y], middle, games, cells, chance, side)
     if cells[g, OWNER, middle * side + middle] == 0:
         drop_food(g, middle * side + middle, games, cells)
 
 
 @lean_kernel
-def _food_beside(g, x, y, middle, games, cells, chance, side):
+def _place_food_near(g, x, y, middle, games, cells, chance, side):
     """Lay one food diagonal to (x, y), away from the centre (see `starts.food_beside_heads`)."""
     free = 0
     for corner in range(4):

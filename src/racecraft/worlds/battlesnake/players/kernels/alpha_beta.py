@@ -73,7 +73,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
         top = state[TOP]
         if state[TOLD]:
             state[TOLD] = 0
-            _hear(top, state[VALUE], stack, seats, history, rows)
+            _take_value(top, state[VALUE], stack, seats, history, rows)
         if stack[top, NEXT] == stack[top, WAYS]:
             _answer(top, state, stack, seats, keys, table, ring, rows, bits)
             continue
@@ -173,7 +173,7 @@ def _push(top, seat, d, alpha, beta, first, only, stack, seats, history, ring, r
 
 
 @lean_kernel
-def _hear(top, value, stack, seats, history, rows):
+def _take_value(top, value, stack, seats, history, rows):
     """Take the value of the move that was tried last; what lies beyond the window ends the choice."""
     seat, d = stack[top, SEAT], stack[top, PLY]
     way = stack[top, FIRST_WAY + stack[top, NEXT] - 1]

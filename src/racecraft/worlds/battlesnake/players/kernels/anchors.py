@@ -48,7 +48,7 @@ def anchor_moves(first, beyond, who, bodies, snakes, games, cells, params, chanc
             elif who[g, s] == HUNGRY:
                 moves[g, s] = _to_food(g, s, bodies, snakes, cells, params, safe)
             else:
-                moves[g, s] = _to_room(g, s, bodies, snakes, cells, params, safe, scratch[g])
+                moves[g, s] = _to_open_space(g, s, bodies, snakes, cells, params, safe, scratch[g])
 
 
 @lean_kernel
@@ -88,7 +88,7 @@ def _steps_to_food(g, cell, cells, params):
 
 
 @lean_kernel
-def _to_room(g, s, bodies, snakes, cells, params, safe, scratch):
+def _to_open_space(g, s, bodies, snakes, cells, params, safe, scratch):
     """Return the safe way with room for the body; then no stronger head near; then food, if wanted; then most room."""
     length, longest = snakes[g, s, LENGTH], 0
     for other in range(snakes.shape[1]):

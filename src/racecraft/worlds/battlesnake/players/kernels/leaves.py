@@ -28,7 +28,7 @@ from racecraft.worlds.battlesnake.players.kernels.worth import appraise
 
 NODE, PLY = 0, 1
 AWAITED = 2
-LEAST_WORTH, MOST_WORTH = 0.02, 0.98
+MIN_WORTH, MAX_WORTH = 0.02, 0.98
 """What no opinion goes beyond: only what is over is worth 0 or 1."""
 
 
@@ -84,10 +84,10 @@ def select_leaves(walks, me, eager, first, beyond, ring, rows, bits, cells, edge
                 asked[leaf, NODE], asked[leaf, PLY] = node, d
                 for s in range(rows.shape[1]):
                     opinions[leaf, s] = worths[s]
-                _lay_out(leaf, d, ring, rows, bits, cells, rules, bodies, snakes, games, board_cells)
+                _write_board(leaf, d, ring, rows, bits, cells, rules, bodies, snakes, games, board_cells)
                 leaf += 1
                 continue
-        _tell(leaf, d, node, paths, tracks, sums, first_worths)
+        _back_up(leaf, d, node, paths, tracks, sums, first_worths)
         done += 1
         if d == 0:
             break
@@ -124,7 +124,7 @@ def hear(first, beyond, network_share, prior_share, asked, paths, tracks, opinio
                 continue
             value = 0.5 + 0.5 * values[leaf, s]
             worth = network_share * value + (1.0 - network_share) * opinions[leaf, s]
-            first_worths[node, s] = min(MOST_WORTH, max(LEAST_WORTH, worth))
+            first_worths[node, s] = min(MAX_WORTH, max(MIN_WORTH, worth))
             total = 0.0
             for way in range(4):
                 if priors[node, s, way] > 0.0:
@@ -134,11 +134,11 @@ def hear(first, beyond, network_share, prior_share, asked, paths, tracks, opinio
                     if priors[node, s, way] > 0.0:
                         believed = prior_share * chances[leaf, s, way] / total
                         priors[node, s, way] = believed + (1.0 - prior_share) * priors[node, s, way]
-        _tell(leaf, asked[leaf, PLY], node, paths, tracks, sums, first_worths)
+        _back_up(leaf, asked[leaf, PLY], node, paths, tracks, sums, first_worths)
 
 
 @lean_kernel
-def _tell(leaf, d, node, paths, tracks, sums, first_worths):
+def _back_up(leaf, d, node, paths, tracks, sums, first_worths):
     """Tell all nodes on the way what it led to; the visits are counted already."""
     for ply in range(d):
         for s in range(sums.shape[1]):
@@ -156,7 +156,7 @@ def _take_back(leaf, d, paths, tracks, visits):
 
 
 @lean_kernel
-def _lay_out(g, d, ring, rows, bits, cells, rules, bodies, snakes, games, board_cells):
+def _write_board(g, d, ring, rows, bits, cells, rules, bodies, snakes, games, board_cells):
     """Write ply d as game g of the world; who has left is out."""
     last, food, alive = bodies.shape[2] - 1, 0, 0
     for cell in range(cells.shape[0]):

@@ -122,9 +122,9 @@ def refuse_if_busy(drfc: DrfcFolder, kind: str, model: Path) -> None:
 def _under_way(drfc: DrfcFolder, job: Job, kind: str) -> str:
     """Return the error about a job that has not ended."""
     what = "a training is" if kind == "training" else "an evaluation is"
-    told = ", ".join(filter(None, (job.name, job.spec.run)))
+    text = ", ".join(filter(None, (job.name, job.spec.run)))
     return (
-        f"run id {drfc.run_id}: {what} under way ({told}); expected none. "
+        f"run id {drfc.run_id}: {what} under way ({text}); expected none. "
         f"dr-stop-{kind} ends it; another DR_RUN_ID and DR_LOCAL_S3_MODEL_PREFIX run beside it."
     )
 
@@ -206,7 +206,7 @@ def await_run(drfc: DrfcFolder, kind: str, job: Job, before: RecordedJob | None,
         JobError: It failed otherwise before it began.
     """
     from racecraft.jobs.children import has_begun
-    from racecraft.jobs.follow import last_letter
+    from racecraft.jobs.follow import last_error
     from racecraft.jobs.job_paths import JobPaths
     from racecraft.jobs.states import JobError, State
     from racecraft.jobs.submit import delete, wait_for_run
@@ -226,12 +226,12 @@ def await_run(drfc: DrfcFolder, kind: str, job: Job, before: RecordedJob | None,
     if now.state is not State.FAILED:
         progress(f"{job.name}: {now.state} before it began")
         return False
-    if not (letter := last_letter(home.log(job.name))):
+    if not (message := last_error(home.log(job.name))):
         raise JobError("{name}: {reason}. Its log is {log}.", name=job.name, reason=now.reason, log=home.log(job.name))
     delete(home, store, job.name)
     if before is not None:
         record_job(drfc.path, drfc.run_id, kind, before)
-    raise UserInputError(letter)
+    raise UserInputError(message)
 
 
 def stop_job(job: Job, seconds: float = 60.0) -> Job:

@@ -22,13 +22,13 @@ DONE_CONDITION = "any"
 """The original's race is over with the first car that finishes (facts: deepracer.md 6.3)."""
 
 
-def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any], progress: Progress) -> Raced:
+def race_opponent(drfc: DrfcFolder, model: Path, request: Mapping[str, Any], progress: Progress) -> Raced:
     """Race a model against the opponent of run.env, one race, and leave AWS's files with both.
 
     Args:
         drfc: The installation.
         model: The run folder of the car that is judged.
-        asked: What run.env says of judging, as `race_rules.judging_in_drfc` returns it.
+        request: What run.env says of judging, as `race_rules.judging_in_drfc` returns it.
         progress: Receives messages.
 
     Raises:
@@ -39,21 +39,21 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any], progr
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
-    _require_race(drfc, asked)
-    which = asked["checkpoint"]
+    _require_race(drfc, request)
+    which = request["checkpoint"]
     cars = [load_trained_car(model, which), load_car(f"{drfc.opponent}:{which}")]
     drivers = [driver_of(car, name) for car, name in zip(cars, _names(drfc), strict=True)]
     rules = HeadToHead(
-        laps=asked["laps"],
+        laps=request["laps"],
         races=1,
         done_condition=DONE_CONDITION,
-        max_resets=asked["max_resets"],
-        off_track_penalty=asked["off_track_penalty"],
-        collision_penalty=asked["collision_penalty"],
+        max_resets=request["max_resets"],
+        off_track_penalty=request["off_track_penalty"],
+        collision_penalty=request["collision_penalty"],
     )
     named = drfc.env.run.values.get("DR_WORLD_NAME")
     circuit = load_track(named) if named else cars[0].trained_on
-    config = replace(cars[0].settings.race, reverse=asked["reverse_direction"])
+    config = replace(cars[0].settings.race, reverse=request["reverse_direction"])
     result = race_head_to_head(drivers, circuit, rules, config)
     _leave_files((model, drfc.opponent), result, circuit.length, progress)
     if drfc.flag("DR_EVAL_SAVE_MP4"):
@@ -62,8 +62,8 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any], progr
     return Raced(circuit, rules.laps, result, (), {})
 
 
-def _require_race(drfc: DrfcFolder, asked: Mapping[str, Any]) -> None:
-    if not asked["is_continuous"]:
+def _require_race(drfc: DrfcFolder, request: Mapping[str, Any]) -> None:
+    if not request["is_continuous"]:
         raise drfc.error_at(
             "DR_EVAL_IS_CONTINUOUS", "True where cars race each other: their laps are one drive", found="it is False"
         )

@@ -36,7 +36,7 @@ def _quoted_for_powershell(value: str) -> str:
     >>> print(_quoted_for_powershell("\U0001f3ce"), _quoted_for_powershell(""))
     '' + [char]0xd83c + [char]0xdfce ''
     """
-    parts = ["'" + re.sub("'", "''", part) + "'" if part.isascii() else _letters(part) for part in _runs(value)]
+    parts = ["'" + re.sub("'", "''", part) + "'" if part.isascii() else _utf16_codes(part) for part in _runs(value)]
     return " + ".join(parts if parts and parts[0].startswith("'") else ["''", *parts])
 
 
@@ -45,7 +45,7 @@ def _runs(value: str) -> list[str]:
     return [run for run in re.split("([^\x00-\x7f]+)", value) if run]
 
 
-def _letters(run: str) -> str:
+def _utf16_codes(run: str) -> str:
     """Return letters as the numbers that PowerShell counts them by, UTF-16."""
     pairs = run.encode("utf-16-be", "surrogatepass")
     return " + ".join(f"[char]0x{pairs[at]:02x}{pairs[at + 1]:02x}" for at in range(0, len(pairs), 2))

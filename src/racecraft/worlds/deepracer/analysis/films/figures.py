@@ -21,7 +21,7 @@ STRIP_TOPS = 2
 BANNER_SHARE = 0.66
 """Width of the banner, share of the picture's: the rest is the small picture's."""
 
-WIDEST, LEAST_SIZE = "00.00 m/s", 10
+WIDEST, MIN_SIZE = "00.00 m/s", 10
 """The widest of the figures; px of the smallest letters: what is wider then is cut."""
 
 
@@ -58,22 +58,22 @@ class Overlay:
             pen.text((x, self._strip * 0.12), label, QUIET, self._small)
             pen.text((x, self._strip * 0.9), fitted(value, self._large, share), WHITE, self._large, "ls")
         foot[:] = np.asarray(sheet)
-        self._lay_banner(tick, picture)
+        self._draw_banner(tick, picture)
 
     def words(self, tick: int) -> Sequence[tuple[str, str]]:
         """Return the figures of a tick: what it is, how much."""
         drive = self._drive
-        told = [
+        lines = [
             ("LAP", str(int(drive.lap[tick]))) if drive.trial is None else ("TRIAL", str(int(drive.trial[tick]))),
             ("TIME", f"{drive.lap_seconds[tick]:.1f} s"),
             ("SPEED", f"{drive.driven_mps[tick]:.2f} m/s"),
             ("PROGRESS", f"{drive.progress_percent[tick]:.0f} %"),
         ]
         if drive.resets is not None and drive.penalty_seconds is not None:
-            told += [("RESETS", str(int(drive.resets[tick]))), ("PENALTY", f"{drive.penalty_seconds[tick]:.0f} s")]
-        return told
+            lines += [("RESETS", str(int(drive.resets[tick]))), ("PENALTY", f"{drive.penalty_seconds[tick]:.0f} s")]
+        return lines
 
-    def _lay_banner(self, tick: int, picture: Array) -> None:
+    def _draw_banner(self, tick: int, picture: Array) -> None:
         """Say at the top what has just ended, or that the car waits; a small picture in the corner stays free."""
         drive = self._drive
         ended = drive.endings[(drive.endings <= tick) & (drive.endings > tick - HELD_SECONDS * TICKS_PER_SECOND)]
@@ -103,7 +103,7 @@ def strip_height(width: int, height: int) -> int:
 
 def _bold_within(text: str, width: float, most: float) -> Any:
     """Return the largest bold letters, at most so many px, in which a text is no wider than so many px."""
-    size = max(LEAST_SIZE, round(most))
-    while size > LEAST_SIZE and font(size, bold=True).getlength(text) > width:
+    size = max(MIN_SIZE, round(most))
+    while size > MIN_SIZE and font(size, bold=True).getlength(text) > width:
         size -= 1
     return font(size, bold=True)

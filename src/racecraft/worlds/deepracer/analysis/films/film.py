@@ -14,7 +14,7 @@ from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.films.figures import Overlay
-from racecraft.worlds.deepracer.analysis.films.moments import LEAST_FPS, MOST_FPS, Moments, moments
+from racecraft.worlds.deepracer.analysis.films.moments import MAX_FPS, MIN_FPS, Moments, moments
 from racecraft.worlds.deepracer.analysis.films.shells import DEEPRACER, shell_named
 from racecraft.worlds.deepracer.analysis.films.standing import filmed_objects
 from racecraft.worlds.deepracer.analysis.films.tower import Standings, Tower
@@ -41,7 +41,7 @@ class FilmStyle:
     size: str = "720p"
     """One of SIZES."""
     fps: int = 30
-    """Pictures a second, LEAST_FPS to MOST_FPS."""
+    """Pictures a second, MIN_FPS to MAX_FPS."""
     shell: str = DEEPRACER
     """Body shell, by the original's name."""
     colour: str = "Red"
@@ -60,12 +60,12 @@ class FilmStyle:
             raise SettingError("there is no view '{view}'. {hint}", view=self.view, hint=nearest(self.view, VIEWS))
         if self.size not in SIZES:
             raise SettingError("there is no film size '{size}'. {hint}", size=self.size, hint=nearest(self.size, SIZES))
-        if not LEAST_FPS <= self.fps <= MOST_FPS:
+        if not MIN_FPS <= self.fps <= MAX_FPS:
             raise VideoError(
                 "{fps} pictures a second: expected {least_fps} to {most_fps}. Give --fps 30.",
                 fps=self.fps,
-                least_fps=LEAST_FPS,
-                most_fps=MOST_FPS,
+                least_fps=MIN_FPS,
+                most_fps=MAX_FPS,
             )
         shell_named(self.shell, self.colour)
 

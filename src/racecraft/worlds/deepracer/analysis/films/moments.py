@@ -12,7 +12,7 @@ from racecraft.worlds.deepracer.analysis.dashboard import JUMP_M
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
-LEAST_FPS, MOST_FPS = 15, 60
+MIN_FPS, MAX_FPS = 15, 60
 HELD_SECONDS = 2.0
 """How long the last picture stays."""
 CHASE_LAG_SECONDS = 0.3

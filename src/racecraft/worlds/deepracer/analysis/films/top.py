@@ -18,7 +18,7 @@ PADDING = 0.25
 """Room around the circuit, share of its size (facts: deepracer.md 2.5)."""
 UP_M = 60.0
 """From so high a car is as large wherever it is."""
-LEAST_CAR_PIXELS = 22
+MIN_CAR_PIXELS = 22
 """A car on a large circuit is drawn larger than it is, so that it is seen."""
 CAR_LENGTH_M = 0.324
 
@@ -38,7 +38,7 @@ class TopMap:
         self._scale = min(width / ((1 + PADDING) * (x1 - x0)), height / ((1 + PADDING) * (y1 - y0)))
         self._middle = (x0 + x1) / 2, (y0 + y1) / 2 - 0.5 * foot / self._scale
         self._size = width, height
-        self._enlarged = max(1.0, LEAST_CAR_PIXELS / (CAR_LENGTH_M * self._scale))
+        self._enlarged = max(1.0, MIN_CAR_PIXELS / (CAR_LENGTH_M * self._scale))
         self._colours = palette_under(light, track.look, track.name, for_people=True).round().astype(int)
         self.picture = self._painted(track)
         """(H, W, 3) uint8."""

@@ -64,8 +64,8 @@ def action_table(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
         steer, speed = _middles(frame["steering_rad"], STEERING_BINS), _middles(frame["speed_mps"], SPEED_BINS)
         words = [f"{a}: ~{_angle(steer[a // SPEED_BINS], 0)}, {speed[a % SPEED_BINS]:.2g} m/s" for a in table["action"]]
     else:
-        told = zip(table["action"], table["steering_rad"], table["speed_mps"], strict=True)
-        words = [f"{a}: {_angle(radians, 1)}, {speed:.3g} m/s" for a, radians, speed in told]
+        rows = zip(table["action"], table["steering_rad"], table["speed_mps"], strict=True)
+        words = [f"{a}: {_angle(radians, 1)}, {speed:.3g} m/s" for a, radians, speed in rows]
     return table.with_columns(pl.Series("name", words)).select(
         "action", "name", "steering_rad", "speed_mps", "count", "share", "mean_reward"
     )

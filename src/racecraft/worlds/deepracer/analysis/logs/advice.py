@@ -143,8 +143,8 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
     fifths = episodes.group_by("quintile").agg(
         progress.mean(), (progress.var().fill_null(0.0) / pl.len()).alias("error"), pl.col("complete").mean()
     )
-    told = {row[0]: row[1:] for row in fifths.rows()}
-    (before, one, _), (now, other, full) = told[QUINTILES[3]], told[QUINTILES[4]]
+    by_fifth = {row[0]: row[1:] for row in fifths.rows()}
+    (before, one, _), (now, other, full) = by_fifth[QUINTILES[3]], by_fifth[QUINTILES[4]]
     half = 2.0 * math.sqrt(one + other)
     change, sure = now - before, max(CHANGED, half)
     few = ticks["iteration"].n_unique() < FEWEST_ITERATIONS_OF_A_TREND or episodes.height < FEWEST_EPISODES_OF_A_TREND
@@ -189,13 +189,13 @@ def _mostly_crashes(episodes: pl.DataFrame) -> bool:
 
 
 def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
-    told = correlation(*values(episodes, "reward", "progress_share"))
-    low, high = correlation_interval(told, episodes.height)
-    if told is not None and high < RELATED:
-        more = "paid less" if told < 0.0 else "hardly paid more"
+    coefficient = correlation(*values(episodes, "reward", "progress_share"))
+    low, high = correlation_interval(coefficient, episodes.height)
+    if coefficient is not None and high < RELATED:
+        more = "paid less" if coefficient < 0.0 else "hardly paid more"
         yield Advice(
-            f"Episodes that get farther are {more} ({told:+.2f} between reward and progress, 95 %: {low:+.2f} to "
-            f"{high:+.2f}; 1 is perfect).",
+            f"Episodes that get farther are {more} ({coefficient:+.2f} between reward and progress, 95 %: "
+            f"{low:+.2f} to {high:+.2f}; 1 is perfect).",
             "The car is paid for something else than coming forward: look at the common rewards, and at what a lap "
             "that gets nowhere is paid.",
             lambda: scatter_of_laps(ticks),
@@ -205,12 +205,12 @@ def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
 
 def _slow_laps(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
     full = episodes.filter(episodes["complete"])
-    told = correlation(*values(full, "reward", "seconds"))
-    low, high = correlation_interval(told, full.height)
-    if full.height >= 10 and told is not None and low > PAID_SLOW:
+    coefficient = correlation(*values(full, "reward", "seconds"))
+    low, high = correlation_interval(coefficient, full.height)
+    if full.height >= 10 and coefficient is not None and low > PAID_SLOW:
         yield Advice(
-            f"Among {full.height} full laps the slow ones are paid more ({told:+.2f} between time and reward, 95 %: "
-            f"{low:+.2f} to {high:+.2f}).",
+            f"Among {full.height} full laps the slow ones are paid more ({coefficient:+.2f} between time and reward, "
+            f"95 %: {low:+.2f} to {high:+.2f}).",
             "Each step is paid, so more steps pay more: divide by the steps, or pay speed.",
             lambda: scatter_of_laps(ticks, complete=True),
             "racecraft logs RUN --page logs.html --reward new_reward.py",

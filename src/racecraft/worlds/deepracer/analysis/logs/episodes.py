@@ -37,8 +37,8 @@ def simulation_agg(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     held = (pl.col("status") == "prepare").fill_null(False)
     elsewhere = (pl.col(name).ne_missing(pl.col(name).shift()) for name in ("round", "phase", "stream", "worker"))
     fresh = pl.any_horizontal(held, *elsewhere)
-    begun = pl.col("unique_episode") != pl.col("unique_episode").shift()
-    fresh = fresh | (begun & (pl.col("phase") == "training")).fill_null(True)
+    is_first = pl.col("unique_episode") != pl.col("unique_episode").shift()
+    fresh = fresh | (is_first & (pl.col("phase") == "training")).fill_null(True)
     steps = pl.when(fresh).then(0.0)
     dx, dy = (pl.col(name) - pl.col(name).shift() for name in ("x_m", "y_m"))
     moved = frame.with_columns(

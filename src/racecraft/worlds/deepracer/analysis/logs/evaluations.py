@@ -14,7 +14,7 @@ from racecraft.worlds.deepracer.tracks.track import Track
 if TYPE_CHECKING:
     import polars as pl
 
-MOST_MAPS = 12
+MAX_MAPS = 12
 
 
 def evaluation_table(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
@@ -46,10 +46,10 @@ def evaluation_grid(ticks: pl.DataFrame | pl.LazyFrame, track: Track, value: str
 
     frame = with_motion(require(ticks, "phase").filter(pl.col("phase") != "training"))
     data = evaluation_table(frame)
-    shown = data.head(MOST_MAPS)
-    each = [frame.filter(pl.col("unique_episode") == number) for number in shown["unique_episode"]]
+    grids = data.head(MAX_MAPS)
+    each = [frame.filter(pl.col("unique_episode") == number) for number in grids["unique_episode"]]
     titles = [
         f"Lap {lap}: {seconds:.2f} s, {100 * share:.0f} %"
-        for lap, seconds, share in shown.select("lap", "seconds", "progress_share").rows()
+        for lap, seconds, share in grids.select("lap", "seconds", "progress_share").rows()
     ]
     return Plot("evaluation_grid", "Laps of the evaluations", data, lambda: _draw(track, each, titles, value))

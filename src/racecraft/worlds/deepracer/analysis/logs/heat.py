@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 CELL_M = 0.05
-MOST_MAPS = 24
+MAX_MAPS = 24
 FEW = 3
 """A cell with fewer ticks tells little of what is chosen there, and is not drawn unless most have no more."""
 
@@ -68,7 +68,7 @@ def action_heat_maps(ticks: pl.DataFrame | pl.LazyFrame, track: Track, cell_m: f
     names = action_names(frame)
     every = cells(frame, "reward", cell_m).select("x_m", "y_m", pl.col("count").alias("all"))
     each = []
-    for number in list(names)[:MOST_MAPS]:
+    for number in list(names)[:MAX_MAPS]:
         chosen = cells(frame.filter(pl.col("action_number") == number), "reward", cell_m)
         share = (pl.col("count") / pl.col("all")).alias("share")
         each.append(
@@ -77,13 +77,13 @@ def action_heat_maps(ticks: pl.DataFrame | pl.LazyFrame, track: Track, cell_m: f
             )
         )
     data = pl.concat(each)
-    titles = [names[number] for number in list(names)[:MOST_MAPS]]
+    titles = [names[number] for number in list(names)[:MAX_MAPS]]
 
     def draw() -> Any:
         least = min(FEW, float(every["all"].median()))  # type: ignore[arg-type]
-        told = [one.filter((pl.col("count") / pl.col("share")).round() >= least) for one in each]
-        most = limits_of(np.concatenate([values(one, "share")[0] for one in told]))[1]
-        return _draw(track, told, titles, cell_m, "share of the cell's ticks", "share", (0.0, most))
+        frequent = [one.filter((pl.col("count") / pl.col("share")).round() >= least) for one in each]
+        most = limits_of(np.concatenate([values(one, "share")[0] for one in frequent]))[1]
+        return _draw(track, frequent, titles, cell_m, "share of the cell's ticks", "share", (0.0, most))
 
     return Plot("action_heat_maps", "Where each action was chosen", data, draw)
 
@@ -93,7 +93,7 @@ def _draw(
     limits: tuple[float, float] | None = None,
 ) -> Any:  # fmt: skip
     figure, axes = map_sheet(track, len(each), titles, 1 if len(each) == 1 else 4)
-    shown = limits or limits_of(values(each[0], column)[0])
+    colour_limits = limits or limits_of(values(each[0], column)[0])
     painted = None
     x0, y0, x1, y1 = track.bounds
     middle_x, half_x = (x0 + x1) / 2, (x1 - x0) / 2 + track.width_mean
@@ -113,8 +113,10 @@ def _draw(
         image[up, across] = shade
         half = cell_m / 2
         extent = (low_x - half, x.max() + half, low_y - half, y.max() + half)
-        painted = one.imshow(image, origin="lower", extent=extent, cmap=HEAT, vmin=shown[0], vmax=shown[1], zorder=2,
-                             interpolation="nearest")  # fmt: skip
+        painted = one.imshow(
+            image, origin="lower", extent=extent, cmap=HEAT, vmin=colour_limits[0], vmax=colour_limits[1], zorder=2,
+            interpolation="nearest",
+        )  # fmt: skip
     if painted is not None:
         colour_bar(figure, painted, axes, words)
     return figure

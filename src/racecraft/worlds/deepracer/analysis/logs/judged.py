@@ -57,9 +57,9 @@ class Judged:
 
 def judged_in_run(metrics: Sequence[Mapping[str, Any]]) -> Judged:
     """Return the evaluations of a run of cars, by its metrics.jsonl."""
-    told = [row for row in metrics if row.get("evaluation_score") is not None]
-    laps = [float(row["best_lap_seconds"]) for row in told if row.get("best_lap_seconds")]
-    return Judged(tuple(float(row["evaluation_score"]) / PER_CENT for row in told), min(laps, default=None))
+    evaluated = [row for row in metrics if row.get("evaluation_score") is not None]
+    laps = [float(row["best_lap_seconds"]) for row in evaluated if row.get("best_lap_seconds")]
+    return Judged(tuple(float(row["evaluation_score"]) / PER_CENT for row in evaluated), min(laps, default=None))
 
 
 def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Judged:
@@ -75,10 +75,10 @@ def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Judged:
     import polars as pl
 
     share = pl.col("progress_share")
-    asked = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "evaluation")
+    evaluated = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "evaluation")
     trained = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "training")
-    if asked.height and trained.height:
-        latest = asked.filter(pl.col("round") == asked["round"].max())
+    if evaluated.height and trained.height:
+        latest = evaluated.filter(pl.col("round") == evaluated["round"].max())
         rows = latest.group_by("iteration", maintain_order=True).agg(share.mean()).sort("iteration")
     else:
         driven = ticks.filter(pl.col("phase") == "evaluation")

@@ -79,8 +79,10 @@ def lap_correlations(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
         raise PlotError(
             "There are {height} full laps; expected three at least. Let the training go on.", height=laps.height
         )
-    told = [(name, correlation(*values(laps, "seconds", name)), laps.height) for name in CAUSES]
-    data = pl.DataFrame(told, schema={"feature": pl.String, "correlation": pl.Float64, "laps": pl.Int64}, orient="row")
+    coefficients = [(name, correlation(*values(laps, "seconds", name)), laps.height) for name in CAUSES]
+    data = pl.DataFrame(
+        coefficients, schema={"feature": pl.String, "correlation": pl.Float64, "laps": pl.Int64}, orient="row"
+    )
     data = data.sort(pl.col("correlation").abs(), descending=True, nulls_last=True)
     return Plot("lap_correlations", "What goes with a slow lap", data, lambda: _draw_correlations(data, laps))
 
@@ -173,7 +175,8 @@ def _draw_losses(data: pl.DataFrame) -> Any:
     )
     axes.barh(range(data.height), values(data, "lost_seconds")[0], color=ORANGE, height=0.7)
     words = [
-        name if told is None else f"{name} ({told:+.2f})" for name, told in data.select("name", "correlation").rows()
+        name if coefficient is None else f"{name} ({coefficient:+.2f})"
+        for name, coefficient in data.select("name", "correlation").rows()
     ]
     axes.set_yticks(range(data.height), words, fontsize=9)
     axes.invert_yaxis()
@@ -192,9 +195,9 @@ def _draw_times(data: pl.DataFrame) -> Any:
 
 
 def _draw_correlations(data: pl.DataFrame, laps: pl.DataFrame) -> Any:
-    shown = data.drop_nulls("correlation").head(6)
-    called = {name: CALLED.get(name, name) for name in shown["feature"]}
-    correlations = zip(called.values(), shown["correlation"], strict=True)
+    causes = data.drop_nulls("correlation").head(6)
+    called = {name: CALLED.get(name, name) for name in causes["feature"]}
+    correlations = zip(called.values(), causes["correlation"], strict=True)
     figure, axes = sheet(2, 3, [f"{words.split(' (')[0].capitalize()}: {value:+.2f}" for words, value in correlations])
     for one, (name, words) in zip(axes, called.items(), strict=True):
         value, seconds = values(few(laps), name, "seconds")

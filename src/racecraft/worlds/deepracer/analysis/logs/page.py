@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 EXPLORER = "racecraft.worlds.deepracer.pages/logs_explorer.html"
 MODULES = ("chart.js", "racecraft.worlds.deepracer.pages/logs.js")
 STYLES = ("racecraft.worlds.deepracer.pages/logs.css",)
-MOST_DAMAGE = 200
+MAX_DAMAGE = 200
 
 Pieces = Iterator[Heading | Markup]
 
@@ -124,8 +124,8 @@ def _parts(ticks: pl.DataFrame, track: Track | None, extras: Extras) -> Pieces:
     if track is not None:
         yield from _explorer(ticks, track)
     else:
-        told = "No track of the catalogue fits this log, so maps are left out. Name it with --track."
-        yield card(paragraph(told))
+        text = "No track of the catalogue fits this log, so maps are left out. Name it with --track."
+        yield card(paragraph(text))
     yield from _section("How it learned", training, _learning())
     yield from _section("What the metrics files say", extras.metrics, _metrics())
     yield from _fastest_of_metrics(extras.metrics)
@@ -158,15 +158,15 @@ def _headline(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Markup:
     )
 
 
-def _advice(told: Sequence[Advice]) -> Pieces:
+def _advice(advice: Sequence[Advice]) -> Pieces:
     """Yield what to change, each with the figure that shows it, closed."""
-    if not told:
+    if not advice:
         return
     yield heading("Before the next training")
-    for one in told:
+    for one in advice:
         plot = one.plot() if one.plot is not None else None
-        shown = [] if plot is None else [details(plot.title, _figure(plot))]
-        yield card(paragraph(one.found), *shown, head=one.try_)
+        figures = [] if plot is None else [details(plot.title, _figure(plot))]
+        yield card(paragraph(one.found), *figures, head=one.try_)
 
 
 def _explorer(ticks: pl.DataFrame, track: Track) -> Pieces:
@@ -263,11 +263,11 @@ def _named(name: str, content: Markup) -> Markup:
     return named(name, content)
 
 
-def _table(name: str, title: str, told: pl.DataFrame) -> Markup:
+def _table(name: str, title: str, frame: pl.DataFrame) -> Markup:
     """Return a table as a card."""
-    heads = [column.replace("_", " ") for column in told.columns]
-    rows = [[_cell(value) for value in row] for row in told.rows()]
-    numbers = [k for k, kind in enumerate(told.dtypes) if kind.is_numeric()]
+    heads = [column.replace("_", " ") for column in frame.columns]
+    rows = [[_cell(value) for value in row] for row in frame.rows()]
+    numbers = [k for k, kind in enumerate(frame.dtypes) if kind.is_numeric()]
     return _named(name, card(table(heads, rows, numbers), head=title))
 
 
@@ -334,8 +334,8 @@ def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[CustomPlot]) ->
     """Yield the racer's own plots; one that fails says why, and the page stands."""
     cards = []
     for one in made_or_why(own, ticks, track):
-        shown = [paragraph(one.why)] if isinstance(one, NoPlot) else [_figure(one), *_data(one)]
-        cards.append(card(*shown, head=one.title))
+        figures = [paragraph(one.why)] if isinstance(one, NoPlot) else [_figure(one), *_data(one)]
+        cards.append(card(*figures, head=one.title))
     if cards:
         yield heading("Your own")
         yield from cards
@@ -345,5 +345,5 @@ def _damage(damaged: tuple[str, ...]) -> Pieces:
     if not damaged:
         return
     yield heading("What could not be read")
-    more = [paragraph(f"and {len(damaged) - MOST_DAMAGE} more")] if len(damaged) > MOST_DAMAGE else []
-    yield card(bullets(damaged[:MOST_DAMAGE], "code"), *more)
+    more = [paragraph(f"and {len(damaged) - MAX_DAMAGE} more")] if len(damaged) > MAX_DAMAGE else []
+    yield card(bullets(damaged[:MAX_DAMAGE], "code"), *more)

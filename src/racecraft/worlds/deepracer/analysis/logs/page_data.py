@@ -19,8 +19,8 @@ from racecraft.worlds.deepracer.tracks.track import Track
 if TYPE_CHECKING:
     import polars as pl
 
-MOST_TICKS = 60_000
-MOST_EPISODES = 20_000
+MAX_TICKS = 60_000
+MAX_EPISODES = 20_000
 STEPS = {"x_m": 0.002, "y_m": 0.002, "speed_mps": 0.001, "driven_mps": 0.001, "steering_rad": 0.0001,
          "slide_rad": 0.0005, "progress_share": 0.0001, "waypoint": 1.0, "tick": 1.0}  # fmt: skip
 """What one unit of a 16-bit number is worth; the reward's is chosen by its size."""
@@ -32,7 +32,7 @@ def page_data(ticks: pl.DataFrame, track: Track) -> dict[str, Any]:
     import polars as pl
 
     frame = on_track(with_motion(ticks), track)
-    episodes = simulation_agg(frame).tail(MOST_EPISODES)
+    episodes = simulation_agg(frame).tail(MAX_EPISODES)
     kept = _kept(episodes)
     shown = frame.filter(pl.col("unique_episode").is_in(kept.implode())).sort("unique_episode", maintain_order=True)
     counts = dict(shown.group_by("unique_episode").len().rows())
@@ -78,7 +78,7 @@ def _kept(episodes: pl.DataFrame) -> pl.Series:
         .otherwise(pl.col("unique_episode").rank("ordinal", descending=True) + 100)
         .alias("_rank")
     ).sort("_rank", "unique_episode")  # fmt: skip
-    return ranked.filter(pl.col("steps").cum_sum() <= MOST_TICKS)["unique_episode"]
+    return ranked.filter(pl.col("steps").cum_sum() <= MAX_TICKS)["unique_episode"]
 
 
 def _packed(column: pl.Series, step: float) -> str:

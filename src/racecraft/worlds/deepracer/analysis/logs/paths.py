@@ -23,7 +23,7 @@ from racecraft.worlds.deepracer.tracks.track import Track
 if TYPE_CHECKING:
     import polars as pl
 
-MOST_PATHS = 40
+MAX_PATHS = 40
 
 
 def one_episode(
@@ -144,7 +144,7 @@ def _draw(track: Track, each: Sequence[pl.DataFrame], titles: Sequence[str], val
     limits = limits_of(everything)
     painted = None
     for one, data in zip(axes, each, strict=True):
-        for path in data.partition_by("unique_episode", maintain_order=True)[:MOST_PATHS]:
+        for path in data.partition_by("unique_episode", maintain_order=True)[:MAX_PATHS]:
             if path.height > 1:
                 shade = values(path, value)[0]
                 wide = 2.2 if data["unique_episode"].n_unique() == 1 else 1.0

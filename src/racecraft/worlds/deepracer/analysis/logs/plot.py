@@ -24,7 +24,7 @@ HEAT = "cividis"
 ROAD = "#e3e7ea"
 SET_BACK, SET_BACK_M = 5.0, 0.3
 """A step of more than so many usual ones of its episode, and so many metres, was not driven: the car was set down."""
-MOST_DOTS = 20_000
+MAX_DOTS = 20_000
 """Dots drawn in one panel; of more a sample, taken evenly."""
 
 
@@ -192,7 +192,7 @@ def spread_limits(value: Array) -> tuple[float, float]:
     return (low, high) if high - low > 1e-9 * max(1.0, abs(high)) else (low - 0.5, low + 0.5)
 
 
-def few(frame: pl.DataFrame, most: int = MOST_DOTS) -> pl.DataFrame:
+def few(frame: pl.DataFrame, most: int = MAX_DOTS) -> pl.DataFrame:
     """Return at most so many rows, taken evenly."""
     return frame if frame.height <= most else frame.gather_every(-(-frame.height // most))
 

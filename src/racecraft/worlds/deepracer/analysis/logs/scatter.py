@@ -63,15 +63,15 @@ def _draw(data: pl.DataFrame, complete: bool) -> Any:
     figure, axes = sheet(3, 3, [*titles, "How long", "How far", "How much reward"])
     dots = few(data)
     for one, (x, y) in zip(axes, pairs, strict=False):
-        one.scatter(_shown(dots, x), _shown(dots, y), s=5, color=BLUE, alpha=0.45, lw=0)
+        one.scatter(_axis_values(dots, x), _axis_values(dots, y), s=5, color=BLUE, alpha=0.45, lw=0)
         name_axes(one, NAMES[x], NAMES[y])
     for one, name in zip(axes[6:], ("seconds", far, "reward"), strict=True):
-        histogram(one, _shown(data, name), 24)
+        histogram(one, _axis_values(data, name), 24)
         name_axes(one, NAMES[name], "laps" if complete else "episodes")
     return figure
 
 
-def _shown(data: pl.DataFrame, name: str) -> Array:
+def _axis_values(data: pl.DataFrame, name: str) -> Array:
     """Return a column as it stands on an axis: shares in percent."""
     return values(data, name)[0] * (100.0 if name == "progress_share" else 1.0)
 

@@ -35,12 +35,12 @@ def straights_and_curves(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Pl
         pl.col("offset_m").mean(), pl.col("offset_m").std().alias("wander_m"),
         pl.col("_changed").mean().alias("steering_changes"), pl.col("reward").mean().alias("mean_reward"),
     ).sort("segment")  # fmt: skip
-    told = pl.DataFrame(
+    lengths = pl.DataFrame(
         [(k, s.number, s.name, s.kind, s.length_m, s.turn_rad) for k, s in enumerate(segments.all)],
         schema={"segment": pl.Int32, "number": pl.Int32, "name": pl.String, "kind": pl.String, "length_m": pl.Float64,
                 "turn_rad": pl.Float64}, orient="row",
     )  # fmt: skip
-    data = told.join(found, on="segment", how="left", maintain_order="left").drop("segment")
+    data = lengths.join(found, on="segment", how="left", maintain_order="left").drop("segment")
     data = data.rename({"number": "segment"}).with_columns(pl.col("ticks").fill_null(0))
     return Plot("straights_and_curves", "Straights and curves", data, lambda: _draw(data))
 

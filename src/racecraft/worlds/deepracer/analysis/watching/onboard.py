@@ -68,7 +68,7 @@ def objects_on(course: LaidCourse) -> ObjectPlan:
     return plan_objects(course.track, objects_of(course.settings), habits(course.race.fidelity))
 
 
-def objects_told(plan: ObjectPlan) -> list[dict[str, Any]]:
+def objects_on_page(plan: ObjectPlan) -> list[dict[str, Any]]:
     """Return boxes and bots as a page draws them: kind, length and width in m, its colour as CSS."""
     rows = zip(plan.kinds.tolist(), plan.sizes.tolist(), strict=True)
     return [

@@ -88,18 +88,18 @@ def live_reel(run: RunFolder, after: int, agents: int = 1) -> dict[str, Any] | N
     cars = columns["x_m"].shape[1]
     places = [divmod(car, agents) for car in range(cars)]
     reel = _reel(columns, places, agents)
-    told = {"first": live.last - ticks + skipped + 1, "last": live.last, "written": live.written}
-    return {**told, **reel, "objects": _objects(columns)}
+    header = {"first": live.last - ticks + skipped + 1, "last": live.last, "written": live.written}
+    return {**header, **reel, "objects": _objects(columns)}
 
 
 def _objects(columns: Mapping[str, Array]) -> dict[str, list[list[Any]]]:
     """Return where the boxes and bots of each world stand, and from which tick on: what stands still is told once."""
-    told: dict[str, list[list[Any]]] = {}
+    objects: dict[str, list[list[Any]]] = {}
     for name in (name for name in columns if name.startswith(OBJECTS)):
         first = int(name[len(OBJECTS) :])
         for world in range(columns[name].shape[1]):
-            told[str(first + world)] = _stands(columns[name][:, world])
-    return told
+            objects[str(first + world)] = _stands(columns[name][:, world])
+    return objects
 
 
 def _stands(places: Array) -> list[list[Any]]:
@@ -252,7 +252,7 @@ def _name(world: int, agent: int, agents: int) -> str:
 
 def _reel(columns: Mapping[str, Array], places: Sequence[tuple[int, int]], agents: int) -> dict[str, Any]:
     """Return a reel of columns (T, C); `places` are the world and the agent of each car."""
-    told = {
+    reel = {
         key: np.round(columns[column].astype(np.float64) * factor, decimals)
         for key, (column, decimals, factor) in CHANNELS.items()
     }
@@ -261,7 +261,7 @@ def _reel(columns: Mapping[str, Array], places: Sequence[tuple[int, int]], agent
     cars = []
     for car, (world, agent) in enumerate(places):
         one: dict[str, Any] = {"name": _name(world, agent, agents), "world": world, "agent": agent}
-        for key, values in told.items():
+        for key, values in reel.items():
             column = values[:, car]
             one[key] = (column.astype(np.int64) if key in whole else column).tolist()
         for tick in np.flatnonzero(parked[:, car]).tolist():

@@ -56,15 +56,15 @@ def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument
     from racecraft.worlds.deepracer.training.race_rules import judging_in_drfc
 
     drfc = installation(context)
-    asked: dict[str, Any] = judging_in_drfc(drfc.env.run)
+    rules: dict[str, Any] = judging_in_drfc(drfc.env.run)
     if drfc.text("DR_RACE_TYPE") == HEAD_TO_MODEL:
-        raced = race_opponent(drfc, model, asked, SHOWN)
+        raced = race_opponent(drfc, model, rules, SHOWN)
         print(f"{raced.laps} laps on {raced.track.title or raced.track.name}:")
         print_standings(raced.result)
     else:
-        trials = asked.pop("laps")
+        trials = rules.pop("laps")
         track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
-        show(evaluate(model, track=[track] if track else [], number_of_trials=trials, save_mp4=films, **asked))
+        show(evaluate(model, track=[track] if track else [], number_of_trials=trials, save_mp4=films, **rules))
     if model.absolute() == drfc.model.absolute():  # a clone is this machine's own
         send(model, place_of_model(drfc), SHOWN)
 

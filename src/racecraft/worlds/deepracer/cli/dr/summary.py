@@ -28,7 +28,7 @@ def summary(context: typer.Context, json: Json = False) -> None:
         return
     width = max(map(len, facts))
     for name, value in facts.items():
-        shown = ", ".join(value) if isinstance(value, list) else value
-        print(f"{name:{width}}  {'-' if shown in (None, '') else shown}")
+        text = ", ".join(value) if isinstance(value, list) else value
+        print(f"{name:{width}}  {'-' if text in (None, '') else text}")
     for note in drfc.notes:
         print(f"- {note}")

@@ -129,21 +129,23 @@ def _case(path: Path, table: Any) -> Case:
     name = str(table.get("name", "a case without a name")) if isinstance(table, dict) else ""
     if not isinstance(table, dict):
         raise InputFileError(path, Message("a case that is {found!r}", found=table), KIND)
-    told = [key for key in table if key in EXPECTATIONS]
+    expectations = [key for key in table if key in EXPECTATIONS]
     for key in table:
         if key not in ("name", "here", *EXPECTATIONS):
             expected = Message("name, here and one of {names}", names=", ".join(EXPECTATIONS))
             hint = nearest(key, ("here", *EXPECTATIONS))
             raise InputFileError(path, Message("an unknown key `{key}`", key=key), expected, hint, key=name)
-    if len(told) != 1:
-        found = Message("{count} expectations", count=len(told))
+    if len(expectations) != 1:
+        found = Message("{count} expectations", count=len(expectations))
         raise InputFileError(path, found, Message("exactly one of {names}", names=", ".join(EXPECTATIONS)), key=name)
-    bound = table[told[0]]
-    if told[0] in ("more_than", "less_than"):
+    bound = table[expectations[0]]
+    if expectations[0] in ("more_than", "less_than"):
         bound = _place(path, name, bound)
     elif isinstance(bound, bool) or not isinstance(bound, int | float):
-        raise InputFileError(path, Message("`{key} = {found!r}`", key=told[0], found=bound), "a number", key=name)
-    return Case(name, _place(path, name, table.get("here", {})), told[0], bound)
+        raise InputFileError(
+            path, Message("`{key} = {found!r}`", key=expectations[0], found=bound), "a number", key=name
+        )
+    return Case(name, _place(path, name, table.get("here", {})), expectations[0], bound)
 
 
 def _place(path: Path, name: str, table: Any) -> Place:

@@ -85,17 +85,17 @@ class Payer:
         first = 0
         while first < len(reports) and len(failures) < MAX_FAILURES:
             rows = reports[first : first + most]
-            told: dict[str, Any] = {}
+            reply: dict[str, Any] = {}
             try:
-                paid, told = self._copies.ask(course, np.zeros(len(rows), np.int64), rows)
+                paid, reply = self._copies.ask(course, np.zeros(len(rows), np.int64), rows)
                 count = len(paid)
             except FailedRowError as error:
-                paid, told, count = error.paid, dict(error.told), len(error.paid) + 1
+                paid, reply, count = error.paid, dict(error.told), len(error.paid) + 1
                 failures.append(_failure(first + len(paid), str(error)))
             rewards[first : first + len(paid)] = paid
-            traces += [tuple((int(a), str(b), c, float(d)) for a, b, c, d in row) for row in told.get("traces", ())]
-            last_lines += [int(line) for line in told.get("last_lines", ())]
-            lines.update(told.get("lines", ()))
+            traces += [tuple((int(a), str(b), c, float(d)) for a, b, c, d in row) for row in reply.get("traces", ())]
+            last_lines += [int(line) for line in reply.get("last_lines", ())]
+            lines.update(reply.get("lines", ()))
             first += count
         return Pay(rewards, tuple(failures), tuple(traces), tuple(last_lines), frozenset(lines))
 

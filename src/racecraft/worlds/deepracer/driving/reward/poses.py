@@ -77,5 +77,5 @@ def place_on_road(
     yaw = (poses[:, 2] + np.asarray(heading_errors) + np.pi) % (2.0 * np.pi) - np.pi
     front = poses[:, :2] + np.asarray(offsets)[:, None] * np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
     base = front - FRONT_POINT_M * np.column_stack([np.cos(yaw), np.sin(yaw)])
-    told = (np.broadcast_to(steering, len(poses)), np.broadcast_to(speed, len(poses)))
-    return np.column_stack([base, yaw, *told])
+    commands = (np.broadcast_to(steering, len(poses)), np.broadcast_to(speed, len(poses)))
+    return np.column_stack([base, yaw, *commands])

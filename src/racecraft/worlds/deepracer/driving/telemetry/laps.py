@@ -188,11 +188,11 @@ def _spans(ticks: pl.DataFrame, columns: dict[str, Array]) -> tuple[Array, Array
     last = np.flatnonzero(complete)
     elsewhere = np.zeros(count, np.bool_)
     if count:
-        told = ticks.select(_polars().any_horizontal(
+        spans = ticks.select(_polars().any_horizontal(
             *(_polars().col(name).ne_missing(_polars().col(name).shift()) for name in ORIGIN)
         )).to_series().to_numpy()  # fmt: skip
         training = (ticks["phase"] == "training").to_numpy()
-        elsewhere = told | (codes == STATUSES.index("prepare")) | (new & training)
+        elsewhere = spans | (codes == STATUSES.index("prepare")) | (new & training)
         elsewhere[0] = True
     starts = np.flatnonzero(new)
     begin = starts[np.searchsorted(starts, last, side="right") - 1]
@@ -271,8 +271,8 @@ def _resets(ticks: pl.DataFrame, first: Array, last: Array) -> Array:
     """Return how often the car left the road or crashed within each lap."""
     bad = ticks["status"].cast(_polars().String).is_in(["off_track", "crashed", "immobilized", "reversed"])
     happened = bad.fill_null(False).to_numpy()
-    begun = happened & ~np.concatenate([[False], happened[:-1]])
-    count = np.concatenate([[0], np.cumsum(begun)])
+    is_start = happened & ~np.concatenate([[False], happened[:-1]])
+    count = np.concatenate([[0], np.cumsum(is_start)])
     return np.asarray(count[last + 1] - count[first + 1])
 
 

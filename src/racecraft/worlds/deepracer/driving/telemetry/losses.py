@@ -143,18 +143,18 @@ def _zone(timing: LapTiming, zone: int, lap: Reference, reference: Reference, st
 
 def _how(zone: ZoneLoss) -> str:
     """Return how the lap drives a corner otherwise than the reference, as far as that is clear."""
-    told = []
+    reasons = []
     if zone.slowest_mps < 0.97 * zone.reference_slowest_mps:
-        told.append(f"slows to {zone.slowest_mps:.1f} m/s there where {zone.reference_slowest_mps:.1f} is possible")
+        reasons.append(f"slows to {zone.slowest_mps:.1f} m/s there where {zone.reference_slowest_mps:.1f} is possible")
     if zone.apex_metres < zone.reference_apex_metres - 0.1:
         wider = zone.reference_apex_metres - zone.apex_metres
-        told.append(f"passes the apex {100 * wider:.0f} cm further outside")
-    return f" The car {' and '.join(told)}." if told else ""
+        reasons.append(f"passes the apex {100 * wider:.0f} cm further outside")
+    return f" The car {' and '.join(reasons)}." if reasons else ""
 
 
 def _least(speeds: Array) -> float:
-    told = speeds[np.isfinite(speeds)]
-    return float(told.min()) if len(told) else float("nan")
+    known = speeds[np.isfinite(speeds)]
+    return float(known.min()) if len(known) else float("nan")
 
 
 def _plain(value: Any) -> Any:

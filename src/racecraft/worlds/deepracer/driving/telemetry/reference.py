@@ -148,5 +148,5 @@ def _one_lap(columns: dict[str, Array], track: Track, name: str) -> Reference:
     traces, _ = trace_laps(columns, np.array([0]), np.array([len(columns["time_s"]) - 1]), track)
     seconds = traces["seconds"][0]
     still = np.zeros(len(seconds), np.bool_)
-    told = {field: traces[field][0] for field in TRACES}
-    return Reference(name, float(seconds.sum()), gathering=still, closed=track.closed, **told)
+    lap = {field: traces[field][0] for field in TRACES}
+    return Reference(name, float(seconds.sum()), gathering=still, closed=track.closed, **lap)

@@ -51,10 +51,12 @@ def send_late(drawn, latency, keys, cars, waiting, chosen, sent):
         for m in range(cars.shape[1]):
             tick, one = cars[n, m].ticks, drawn[n, m]
             waiting[n, m, tick % length] = chosen[n, m]
-            told = tick - latency[n, m]
+            sent_tick = tick - latency[n, m]
             steering, speed = 0.0, 0.0
-            if told >= 1 or latency[n, m] == 0:  # that of the first tick, in which the car is held, is never obeyed
-                steering, speed = waiting[n, m, told % length, 0], waiting[n, m, told % length, 1]
+            if (
+                sent_tick >= 1 or latency[n, m] == 0
+            ):  # that of the first tick, in which the car is held, is never obeyed
+                steering, speed = waiting[n, m, sent_tick % length, 0], waiting[n, m, sent_tick % length, 1]
             steering = steering * one.steering_gain + one.steering_offset
             counter = np.uint64(SENT_DRAWS * cars[n, m].total_ticks)
             if one.steering_noise > 0.0:

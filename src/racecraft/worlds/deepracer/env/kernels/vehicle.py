@@ -53,15 +53,15 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
 def driven_curvature(car, speed, steering):
     """Return how sharply the car turns, 1/m, left positive: what its wheels ask for, as far as its tyres hold."""
     tangent = math.tan(steering)
-    asked = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
+    curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
     if car.curvature_fade > 0.0:
-        asked = asked / (1.0 + car.curvature_fade * speed)
-    asked += car.pull
+        curvature = curvature / (1.0 + car.curvature_fade * speed)
+    curvature += car.pull
     if car.grip >= NO_LIMIT:
-        return asked
-    slide = asked * speed * speed / car.grip
+        return curvature
+    slide = curvature * speed * speed / car.grip
     slide *= slide
-    return asked / math.sqrt(math.sqrt(1.0 + slide * slide))
+    return curvature / math.sqrt(math.sqrt(1.0 + slide * slide))
 
 
 @kernel

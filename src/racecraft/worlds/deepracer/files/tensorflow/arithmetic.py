@@ -18,7 +18,7 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, Node
 from racecraft.worlds.deepracer.files.tensorflow.tensors import dtype_of
 
-MOST_NUMBERS = 2**28
+MAX_NUMBERS = 2**28
 """In one result: a gigabyte of float32."""
 VARIABLES = ("VariableV2", "VarHandleOp", "Variable")
 
@@ -135,7 +135,7 @@ def _data_inputs(node: Node) -> list[str]:
 
 def _both(function: Callable[[Any, Any], Any]) -> Callable[[Node, Sequence[Any]], Any]:
     def apply(_: Node, read: Sequence[Any]) -> Any:
-        _require_room(np.broadcast_shapes(np.shape(read[0]), np.shape(read[1])))
+        _require_memory(np.broadcast_shapes(np.shape(read[0]), np.shape(read[1])))
         return function(read[0], read[1])
 
     return apply
@@ -149,7 +149,7 @@ def _matmul(node: Node, read: Sequence[Any]) -> Any:
     left, right = (
         part.T if node.attributes.get(f"transpose_{side}") else part for part, side in zip(read, "ab", strict=True)
     )
-    _require_room((left.shape[0], right.shape[1]))
+    _require_memory((left.shape[0], right.shape[1]))
     return left @ right
 
 
@@ -160,8 +160,8 @@ def _conv(node: Node, read: Sequence[Any]) -> Any:
     if any(step != 1 for step in dilations):
         raise ValueError(f"dilations {dilations}")
     windows = _windows(node, maps, kernel.shape[:2], strides, 0.0)
-    _require_room((*windows.shape[:3], kernel.shape[3]))
-    _require_room((windows.shape[1] * windows.shape[2], *kernel.shape[:3]))
+    _require_memory((*windows.shape[:3], kernel.shape[3]))
+    _require_memory((windows.shape[1] * windows.shape[2], *kernel.shape[:3]))
     flat = kernel.reshape(-1, kernel.shape[3])
     result = np.empty((*windows.shape[:3], kernel.shape[3]), np.result_type(maps, kernel))
     for place, row in enumerate(windows):  # all laid out at once would be gigabytes
@@ -186,7 +186,7 @@ def _windows(node: Node, maps: Array, size: Sequence[int], strides: Sequence[int
             for length, window, step in zip(maps.shape[1:3], size, strides[1:3], strict=True)
         ]
         around = [(pad // 2, pad - pad // 2) for pad in pads]
-        _require_room(tuple(n + pad for n, pad in zip(maps.shape, (0, *pads, 0), strict=True)))
+        _require_memory(tuple(n + pad for n, pad in zip(maps.shape, (0, *pads, 0), strict=True)))
         maps = np.pad(maps, [(0, 0), *around, (0, 0)], constant_values=fill)
     return sliding_window_view(maps, tuple(size), axis=(1, 2))[:, :: strides[1], :: strides[2]]
 
@@ -233,7 +233,7 @@ def _squeeze(node: Node, read: Sequence[Any]) -> Any:
 
 def _tile(_: Node, read: Sequence[Any]) -> Any:
     times = [int(count) for count in read[1]]
-    _require_room(tuple(size * count for size, count in zip(read[0].shape, times, strict=True)))
+    _require_memory(tuple(size * count for size, count in zip(read[0].shape, times, strict=True)))
     return np.tile(read[0], times)
 
 
@@ -241,8 +241,8 @@ def _cast(node: Node, read: Sequence[Any]) -> Any:
     return np.asarray(read[0]).astype(dtype_of(node.attributes["DstT"].code))
 
 
-def _require_room(shape: tuple[int, ...]) -> None:
-    if math.prod(shape) > MOST_NUMBERS:
+def _require_memory(shape: tuple[int, ...]) -> None:
+    if math.prod(shape) > MAX_NUMBERS:
         raise ValueError(f"a result of shape {shape} is too large")
 
 

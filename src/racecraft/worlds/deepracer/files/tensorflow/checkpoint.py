@@ -32,8 +32,8 @@ from racecraft.worlds.deepracer.files.tensorflow.tensors import (
 
 KIND = "a TensorFlow checkpoint: NAME.index with NAME.data-00000-of-00001"
 INDEX = ".index"
-MOST_INDEX_BYTES = 64 * 2**20
-MOST_SHARDS = 1000
+MAX_INDEX_BYTES = 64 * 2**20
+MAX_SHARDS = 1000
 
 
 class TensorFlowCheckpointError(InputFileError):
@@ -53,7 +53,7 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
     prefix = Path(str(prefix).removesuffix(INDEX))
     index = Path(f"{prefix}{INDEX}")
     try:
-        if index.stat().st_size > MOST_INDEX_BYTES:
+        if index.stat().st_size > MAX_INDEX_BYTES:
             raise TensorFlowCheckpointError(
                 index, Message("{st_size} bytes long", st_size=index.stat().st_size), "an index of a few kilobytes"
             )
@@ -104,7 +104,7 @@ def _count_of_shards(header: bytes | None) -> int:
     if message.endianness:
         raise MessageError("its numbers are big-endian")
     shards: int = message.num_shards
-    if not 1 <= shards <= MOST_SHARDS:
+    if not 1 <= shards <= MAX_SHARDS:
         raise MessageError(f"it claims {shards} data files")
     return shards
 

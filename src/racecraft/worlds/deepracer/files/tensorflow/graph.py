@@ -32,8 +32,8 @@ from racecraft.worlds.deepracer.files.tensorflow.tensors import (
 PRODUCER = 27
 """Version of the graphs that TensorFlow 1.12 wrote, AWS's trainer of years; every later one reads it."""
 VARIABLE_ENDS = ("/kernel", "/bias")
-MOST_NODES = 200_000
-MOST_FILE_BYTES = 2**29
+MAX_NODES = 200_000
+MAX_FILE_BYTES = 2**29
 """Twice what AWS's largest network takes, two eyes of 230 MB."""
 KIND = "a frozen graph of TensorFlow, such as agent/model.pb"
 
@@ -122,14 +122,14 @@ def graph_in(data: bytes, path: str | Path) -> Graph:
 
 
 def _content(path: str | Path) -> bytes:
-    return read_user_file(path, GraphError, KIND, max_bytes=MOST_FILE_BYTES)
+    return read_user_file(path, GraphError, KIND, max_bytes=MAX_FILE_BYTES)
 
 
 def _graph(message: Any, path: str | Path) -> Graph:
     nodes: dict[str, Node] = {}
     try:
-        if len(message.node) > MOST_NODES:
-            raise MessageError(f"more than {MOST_NODES} nodes")
+        if len(message.node) > MAX_NODES:
+            raise MessageError(f"more than {MAX_NODES} nodes")
         for number, part in enumerate(message.node):
             if not part.name or not part.op:
                 raise MessageError(f"node {number} has no name or no operation")
@@ -209,5 +209,5 @@ def _write_attribute(into: Any, value: Any) -> None:
 
 def _as_variable(node: Node) -> Node:
     value = node.attributes["value"]
-    told = {"dtype": node.attributes["dtype"], "shape": Shape(value.shape), "container": b"", "shared_name": b""}
-    return Node(node.name, "VariableV2", (), told)
+    attributes = {"dtype": node.attributes["dtype"], "shape": Shape(value.shape), "container": b"", "shared_name": b""}
+    return Node(node.name, "VariableV2", (), attributes)

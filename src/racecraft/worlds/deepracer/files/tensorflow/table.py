@@ -22,7 +22,7 @@ from racecraft.formats.protobuf_messages import MessageError, read_varint, varin
 
 FOOTER_BYTES = 48
 MAGIC = 0xDB4775248B80FB57
-MOST_ENTRIES = 100_000
+MAX_ENTRIES = 100_000
 RESTART_EVERY = 16
 BLOCK_BYTES = 4096
 """A data block is closed when it grows beyond this."""
@@ -56,8 +56,8 @@ def read_table(data: bytes) -> dict[bytes, bytes]:
     entries: dict[bytes, bytes] = {}
     for _, place in _entries(_block(data, handle)):
         for key, value in _entries(_block(data, memoryview(place))):
-            if len(entries) >= MOST_ENTRIES:
-                raise MessageError(f"a table of more than {MOST_ENTRIES} entries")
+            if len(entries) >= MAX_ENTRIES:
+                raise MessageError(f"a table of more than {MAX_ENTRIES} entries")
             entries[key] = value
     return entries
 

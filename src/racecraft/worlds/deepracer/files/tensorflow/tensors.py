@@ -23,8 +23,8 @@ TYPES: dict[int, np.dtype[np.generic]] = {
 }  # fmt: skip
 """NumPy's types for those that we read."""
 CODES = {dtype: code for code, dtype in TYPES.items()}
-MOST_DIMENSIONS = 8
-MOST_BYTES = 2**31
+MAX_DIMENSIONS = 8
+MAX_BYTES = 2**31
 """Of one array: a message can hold no more."""
 
 _REPEATED = {FLOAT: "float_val", DOUBLE: "double_val", INT32: "int_val", INT64: "int64_val", BOOL: "bool_val"}
@@ -72,8 +72,8 @@ def read_shape(message: Any) -> tuple[int, ...]:
     Raises:
         MessageError: More dimensions than any array of a car's network has.
     """
-    if len(message.dim) > MOST_DIMENSIONS:
-        raise MessageError(f"a shape of more than {MOST_DIMENSIONS} dimensions")
+    if len(message.dim) > MAX_DIMENSIONS:
+        raise MessageError(f"a shape of more than {MAX_DIMENSIONS} dimensions")
     return tuple(dimension.size for dimension in message.dim)
 
 
@@ -102,6 +102,6 @@ def count_of(shape: tuple[int, ...], dtype: np.dtype[np.generic]) -> int:
     Raises:
         MessageError: A size is negative, or all together are too large.
     """
-    if any(size < 0 for size in shape) or math.prod(shape) * dtype.itemsize > MOST_BYTES:
-        raise MessageError(f"an array of shape {shape}; expected sizes from 0 up and at most {MOST_BYTES >> 30} GiB")
+    if any(size < 0 for size in shape) or math.prod(shape) * dtype.itemsize > MAX_BYTES:
+        raise MessageError(f"an array of shape {shape}; expected sizes from 0 up and at most {MAX_BYTES >> 30} GiB")
     return math.prod(shape)

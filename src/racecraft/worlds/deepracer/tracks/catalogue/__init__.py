@@ -122,8 +122,8 @@ def resolve(name: str) -> str:
     from racecraft.worlds.deepracer.tracks.library import own_names
 
     every = [*_index(), *(entry["title"] for entry in _index().values()), *own_names()]
-    begun = [one for one in every if len(name) >= SHORTEST_BEGINNING and one.casefold().startswith(name.casefold())]
-    hint = f"Did you mean '{min(begun, key=len)}'?" if begun else nearest(name, every)
+    matches = [one for one in every if len(name) >= SHORTEST_BEGINNING and one.casefold().startswith(name.casefold())]
+    hint = f"Did you mean '{min(matches, key=len)}'?" if matches else nearest(name, every)
     if not hint.startswith("Did"):
         hint = "`racecraft tracks list` shows all names."
     expected = Message("one of the catalogue's {count}, one of your own, or a .npy file", count=len(_index()))

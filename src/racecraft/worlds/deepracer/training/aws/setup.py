@@ -158,28 +158,28 @@ def varies_as_aws(settings: Settings) -> bool:
     return "variation" in settings and bool(settings.variation.amounts["lamps"])
 
 
-def objects_params(asked: BoxesConfig | BotsConfig | None) -> dict[str, str]:
+def objects_params(boxes: BoxesConfig | BotsConfig | None) -> dict[str, str]:
     """Return what the simulator is told of boxes or bots."""
-    if isinstance(asked, BoxesConfig):
-        places = {"OBJECT_POSITIONS": asked.positions} if asked.positions else {}
+    if isinstance(boxes, BoxesConfig):
+        places = {"OBJECT_POSITIONS": boxes.positions} if boxes.positions else {}
         return {
-            "NUMBER_OF_OBSTACLES": str(len(read_positions(asked.positions)) or asked.number),
-            "MIN_DISTANCE_BETWEEN_OBSTACLES": str(asked.min_distance),
-            "RANDOMIZE_OBSTACLE_LOCATIONS": str(asked.random),
-            "IS_OBSTACLE_BOT_CAR": str(asked.as_cars),
-            "OBSTACLE_TYPE": asked.type,
+            "NUMBER_OF_OBSTACLES": str(len(read_positions(boxes.positions)) or boxes.number),
+            "MIN_DISTANCE_BETWEEN_OBSTACLES": str(boxes.min_distance),
+            "RANDOMIZE_OBSTACLE_LOCATIONS": str(boxes.random),
+            "IS_OBSTACLE_BOT_CAR": str(boxes.as_cars),
+            "OBSTACLE_TYPE": boxes.type,
             **places,
         }
-    if isinstance(asked, BotsConfig):
+    if isinstance(boxes, BotsConfig):
         return {
-            "NUMBER_OF_BOT_CARS": str(asked.number),
-            "MIN_DISTANCE_BETWEEN_BOT_CARS": str(asked.min_distance),
-            "RANDOMIZE_BOT_CAR_LOCATIONS": str(asked.random),
-            "BOT_CAR_SPEED": str(asked.speed),
-            "IS_LANE_CHANGE": str(asked.lane_change),
-            "LOWER_LANE_CHANGE_TIME": str(asked.lane_change_after_low),
-            "UPPER_LANE_CHANGE_TIME": str(asked.lane_change_after_high),
-            "LANE_CHANGE_DISTANCE": str(asked.lane_change_distance),
-            "PENALTY_SECONDS": str(asked.penalty),
+            "NUMBER_OF_BOT_CARS": str(boxes.number),
+            "MIN_DISTANCE_BETWEEN_BOT_CARS": str(boxes.min_distance),
+            "RANDOMIZE_BOT_CAR_LOCATIONS": str(boxes.random),
+            "BOT_CAR_SPEED": str(boxes.speed),
+            "IS_LANE_CHANGE": str(boxes.lane_change),
+            "LOWER_LANE_CHANGE_TIME": str(boxes.lane_change_after_low),
+            "UPPER_LANE_CHANGE_TIME": str(boxes.lane_change_after_high),
+            "LANE_CHANGE_DISTANCE": str(boxes.lane_change_distance),
+            "PENALTY_SECONDS": str(boxes.penalty),
         }
     return {}
