@@ -47,7 +47,7 @@ def test_a_player_has_chosen_once_before_its_first_game(monkeypatch):
 
     player = Counts()
     seats = "racecraft.worlds.battlesnake.evaluation.seats"
-    monkeypatch.setattr(f"{seats}.find_player", lambda what, seed, memory_mb: player)
+    monkeypatch.setattr(f"{seats}.find_player", lambda what, seed, memory_mb, is_isolated: player)
     assert take_seat("counts", "", 1).player is player
     assert player.asked == 1
 
@@ -55,7 +55,7 @@ def test_a_player_has_chosen_once_before_its_first_game(monkeypatch):
 def test_who_names_no_time_gives_the_half_second_of_the_official_engine():
     seats, told = seats_of("flood_fill", "random_safe"), []
     _, first = next(Tournament(seats, SMALL).play())
-    tournament(seats, SMALL, told=lambda played, number, count: told.append(played))
+    tournament(seats, SMALL, on_game=lambda played, number, count: told.append(played))
     assert {played.card.timeout_ms for played in (first, play(SMALL, seats, StreamDice(5)), *told)} == {500}
 
 
@@ -269,7 +269,7 @@ def test_a_tournament_swaps_seats_with_the_same_dice():
     starts = []
     seats = seats_of("random_safe", "hungry", "flood_fill")
     told = lambda played, number, games: starts.append((number, games, played.boards[0], played.card.names))  # noqa: E731
-    table = tournament(seats, SMALL, rounds=1, told=told, seed=4)
+    table = tournament(seats, SMALL, rounds=1, on_game=told, seed=4)
     assert table.games == 6
     assert len(starts) == 6
     for first, second in zip(starts[::2], starts[1::2], strict=True):

@@ -224,4 +224,4 @@ def test_a_player_of_ours_is_found_by_what_was_written_and_warmed_before_it_sits
     monkeypatch.setattr(seats, "warm_up", asked.append)
     assert take_seat("anybody").player == "player"
     take_seat("anybody", seed=3, memory_mb=7)
-    assert asked == [("anybody", 0, MEMORY_MB), "player", ("anybody", 3, 7), "player"]
+    assert asked == [("anybody", 0, MEMORY_MB, False), "player", ("anybody", 3, 7, False), "player"]

@@ -74,7 +74,7 @@ def test_games_that_were_played_are_not_played_again_nor_more_than_there_are():
 def test_whoever_listens_is_told_each_game_with_its_number_and_how_many_there_are():
     told = []
     table = tournament(seats_of(1, 1), SMALL, rounds=2, timeout_ms=300, most_turns=1,
-                       told=lambda *game: told.append(game))  # fmt: skip
+                       on_game=lambda *game: told.append(game))  # fmt: skip
     assert [(number, planned) for _, number, planned in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
     assert {played.card.timeout_ms for played, _, _ in told} == {300}
     assert (table.games, table.turns) == (4, 4)
