@@ -116,3 +116,12 @@ def _limited(value: Any) -> Any:
     return (
         shortened(text, MAX_FIELD_CHARACTERS) if isinstance(value, str) or len(text) > MAX_FIELD_CHARACTERS else value
     )
+
+
+def figure(value: float) -> str:
+    """Return a number as people write it: four figures, or whole with separators from 1,000 on.
+
+    >>> figure(61.0), figure(0.012345), figure(19964.2)
+    ('61', '0.01235', '19,964')
+    """
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"

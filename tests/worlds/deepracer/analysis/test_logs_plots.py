@@ -313,9 +313,8 @@ def test_real_logs_say_what_to_change():
     logs = read(TRACES / "console-2022")
     track = analysis.find_track(logs.training)
     assert (track.name, track.is_reversed) == ("reinvent_base", False)
-    told = advice(logs.training.collect(), track)
-    assert told[0].try_.startswith("It is still learning")
-    assert any("Segment 2 left (waypoints 20 to 49) takes 54 of 177 exits" in one.found for one in told)
+    (only,) = advice(logs.training.collect(), track)
+    assert only.try_.startswith("It is still learning")  # 54 of 177 exits in a quarter of the lap may be chance
 
 
 @pytest.mark.skipif(not HAS_ALL, reason=LARGE)
@@ -338,7 +337,8 @@ def test_a_real_car_that_laps_when_it_is_judged_is_not_told_that_it_fails():
 def test_an_evaluation_driven_by_itself_is_a_judgement_too():
     logs = read(TRACES / "drfc-1-worker")
     alone = judged_in_log(logs.ticks.collect(), None)
-    assert (alone.shares, alone.best_lap_seconds) == ((1.0,), pytest.approx(13.8, abs=0.01))
+    assert alone.shares == (1.0,)
+    assert alone.best_lap_seconds == pytest.approx(12.212, abs=0.001), "explored; the judged one took 13.8 s"
     assert judged_in_log(logs.training.collect(), None) == Judged()
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import typer
 
 from racecraft.cli.from_request import command
+from racecraft.contract.message import figure
 from racecraft.worlds.deepracer.actions.reward import (
     CheckedReward,
     ExplainedReward,
@@ -21,7 +22,6 @@ from racecraft.worlds.deepracer.actions.reward import (
     reward_samples,
     run_reward_cases,
 )
-from racecraft.worlds.deepracer.driving.reward.findings import pay_text
 
 MAX_LAPS, MAX_LINES = 20, 15
 
@@ -35,14 +35,14 @@ def _show_check(checked: CheckedReward) -> None:
         print(f"{one.level.upper()} {place}: {one.text}.")
         if one.hint:
             print(f"      {one.hint}")
-    print(f"{found.situations} moments pay {pay_text(found.lowest)} to {pay_text(found.highest)}; a call takes "
+    print(f"{found.situations} moments pay {figure(found.lowest)} to {figure(found.highest)}; a call takes "
           f"{found.microseconds:.1f} µs.")  # fmt: skip
     if found.tricks:
         print("What would pay more than lapping?")
         for trick in found.tricks:
             unit = "in sum" if trick.is_sum else "a second"
             answer = "more" if trick.pays_more else "as much" if trick.pays_the_same else "less"
-            pays, lap_pays = pay_text(trick.pays), pay_text(trick.lap_pays)
+            pays, lap_pays = figure(trick.pays), figure(trick.lap_pays)
             print(f"  {trick.name:28} {pays:>10} {unit:8}  lap {lap_pays:>10}  {answer}")
     if found.speed is not None and all(one.kind != "speed" for one in found.findings):
         print(f"The reward {found.speed.sentence}.")
@@ -63,7 +63,7 @@ def _show_rescored(done: RescoredLaps) -> None:
         print(f"{'episode':>8} {'lap':>8} {'then':>10} {'now':>10}  place by reward")
         for lap, old, new in found.places()[:MAX_LAPS]:
             moved = "" if old == new else f"  {'up' if new < old else 'down'} {abs(new - old)}"
-            pays = f"{pay_text(lap.old):>10} {pay_text(lap.new):>10}"
+            pays = f"{figure(lap.old):>10} {figure(lap.new):>10}"
             print(f"{lap.episode:8} {lap.seconds:6.2f} s {pays}  {old} → {new}{moved}")
     for failure in found.failures[:5]:
         print(f"row {failure.row}: line {failure.line}: {failure.message}")
@@ -76,13 +76,13 @@ def _show_lines(explained: ExplainedReward) -> None:
     import numpy as np
 
     found, track = explained.lines, explained.track
-    print(f"{found.rows:,} rows on {track.name} were paid {pay_text(found.total)}" + (
+    print(f"{found.rows:,} rows on {track.name} were paid {figure(found.total)}" + (
         f"; `{found.variable}` is built up line by line." if found.variable else ".")
     )  # fmt: skip
     for one in found.lines[:MAX_LINES]:
         tenth = int(np.argmax(np.abs(one.by_part)))
         where = f"most at {10 * tenth} to {10 * tenth + 10} % of the lap"
-        print(f"{one.line:5} {pay_text(one.total):>12} {100 * one.share:4.0f} %  {where}   {one.text}")
+        print(f"{one.line:5} {figure(one.total):>12} {100 * one.share:4.0f} %  {where}   {one.text}")
     if found.values:
         print("Other numbers, on average: " + ", ".join(f"{name} {value:.4g}" for name, value in found.values.items()))
 

@@ -22,10 +22,11 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import RewardError
+from racecraft.contract.message import figure
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.reward.ablation import Cut, ablate, ablation_findings
 from racecraft.worlds.deepracer.driving.reward.branches import dead_branches
-from racecraft.worlds.deepracer.driving.reward.findings import FAULT, NOTE, Finding, pay_text
+from racecraft.worlds.deepracer.driving.reward.findings import FAULT, NOTE, Finding
 from racecraft.worlds.deepracer.driving.reward.paying import Failure, Pay, Payer
 from racecraft.worlds.deepracer.driving.reward.probes import probe
 from racecraft.worlds.deepracer.driving.reward.situations import made_up, situations
@@ -245,8 +246,8 @@ class _Checking:
                     "Every tick costs, so the shortest episode is the best: pay for metres, or make leaving cost more."
                 )
             self._findings.append(
-                Finding(FAULT, "trick", f"{trick.name} pays {pay_text(trick.pays)}{unit}, and the best paid lap "
-                        f"{pay_text(trick.lap_pays)}{unit}", hint)
+                Finding(FAULT, "trick", f"{trick.name} pays {figure(trick.pays)}{unit}, and the best paid lap "
+                        f"{figure(trick.lap_pays)}{unit}", hint)
             )  # fmt: skip
         return tricks
 

@@ -26,12 +26,3 @@ class Finding:
     def as_dictionary(self) -> dict[str, Any]:
         """Return it ready for JSON."""
         return asdict(self)
-
-
-def pay_text(value: float) -> str:
-    """Return a reward as people write it: four figures, or whole with separators from 1,000 on.
-
-    >>> pay_text(61.0), pay_text(0.012345), pay_text(19964.2)
-    ('61', '0.01235', '19,964')
-    """
-    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.contract.message import figure
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.driving.reward.findings import pay_text
 
 LAPPING, SPEED, PACE, NEITHER = "lapping", "speed", "pace", "neither"
 STRONG = 0.5
@@ -45,7 +45,7 @@ class SpeedVerdict:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        fast, slow = pay_text(self.fast_sum), pay_text(self.slow_sum)
+        fast, slow = figure(self.fast_sum), figure(self.slow_sum)
         sums = f"the fastest third of the laps earns {fast} each, the slowest third {slow}"
         return {
             LAPPING: f"teaches lapping, not speed: {sums}",
