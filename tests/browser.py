@@ -19,6 +19,9 @@ FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
     "--disable-background-networking", "--disable-component-update",
 )  # fmt: skip
+SETTLED = """() => Promise.all(document.getAnimations()
+  .filter(one => one.effect.getComputedTiming().endTime < 5000).map(one => one.finished.catch(() => null)))"""
+"""Waits until colours stand that change when a page turns dark."""
 AXE = Path(__file__).parent / "vendor" / "axe.min.js"
 
 needs_chromium = pytest.mark.skipif(
@@ -104,8 +107,9 @@ class Browser:
         self.page.click(f"#{which}" if re.fullmatch(r"[\w-]+", which) else which)
 
     def shut_out(self) -> list[tuple[str, str]]:
-        """Return what axe finds on the page as it is: the rule, and the first element that breaks it."""
+        """Return what axe finds on the page, once its transitions are over: the rule, and the first element."""
         self.page.evaluate(AXE.read_text(encoding="utf-8"))
+        self.page.evaluate(SETTLED)
         found = self.page.evaluate("axe.run().then(told => told.violations.map(one => [one.id, one.nodes[0].html]))")
         return [(rule, element) for rule, element in found]
 

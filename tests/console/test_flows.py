@@ -146,7 +146,7 @@ def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(
     page = browser.page
     page.wait_for_selector("tr[data-row='a-1']")
     write_run(workspace.path / "runs/b-1")
-    page.wait_for_selector("tr[data-row='b-1']", timeout=5000)
+    page.wait_for_selector("tr[data-row='b-1']", timeout=20_000)  # 5 s where nothing else runs
     page.check("input[value='a-1']")
     page.click("button:has-text('Delete')")
     page.wait_for_selector("#undo")
