@@ -26,26 +26,32 @@ class Record:
     judged: float
 
 
-def fastest_laps(league: League, track: str | None = None) -> list[Record]:
+def fastest_laps(league: League, track: str | None = None, count: int | None = None) -> list[Record]:
     """Return each racer's fastest lap on each track and in each type of race: by track, type and time.
 
     Args:
         league: Where they were driven.
         track: Only this one.
+        count: So many, the first of that order; None: all.
     """
-    best: dict[tuple[str, str, str], Record] = {}
+    best: dict[tuple[str, str, str], tuple[float, float, Race, Entry, Result]] = {}
     for race, entry, result, drive, outcome in _outcomes(league):
         laps = [lap for lap in outcome.laps if lap is not None]
         if not laps or track not in (None, drive.track):
             continue
-        type = str(race.rules.get("type", "")) + (", reverse" if race.rules.get("reverse") else "")
-        key, seconds = (drive.track, type, entry.racer), min(laps)
-        if key not in best or (seconds, result.judged) < (best[key].seconds, best[key].judged):
-            best[key] = Record(
-                track=drive.track, type=type, seconds=seconds, racer=entry.racer, model=entry.model, race=race.id,
-                heat=result.heat, judged=result.judged,
-            )  # fmt: skip
-    return sorted(best.values(), key=lambda record: (record.track, record.type, record.seconds, record.judged))
+        kind = str(race.rules.get("type", "")) + (", reverse" if race.rules.get("reverse") else "")
+        key, lap = (drive.track, kind, entry.racer), (min(laps), result.judged)
+        if key not in best or lap < best[key][:2]:
+            best[key] = (*lap, race, entry, result)
+    order = sorted(best, key=lambda key: (*key[:2], *best[key][:2]))
+    return [_record(track, type, *best[track, type, racer]) for track, type, racer in order[:count]]
+
+
+def _record(track: str, type: str, seconds: float, judged: float, race: Race, entry: Entry, result: Result) -> Record:
+    return Record(
+        track=track, type=type, seconds=seconds, racer=entry.racer, model=entry.model, race=race.id, heat=result.heat,
+        judged=judged,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -85,7 +85,7 @@ def races_page(console: Console, request: Request) -> Page:
             seasons.append({"season": asdict(season), "races": len(found.races), "is_over": found.is_over,
                             "leader": first.racer if first else "",
                             "points": first.points if first else 0})  # fmt: skip
-        records = [asdict(record) for record in fastest_laps(league)[:RECORDS]]
+        records = [asdict(record) for record in fastest_laps(league, count=RECORDS)]
     data = {"races": races, "seasons": seasons, "records": records, "organises": organises(request)}
     return Page("races.html", "Races", data, here="/races")
 
@@ -105,8 +105,7 @@ def race_page(console: Console, request: Request) -> Page:
             **asdict(row), "score_text": score_text(race, row.score), "is_own": row.racer in own,
             "gap_text": "" if row.gap is None or row.place == 1 else f"+{score_text(race, row.gap)}",
         }
-        for index, row in enumerate(board.rows)
-        if index < ROWS or row.racer in own
+        for row in (*board.rows[:ROWS], *(row for row in (board.rows[ROWS:] if own else ()) if row.racer in own))
     ]  # fmt: skip
     data = {
         "race": asdict(race),
@@ -116,7 +115,7 @@ def race_page(console: Console, request: Request) -> Page:
         "own": next((row for row in rows if row["is_own"]), None),
         "is_open": race.is_open(now),
         "rules": [*league_world(race.kind).describe(race.rules, race.tracks), f"ranked by {ranking_text(race)}"],
-        "records": [asdict(one) for track in race.tracks for one in fastest_laps(league, track)[:3]],
+        "records": [asdict(one) for track in race.tracks for one in fastest_laps(league, track, count=3)],
         "organises": organises(request),
         "enters": may(person, Verb.ENTER),
         "judge_fault": judge.faults.get(race.id, ""),
