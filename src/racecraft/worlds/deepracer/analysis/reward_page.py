@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.contract.message import figure
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.chart import Chart, Series
@@ -134,8 +135,8 @@ def _trick(one: Trick) -> dict[str, Any]:
     answer = "more" if one.pays_more else "as much" if one.pays_the_same else "less"
     return {
         "name": _capital(one.name), "share": max(0.0, one.pays / size),
-        "lap_share": max(0.0, one.lap_pays / size), "pays": f"{one.pays:.4g} {unit}",
-        "lap": f"{one.lap_pays:.4g} {unit}", "answer": answer,
+        "lap_share": max(0.0, one.lap_pays / size), "pays": f"{figure(one.pays)} {unit}",
+        "lap": f"{figure(one.lap_pays)} {unit}", "answer": answer,
     }  # fmt: skip
 
 
@@ -152,7 +153,7 @@ def _rescored(found: Rescored) -> dict[str, Any]:
     before, after = found.time_ranks
     laps = found.places()
     rows = [
-        (str(lap.episode), f"{lap.seconds:.2f}", f"{lap.old:.4g}", f"{lap.new:.4g}", str(old), str(new))
+        (str(lap.episode), f"{lap.seconds:.2f}", figure(lap.old), figure(lap.new), str(old), str(new))
         for lap, old, new in laps[:MAX_LAPS]
     ]
     episodes = sorted((one.old, one.new) for one in found.episodes)
