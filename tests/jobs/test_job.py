@@ -57,14 +57,14 @@ def test_progress_forgives_what_came_before():
 
 
 def test_a_job_that_waits_stops_at_once_one_that_trains_is_asked():
-    assert begun().stop_requested_job(101.0, "asked to stop").state is State.STOPPED
-    asked = training().stop_requested_job(103.0, "its time is over", State.MAX_RUNTIME_EXCEEDED)
+    assert begun().with_stop_requested(101.0, "asked to stop").state is State.STOPPED
+    asked = training().with_stop_requested(103.0, "its time is over", State.MAX_RUNTIME_EXCEEDED)
     assert (asked.state, asked.ending, asked.owner) == (State.STOPPING, State.MAX_RUNTIME_EXCEEDED, "me")
-    assert asked.stop_requested_job(104.0, "again") is asked
+    assert asked.with_stop_requested(104.0, "again") is asked
 
 
 def test_a_job_that_is_stopped_before_its_process_could_begin_may_still_fail():
-    job = begun().claimed("me", 101.0).stop_requested_job(102.0, "asked to stop")
+    job = begun().claimed("me", 101.0).with_stop_requested(102.0, "asked to stop")
     assert job.finished(State.FAILED, 103.0, "its folder is gone").status == "Failed"
 
 
@@ -81,5 +81,5 @@ def test_what_is_not_on_the_map_is_refused():
 
 
 def test_a_job_is_told_and_read_back():
-    job = training().stop_requested_job(103.0, "enough")
+    job = training().with_stop_requested(103.0, "enough")
     assert job_of(job.as_dictionary()) == job

@@ -139,7 +139,7 @@ def test_a_script_that_is_stopped_ends_with_all_it_started(tmp_path, store, work
 
 
 def ask_to_stop_in(store, name):
-    change(store, name, lambda job: job.stop_requested_job(time.time(), "asked to stop"))
+    change(store, name, lambda job: job.with_stop_requested(time.time(), "asked to stop"))
 
 
 def test_what_a_job_leaves_running_is_ended(tmp_path, store, working):

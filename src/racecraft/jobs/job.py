@@ -120,7 +120,7 @@ class Job:
         """Return the job ended."""
         return self.moved(to, now, message, owner="", process=None, ending=None)
 
-    def stop_requested_job(self, now: float, message: str, ending: State = State.STOPPED) -> Job:
+    def with_stop_requested(self, now: float, message: str, ending: State = State.STOPPED) -> Job:
         """Return the job on its way to its end; one that ends already, or has, as it is."""
         if self.ended or self.state is State.STOPPING:
             return self

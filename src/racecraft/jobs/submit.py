@@ -92,7 +92,7 @@ def environment_here() -> dict[str, str]:
 
 def request_stop(home: JobPaths, store: JobStore, name: str) -> Job:
     """Ask a job to end; what it has learned until then stays, and it can go on later."""
-    job = change(store, name, lambda job: job.stop_requested_job(time.time(), "asked to stop"))
+    job = change(store, name, lambda job: job.with_stop_requested(time.time(), "asked to stop"))
     if not job.ended:
         ensure_supervisor(home)
     return job

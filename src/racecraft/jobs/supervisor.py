@@ -167,7 +167,7 @@ class Supervisor:
                 why, ending = f"{spec.max_run_seconds} s to train are over", State.MAX_RUNTIME_EXCEEDED
             else:
                 continue
-            self._change(job.name, lambda job, why=why, ending=ending: job.stop_requested_job(now, why, ending))  # type: ignore[misc]
+            self._change(job.name, lambda job, why=why, ending=ending: job.with_stop_requested(now, why, ending))  # type: ignore[misc]
 
     def _heed_stops(self, jobs: list[Job]) -> None:
         """Pass on to processes that they are asked to end; end those that do not."""

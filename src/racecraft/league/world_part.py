@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
 
-from racecraft.contract.errors import SettingError
+from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kinds import find_kind
 from racecraft.league.race import Outcome, Race
 
@@ -121,3 +121,15 @@ def league_world(kind: str) -> LeagueWorld:
         raise SettingError("the world {kind!r} has no races; expected one with a part for leagues.", kind=kind)
     made: LeagueWorld = part()
     return made
+
+
+def require_known_rules(rules: type, names: Iterable[str]) -> None:
+    """Refuse a name that a world's rules, a dataclass, do not have.
+
+    Raises:
+        SettingError: There is no such rule; the nearest one is named.
+    """
+    known = [one.name for one in fields(rules)]
+    for name in names:
+        if name not in known:
+            raise SettingError("there is no rule {name!r}. {hint}", name=name, hint=nearest(name, known))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from racecraft.contract.errors import SettingError, nearest
+from racecraft.league.world_part import require_known_rules
 from racecraft.settings.table import check_group, setting
 from racecraft.worlds.battlesnake.env.rulesets import find_ruleset
 from racecraft.worlds.battlesnake.env.settings import LARGEST_SIDE, GameSettings
@@ -36,10 +36,7 @@ class SnakeRules:
         Raises:
             SettingError: An unknown rule, or a value out of its range.
         """
-        known = [one.name for one in fields(cls)]
-        for name in values:
-            if name not in known:
-                raise SettingError("there is no rule {name!r}. {hint}", name=name, hint=nearest(name, known))
+        require_known_rules(cls, values)
         return cls(**values)
 
     def as_dictionary(self) -> dict[str, Any]:

@@ -21,7 +21,7 @@ FIDELITIES = {
 
 AWS_MAX_TICKS = 100_000
 """The original's own limit on an episode, an hour and 51 minutes (facts: simapp `deepracer_racetrack_env.py`)."""
-SANE_MAX_SECONDS, SANE_LEAST_SPEED = 100.0, 0.4
+SANE_MAX_SECONDS, SANE_MIN_SPEED = 100.0, 0.4
 """Ours where `RaceConfig.max_episode_seconds` says nothing: s for a lap, and m/s at which one may always be finished.
 The slowest action of the default car asks for 0.5 m/s: on 60 m a car that never errs needs more than 100 s."""
 TICK_JITTER = 0.085
@@ -83,7 +83,7 @@ DEPARTURES = (
         "episodes_are_endless",
         f"An episode has no time limit but {AWS_MAX_TICKS} ticks: a slow policy that lives stretches an iteration.",
         f"It is cut after {SANE_MAX_SECONDS:g} s of simulated time a lap, or as long as one takes at "
-        f"{SANE_LEAST_SPEED:g} m/s, or what race.max_episode_seconds says.",
+        f"{SANE_MIN_SPEED:g} m/s, or what race.max_episode_seconds says.",
         "worlds/deepracer/env/rules.py",
     ),
     Quirk(

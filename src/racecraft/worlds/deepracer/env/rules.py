@@ -11,8 +11,8 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.fidelity import (
     AWS_MAX_TICKS,
-    SANE_LEAST_SPEED,
     SANE_MAX_SECONDS,
+    SANE_MIN_SPEED,
     TICK_JITTER,
     WHEEL_KICK,
     habits,
@@ -58,7 +58,7 @@ def most_ticks(race_config: RaceConfig, track_length: float, laps: int) -> int:
         return race.max_ticks(race_config.max_episode_seconds * laps)
     if habits(race_config.fidelity).episodes_are_endless:
         return AWS_MAX_TICKS
-    return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_LEAST_SPEED) * laps)
+    return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_MIN_SPEED) * laps)
 
 
 def first_starts(track: Track, start_shares: Sequence[float] | Array | None, num_worlds: int) -> Array:

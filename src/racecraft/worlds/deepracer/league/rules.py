@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from racecraft.contract.errors import Faults, SettingError, nearest
+from racecraft.league.world_part import require_known_rules
 from racecraft.settings.table import check_group, setting
 from racecraft.worlds.deepracer.env.settings import (
     HEAD_TO_BOT,
@@ -75,10 +76,7 @@ class CarRules:
         Raises:
             SettingError: An unknown rule, or a value out of its range.
         """
-        known = [one.name for one in fields(cls)]
-        for name in values:
-            if name not in known:
-                raise SettingError("there is no rule {name!r}. {hint}", name=name, hint=nearest(name, known))
+        require_known_rules(cls, values)
         plain: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
         }
