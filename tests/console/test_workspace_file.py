@@ -3,9 +3,11 @@
 import json
 import os
 import shutil
+import sqlite3
 import subprocess
 import sys
 import zipfile
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -14,13 +16,14 @@ from tests.console.conftest import write_run
 import racecraft
 from racecraft.console.workspace import Note, Workspace
 from racecraft.console.workspace_file import MANIFEST, restore_workspace, save_workspace
+from racecraft.console.workspace_settings import WorkspaceSettings, write_settings
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.archive import ArchiveError
 
 
 @pytest.fixture
 def full(workspace):
-    """A workspace with a model, its run, a run of a command, a draft and driven laps."""
+    """A workspace with a model, its run, a run of a command, a draft, driven laps, a search, a log and settings."""
     model = workspace.create("mint", {"reward_function.py": "def reward_function(params):\n    return 1.0\n"}, Note())
     write_run(model.path / "runs/1")
     write_run(workspace.path / "runs/oval-1")
@@ -29,6 +32,12 @@ def full(workspace):
     (workspace.path / "driven").mkdir()
     (workspace.path / "driven/Oval_track.safetensors").write_bytes(bytes(range(256)) * 100)
     (workspace.path / "console.sqlite").write_text("index")
+    write_run(workspace.path / "tunings/1/trials/0")
+    with closing(sqlite3.connect(workspace.path / "tunings/1/study.sqlite")) as study:
+        study.execute("create table trials (score real)")
+    (workspace.path / "logs/race.csv").mkdir(parents=True)
+    (workspace.path / "logs/race.csv/race.csv").write_text("iteration,episode\n")
+    write_settings(workspace.path, WorkspaceSettings(notify=("desktop",)))
     return workspace
 
 
@@ -36,7 +45,7 @@ def files_of(folder):
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name != "run.lock" and path.suffix != ".sqlite"
+        if path.is_file() and path.name not in ("run.lock", "console.sqlite")
     }
 
 
@@ -67,8 +76,25 @@ def test_nothing_that_is_there_is_written_over(full, tmp_path):
     before = files_of(full.path)
     restored = restore_workspace(saved.file, full)
     assert restored.models == ["mint-2", "oval-2"]
-    assert restored.left_out == ["a.json", "Oval_track.safetensors"]
+    assert restored.left_out == ["a.json", "Oval_track.safetensors", "settings.json"]
+    assert (full.path / "tunings/2/trials/0/job.json").is_file()
+    assert (full.path / "logs/2-race.csv/race.csv").is_file()
     assert files_of(full.path).items() >= before.items()
+
+
+def test_a_search_that_writes_is_saved_as_of_one_moment(full, tmp_path):
+    study = sqlite3.connect(full.path / "tunings/1/study.sqlite", isolation_level=None)
+    with closing(study):
+        study.execute("pragma journal_mode=wal")
+        study.execute("insert into trials values (67.0)")
+        study.execute("begin immediate")
+        study.execute("insert into trials values (70.0)")
+        saved = save_workspace(full, tmp_path / "all.zip")
+    there = Workspace.open(tmp_path / "elsewhere")
+    restore_workspace(saved.file, there)
+    assert [path.name for path in (there.path / "tunings/1").iterdir() if path.is_file()] == ["study.sqlite"]
+    with closing(sqlite3.connect(there.path / "tunings/1/study.sqlite")) as restored:
+        assert restored.execute("select score from trials").fetchall() == [(67.0,)]
 
 
 def test_a_file_that_lacks_something_is_refused_and_leaves_nothing(full, tmp_path):

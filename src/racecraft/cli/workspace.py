@@ -1,4 +1,4 @@
-"""`racecraft workspace`: all models, runs, drafts and driven laps as one file."""
+"""`racecraft workspace`: everything that a console keeps of one person as one file."""
 
 from __future__ import annotations
 

@@ -6,12 +6,16 @@
         model.json      tags, notes and origin of the model; need not be there
     runs/NAME/          a run that a command made here; it is a model as well
     drafts/ID.json      models that are being made
+    driven/TRACK.safetensors  laps driven by hand
+    tunings/N/          searches for settings, each with its trials
+    logs/NAME/          a log that came without a model, and the page about it
     bin/NAME.SECONDS/   models that were deleted at that time, seconds since 1970
     console.sqlite      the index over all this; see `index.py`
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -28,6 +32,7 @@ from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import JOB
 
 MODELS, RUNS, DRAFTS, BIN = "models", "runs", "drafts", "bin"
+DRIVEN, TUNINGS, LOGS = "driven", "tunings", "logs"
 PEOPLE, LEAGUE = "people", "league"
 """Of the owner's workspace: the workspaces of the others, and the races that all see."""
 MODEL_FILE = "model.json"
@@ -222,6 +227,19 @@ class Workspace:
             number += 1
         return f"{stem}-{number}"
 
+    def free_folder(self, place: str, name: str) -> Path:
+        """Return a folder that is not there yet: of a number the next one, else `name`, `2-name`, `3-name` and so on.
+
+        Args:
+            place: TUNINGS or LOGS.
+            name: Of the folder.
+
+        >>> Workspace(Path("/nowhere")).free_folder(LOGS, "a.csv").as_posix()
+        '/nowhere/logs/a.csv'
+        """
+        numbered = map(str, itertools.count(int(name))) if name.isdigit() else _numbered(name)
+        return next(path for one in numbered if not (path := self.path / place / one).exists())
+
     def rename(self, model: Model, name: str) -> Model:
         """Give a model another name.
 
@@ -267,6 +285,11 @@ class Workspace:
         for place, _, deleted in self.bin():
             if deleted < before:
                 shutil.rmtree(self.path / BIN / place, ignore_errors=True)
+
+
+def _numbered(name: str) -> Iterator[str]:
+    """Yield a name, then the name with 2, 3 and so on before it."""
+    return itertools.chain([name], (f"{number}-{name}" for number in itertools.count(2)))
 
 
 def _folders(path: Path) -> list[Path]:

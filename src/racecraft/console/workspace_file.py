@@ -1,9 +1,9 @@
 """A workspace as one file: saved here, brought back on another machine. Begin with `save_workspace`.
 
-The file is a zip. It holds models, runs, drafts and driven laps as they lie in the folder, and before them
-`racecraft-workspace.json`: {"format", "version", "racecraft", "python", "saved", "files", "bytes"}. The index is made
-again from the folders, so it stays behind; so do locks, the bin, links, races and other people's workspaces, each of
-which can be saved by itself.
+The file is a zip. It holds models, runs, drafts, driven laps, searches, logs and settings as they lie in the folder,
+and before them `racecraft-workspace.json`: {"format", "version", "racecraft", "python", "saved", "files", "bytes"}. The
+index is made again from the folders, so it stays behind; so do locks, the bin, links, races and other people's
+workspaces, each of which can be saved by itself.
 """
 
 from __future__ import annotations
@@ -12,16 +12,19 @@ import json
 import os
 import platform
 import shutil
+import sqlite3
 import tempfile
 import time
 import zipfile
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from racecraft import __version__
-from racecraft.console.workspace import DRAFTS, LEAGUE, MODELS, PEOPLE, RUNS, Workspace
+from racecraft.console.workspace import DRAFTS, DRIVEN, LEAGUE, LOGS, MODELS, PEOPLE, RUNS, TUNINGS, Workspace
+from racecraft.console.workspace_settings import FILE as SETTINGS
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.message import Message
 from racecraft.formats.archive import ArchiveError, Limits, unpack
@@ -30,8 +33,9 @@ from racecraft.formats.run_lock import LOCK
 
 FORMAT, VERSION = "racecraft workspace", 1
 MANIFEST = "racecraft-workspace.json"
-DRIVEN = "driven"
-FOLDERS = (MODELS, RUNS, DRAFTS, DRIVEN)
+FOLDERS = (MODELS, RUNS, DRAFTS, DRIVEN, TUNINGS, LOGS)
+DATABASE = ".sqlite"
+JOURNALS = tuple(DATABASE + end for end in ("-journal", "-wal", "-shm"))
 PACKED = (".safetensors", ".parquet", ".mp4", ".png", ".jpg", ".gz", ".zip")
 """Files that deflating makes no smaller."""
 LIMITS = Limits(max_bytes=512 * 2**30, max_members=5_000_000)
@@ -58,7 +62,7 @@ class RestoredWorkspace:
     models: list[str]
     """Names that the models have now; a name that was taken got a number."""
     left_out: list[str]
-    """Drafts and driven laps that the workspace has already."""
+    """Drafts, driven laps and settings that the workspace has already."""
 
 
 def save_workspace(workspace: Workspace, file: Path) -> SavedWorkspace:
@@ -76,8 +80,11 @@ def save_workspace(workspace: Workspace, file: Path) -> SavedWorkspace:
     with atomic_file(file) as part, zipfile.ZipFile(part, "w", strict_timestamps=False) as archive:
         archive.writestr(MANIFEST, json.dumps(manifest, indent=2) + "\n")
         for path, name in found:
-            packed = path.suffix.lower() in PACKED
-            archive.write(path, name, zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED)
+            packed = zipfile.ZIP_STORED if path.suffix.lower() in PACKED else zipfile.ZIP_DEFLATED
+            if path.suffix == DATABASE:
+                archive.writestr(name, _database(path), packed)
+            else:
+                archive.write(path, name, packed)
     return SavedWorkspace(file, len(found), total, _left_out(workspace.path))
 
 
@@ -93,12 +100,11 @@ def restore_workspace(file: Path, workspace: Workspace) -> RestoredWorkspace:
         written = unpack(file, inside, KIND, LIMITS)
         _require_whole(file, inside, len(written))
         models = [_move_model(workspace, path) for place in (MODELS, RUNS) for path in _entries(inside / place)]
-        left_out = [
-            path.name
-            for place in (DRAFTS, DRIVEN)
-            for path in _entries(inside / place)
-            if not _move_new(path, workspace.path / place / path.name)
-        ]
+        for path in (*_entries(inside / TUNINGS), *_entries(inside / LOGS)):
+            _move_new(path, workspace.free_folder(path.parent.name, path.name))
+        single = [path for place in (DRAFTS, DRIVEN) for path in _entries(inside / place)]
+        single += [inside / SETTINGS] if (inside / SETTINGS).is_file() else []
+        left_out = [path.name for path in single if not _move_new(path, workspace.path / path.relative_to(inside))]
     return RestoredWorkspace(workspace.path, models, left_out)
 
 
@@ -108,15 +114,31 @@ def _left_out(folder: Path) -> list[str]:
 
 
 def _files(folder: Path, target: Path) -> Iterator[Path]:
-    """Yield every plain file that is saved, in the order of the alphabet."""
+    """Yield every plain file that is saved, folder by folder, in the order of the alphabet."""
+    if (folder / SETTINGS).is_file():
+        yield folder / SETTINGS
     for name in FOLDERS:
         for place, folders, files in os.walk(folder / name):
             folders[:] = sorted(one for one in folders if not (Path(place) / one).is_symlink())
             for file in sorted(files):
                 path = Path(place) / file
-                left_behind = file == LOCK or file.endswith(PART) or path.is_symlink() or not path.is_file()
+                passing = file == LOCK or file.endswith((PART, *JOURNALS))
+                left_behind = passing or path.is_symlink() or not path.is_file()
                 if not left_behind and path.resolve() != target.resolve():
                     yield path
+
+
+def _database(path: Path) -> bytes:
+    """Return a database as of one moment; a search may write to it meanwhile."""
+    with (
+        closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as source,
+        closing(sqlite3.connect(":memory:")) as copy,
+    ):
+        try:
+            source.backup(copy)
+        except sqlite3.DatabaseError:  # something else of that name
+            return path.read_bytes()
+        return copy.serialize()
 
 
 def _require_whole(file: Path, inside: Path, count: int) -> None:

@@ -20,15 +20,15 @@ from racecraft.console.pages.model import address
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Page, form_with_file, page_routes, shown
-from racecraft.console.workspace import Note
+from racecraft.console.workspace import LOGS, Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
 from racecraft.web.errors import WebError
 
 UPLOADS = "uploads"
 PIECE = 2**20
-LOGS, LAPS = "logs", "laps.html"
-"""Folder of a workspace in which logs lie that came without a model, and the page about one."""
+LAPS = "laps.html"
+"""The page about a log that came without a model."""
 ENDS_OF_LOGS = (".csv", ".log", ".txt", ".jsonl", ".json")
 """Files that hold no weights."""
 
@@ -93,10 +93,7 @@ def _taken(console: Console, place: Path, file: str) -> str:
 
 def _logged(console: Console, place: Path, file: str) -> str:
     """Keep a log and the page about its laps, or nothing."""
-    name, number = file, 1
-    while (folder := console.workspace.path / LOGS / name).exists():
-        number += 1
-        name = f"{number}-{file}"
+    folder = console.workspace.free_folder(LOGS, file)
     folder.mkdir(parents=True)
     try:
         log = Path(shutil.copy(place, folder / file))
@@ -104,7 +101,7 @@ def _logged(console: Console, place: Path, file: str) -> str:
     except CommandError:
         shutil.rmtree(folder)
         raise
-    return f"/logs/{quote(name)}"
+    return f"/logs/{quote(folder.name)}"
 
 
 def _log_words(log: Path, page: Path) -> list[str]:

@@ -23,6 +23,7 @@ from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
 from racecraft.console.training import job_name
 from racecraft.console.tuning_form import CHECKED_FIRST, Offer, SearchForm, offers
+from racecraft.console.workspace import TUNINGS
 from racecraft.contract.errors import InputFileError, SettingError, UserInputError
 from racecraft.formats.atomic import make_folder
 from racecraft.formats.job_spec import JobSpec
@@ -34,8 +35,6 @@ from racecraft.jobs.tuning.training_trials import TRIALS
 from racecraft.pages.chart import Chart, Series
 from racecraft.web.errors import WebError
 
-TUNINGS = "tunings"
-"""Folder of a workspace in which searches lie, as of the command."""
 MAX_CHARTS = 6
 MEMORY_MIB = 512
 
@@ -83,7 +82,7 @@ def begin(console: Console, request: Request, fields: Fields) -> str | Page:
         words = form.command(job.spec.command)
     except UserInputError as error:
         return _form(console, form, str(error), 422)
-    folder = _free_folder(console)
+    folder = console.workspace.free_folder(TUNINGS, "1")
     command = ("tune", f"--run={folder}", *words)
 
     def spec(name: str) -> JobSpec:
@@ -179,13 +178,6 @@ def _offers(console: Console, model: str) -> tuple[list[Offer], Job]:
 def _folders(console: Console) -> list[Path]:
     found = [path for path in (console.workspace.path / TUNINGS).glob("*") if path.is_dir()]
     return sorted(found, key=lambda path: -path.stat().st_mtime)
-
-
-def _free_folder(console: Console) -> Path:
-    number = 1
-    while (folder := console.workspace.path / TUNINGS / str(number)).exists():
-        number += 1
-    return folder
 
 
 def _jobs(console: Console) -> dict[str, Job]:

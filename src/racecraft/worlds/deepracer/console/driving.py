@@ -16,6 +16,7 @@ from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
 from racecraft.console.training import begin_training
+from racecraft.console.workspace import DRIVEN
 from racecraft.contract.errors import SettingError
 from racecraft.worlds.deepracer.console.car_form import TEMPLATES
 from racecraft.worlds.deepracer.driving.driven_laps import DrivenLaps
@@ -24,8 +25,6 @@ from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.library import own_names
 
 HERE = "/drive"
-FOLDER = "driven"
-"""Folder of the workspace that keeps the laps, a file a track."""
 LAPS = "laps.safetensors"
 """Their copy in the folder of a model that learns from them."""
 FIRST = ("reinvent_base", "Oval_track", "Bowtie_track", "2022_april_open", "2022_reinvent_champ", "Spain_track")
@@ -49,7 +48,7 @@ def routes(console: Console) -> list[BaseRoute]:
 
 def choose_page(console: Console, request: Request) -> Page:
     """Return the tracks to drive on: one's own, those with laps, and some that are good to begin with."""
-    driven = sorted(path.stem for path in (console.workspace.path / FOLDER).glob("*.safetensors"))
+    driven = sorted(path.stem for path in (console.workspace.path / DRIVEN).glob("*.safetensors"))
     names = list(dict.fromkeys([*own_names(), *driven, *FIRST]))
     return Page(
         f"{TEMPLATES}/choose_drive.html",
@@ -105,7 +104,7 @@ def _laps(console: Console, track: str) -> DrivenLaps:
 
 
 def _file(console: Console, track: str) -> Path:
-    return console.workspace.path / FOLDER / f"{track}.safetensors"
+    return console.workspace.path / DRIVEN / f"{track}.safetensors"
 
 
 def _card(console: Console, name: str) -> dict[str, Any]:
