@@ -128,6 +128,9 @@ RIGHT = {
     "snake-move/safe-move": snake_code(f"{ON_BOARD} and at not in body"),
     "unity-basic/best": {"actions": [2] * 7},
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
+    "unity-penalty/the-turn": {"gamma": "0.58"},
+    "unity-penalty/dearest-step": {"cost": "0.223"},
+    "unity-penalty/without-penalty": {"strolls": "same", "reason": "discount"},
 }
 CASES = {
     "real/worst-disturbance": {
@@ -159,6 +162,17 @@ CASES = {
         "not_ended": {"actions": [2, 2]},
         "near_prize": {"actions": [1, 1, 1]},
         "detour": {"actions": [0, *[2] * 7]},
+    },
+    "unity-penalty/the-turn": {"still_left": {"gamma": "0.3"}, "already_right": {"gamma": "0.9"}},
+    "unity-penalty/dearest-step": {
+        "all_steps": {"cost": "0.129"},
+        "still_right": {"cost": "0.05"},
+        "already_left": {"cost": "0.4"},
+    },
+    "unity-penalty/without-penalty": {
+        "run": {"strolls": "better"},
+        "nothing": {"strolls": "same", "reason": "nothing"},
+        "prize": {"strolls": "same", "reason": "prize"},
     },
     "unity-basic/fresh-agent": {
         "run": {"earns": "low"},

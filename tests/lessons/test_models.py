@@ -112,7 +112,7 @@ import { readFileSync } from "node:fs";
 console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(one => {
   const slope = g.gradient(one.theta, one.batch, one.baseline), after = g.climbed(one.theta, slope, one.step);
   return { slope, pi: g.probabilities(after), entropy: g.entropy(g.probabilities(after)),
-    worth: worth(one.gamma, one.steps, one.prize) };
+    worth: worth(one.gamma, one.steps, one.prize, one.cost) };
 })));
 """
 
@@ -124,7 +124,7 @@ def step_cases(count):
             "theta": [rng.uniform(-3, 3) for _ in range(3)], "step": rng.uniform(0.1, 5),
             "baseline": rng.random() < 0.5,
             "batch": [[rng.randrange(3), rng.uniform(-5, 12)] for _ in range(rng.randint(1, 9))],
-            "gamma": rng.random(), "steps": rng.randint(1, 20), "prize": rng.uniform(0, 2),
+            "gamma": rng.random(), "steps": rng.randint(1, 20), "prize": rng.uniform(0, 2), "cost": rng.uniform(0, 0.4),
         }  # fmt: skip
 
 
@@ -134,7 +134,7 @@ def test_the_browser_computes_a_step_as_python_does():
     for case, theirs in zip(cases, in_node(STEP_SCRIPT, cases), strict=True):
         slope = pg.gradient(case["theta"], case["batch"], case["baseline"])
         pi = pg.probabilities(pg.climbed(case["theta"], slope, case["step"]))
-        worth = fork.worth(case["gamma"], case["steps"], case["prize"])
+        worth = fork.worth(case["gamma"], case["steps"], case["prize"], case["cost"])
         assert same({"slope": slope, "pi": pi, "entropy": pg.entropy(pi), "worth": worth}, theirs)
 
 
@@ -145,6 +145,7 @@ def test_a_step_by_hand_has_the_numbers_of_the_sheet():
         assert found[1] == pytest.approx(slope, abs=1e-4)
         assert pg.probabilities(pg.climbed((0, 0, 0), found, 0.5))[1] == pytest.approx(after, abs=1e-4)
     assert fork.turn() == pytest.approx(0.579, abs=5e-4)
+    assert fork.dearest(1.0) == pytest.approx((1.0 - 0.1) / (7 - 3)), "the prizes differ by 0.9, the ways by 4 steps"
 
 
 def test_the_family_has_the_numbers_of_its_lesson():

@@ -33,7 +33,7 @@ PATHS: Mapping[str, tuple[Message, Message]] = {
     ),
     "unity": (
         Message("A Unity scene"),
-        Message("A scene by hand, as its agent has it."),
+        Message("A scene by hand, as its agent has it, and the two numbers that decide which way it goes."),
     ),
 }
 """Title and sentence of each path, in the order of the page."""

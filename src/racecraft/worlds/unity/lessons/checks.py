@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
+from racecraft.lessons.models import fork
 
 if TYPE_CHECKING:
     from racecraft.worlds.unity.lessons.basic import Episode
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 BEST = 0.93
 """Of an episode: seven steps at 0.01, and 1.0."""
 CLOSE = 1e-6
+GAMMA = 0.995
+"""Of the article's training (source 002)."""
+STROLLED = 10
 
 
 def best_episode(answer: Answer) -> Verdict:
@@ -50,4 +54,32 @@ def random_agent(answer: Answer) -> Verdict:
     return predicted(answer, "reason", "near_and_long", table, near=left, far=right, steps=steps, total=total)
 
 
-CHECKS = {"best_episode": best_episode, "random_agent": random_agent}
+def dearest_step(answer: Answer) -> Verdict:
+    """The step penalty above which the near prize is the better one, at the article's discount factor."""
+    cost, right = answer.number("cost"), fork.dearest(GAMMA)
+    if abs(cost - right) <= 0.003:
+        return passed(cost=right)
+    left, far = (fork.worth(GAMMA, *side, cost) for side in (fork.LEFT, fork.RIGHT))
+    case = "still_right" if cost < right else "already_left"
+    return tried("all_steps" if abs(cost - 0.9 / 7) <= 0.001 else case, cost=cost, left=left, right=far)
+
+
+def without_penalty(answer: Answer) -> Verdict:
+    """A prediction: is going right after ten idle steps as good as going right at once, where steps cost nothing?"""
+    answer.choice("strolls")
+    steps, prize = fork.RIGHT
+    rows = [
+        (gamma, cost, *(fork.worth(gamma, count, prize, cost) for count in (steps, steps + STROLLED)))
+        for gamma, cost in ((GAMMA, fork.COST), (GAMMA, 0.0), (1.0, 0.0))
+    ]
+    table = (("γ", "step penalty", "at once", "after ten steps"), rows)
+    (_, _, soon, late), (_, _, same, _) = rows[1:]
+    return predicted(answer, "reason", "discount", table, soon=soon, late=late, same=same)
+
+
+CHECKS = {
+    "best_episode": best_episode,
+    "random_agent": random_agent,
+    "dearest_step": dearest_step,
+    "without_penalty": without_penalty,
+}
