@@ -43,14 +43,17 @@ def test_every_fault_of_every_file_is_in_one_error(tmp_path):
     broken["action_space"] = [{"steering_angle": "left", "speed": 1}, {"steering_angle": 0}, *METADATA["action_space"]]
     lay(
         tmp_path,
-        run="DR_RACE_TYPE=NOPE\n",
+        run="DR_RACE_TYPE=NOPE\nDR_CAR_COLOR=Mauve\nDR_WORLD_NAME Oval\nDR_EVAL_NUMBER_OF_TRIALS=2.5\n"
+        "DR_WORLD_NAME=Ovaltrak\nDR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_PREFIX=gone\n"
+        "DR_TRAIN_MIN_EVAL_TRIALS='3\n",
         reward_function="def reward_function(params)\n    return 1\n",
         hyperparameters='{"lr": "fast",\n "batch_size": -3, "num_epochs": 4}',
         model_metadata=json.dumps(broken, indent=1),
     )
     told = faults_of(tmp_path)
-    expected = ("run.env:1", "reward_function.py:1", "action_space[0].steering_angle", "action_space[1]", "'RADAR'",
-                "version", "json:1: lr", "json:2: batch_size")  # fmt: skip
+    expected = (*(f"run.env:{line}:" for line in (1, 2, 3, 4, 5, 7, 8)), "reward_function.py:1",
+                "action_space[0].steering_angle", "action_space[1]", "'RADAR'", "version",
+                "json:1: lr", "json:2: batch_size")  # fmt: skip
     assert len(told) == len(expected)
     for one in expected:
         assert any(one in fault for fault in told), one

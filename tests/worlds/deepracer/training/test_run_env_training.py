@@ -204,7 +204,7 @@ WRONG = [  # line, what the message holds
         ":3: DR_LOCAL_S3_PRETRAINED_PREFIX: there is no folder 's3://bucket'",
     ),
     (
-        "DR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_CHECKPOINT=first",
+        "DR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_PREFIX=.\nDR_LOCAL_S3_PRETRAINED_CHECKPOINT=first",
         "DR_LOCAL_S3_PRETRAINED_CHECKPOINT: 'first'; expected last or best",
     ),
     ("DR_WORLD_NAME: Oval_track", "'DR_WORLD_NAME: Oval_track'; expected lines of KEY=VALUE"),

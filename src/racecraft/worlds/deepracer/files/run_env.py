@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from racecraft.contract.errors import InputFileError, nearest
+from racecraft.contract.errors import Faults, InputFileError, nearest
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.user_file import read_user_text
@@ -39,6 +39,8 @@ _OPENING = ('"', "'", "\u201c", "\u201d", "\u2018")
 _BROKEN = "unclosed"
 _REMARKS = {"told": " (changes no training)", "without": " (not applicable here)"}
 """What a new file says of variables that it need not say anything with, by their status."""
+_PART_OF = {"DR_LOCAL_S3_PRETRAINED_PREFIX": ("DR_LOCAL_S3_PRETRAINED",)}
+"""Variables that mean nothing without another one."""
 _TRUE, _FALSE = ("true", "1", "yes", "on"), ("false", "0", "no", "off", "")
 
 
@@ -122,65 +124,76 @@ class EnvFolder:
     workers: Mapping[int, RunEnv]
     """What `worker-N.env` changes for worker N, from 2 on."""
 
+    def without(self, error: RunEnvError) -> EnvFolder:
+        """Return the settings without the value that an error is about; the same where it is about none of them."""
 
-def read_run_env(*paths: str | Path, expand: bool = True) -> RunEnv:
+        def left(env: RunEnv) -> RunEnv:
+            if env.places.get(error.key or "") != (error.path, error.line):
+                return env
+            dropped = (error.key, *_PART_OF.get(error.key or "", ()))
+            return replace(env, values={name: value for name, value in env.values.items() if name not in dropped})
+
+        return EnvFolder(left(self.run), {number: left(worker) for number, worker in self.workers.items()})
+
+
+def read_run_env(*paths: str | Path, expand: bool = True, faults: Faults | None = None) -> RunEnv:
     """Read files of settings, the later one over the earlier.
 
     Args:
         paths: The files, usually system.env and run.env.
         expand: Whether `$OTHER` is filled in; DeepRacer for Cloud does not in worker files.
+        faults: Where lines that are no setting are collected and left out; None: they are raised.
 
     Raises:
         RunEnvError: A file is missing or no text, or a line is no setting; the message names file and line.
+        SeveralFaultsError: Several lines are none.
     """
     values: dict[str, str] = {}
     places: dict[str, tuple[Path, int | None]] = {}
     notes: list[str] = []
+    found = Faults() if faults is None else faults
     for path in map(Path, paths):
         for number, line in enumerate(_lines(path), 1):
             if not line.strip() or line.lstrip().startswith("#"):
                 continue
-            match = _LINE.match(line)
-            if match is None:
-                raise RunEnvError(path, Message("{line!r}", line=line.strip()[:60]), _KIND, line=number)
             where = f"{path.name}:{number}"
-            name = _known_name(match[1], where, notes)
-            value, quote = _unquoted(match[2])
-            if quote == _BROKEN:
-                raise RunEnvError(
-                    path,
-                    Message("{value!r} opens a quote", value=value[:60]),
-                    "it closed on the same line",
-                    line=number,
-                    key=name,
-                )
-            if expand and quote not in ("'", "\u2018"):
-                value = _filled_in(value, values, where, notes)
-            values.pop(name, None)
-            if _PLACEHOLDER.fullmatch(value):
-                notes.append(f"{where}: {name} still holds {value}; it counts as not given")
-            elif value:
-                values[name], places[name] = value, (path, number)
+            with found.collect():
+                written, value, quote = _setting_on(line, path, number)
+                name = _known_name(written, where, notes)
+                if expand and quote not in ("'", "\u2018"):
+                    value = _filled_in(value, values, where, notes)
+                values.pop(name, None)
+                if _PLACEHOLDER.fullmatch(value):
+                    notes.append(f"{where}: {name} still holds {value}; it counts as not given")
+                elif value:
+                    values[name], places[name] = value, (path, number)
+    if faults is None:
+        found.raise_found()
     return RunEnv(values, places, tuple(notes))
 
 
-def read_env_folder(folder: str | Path) -> EnvFolder:
+def read_env_folder(folder: str | Path, faults: Faults | None = None) -> EnvFolder:
     """Read the settings of an installation: system.env where there is one, run.env, and worker-N.env.
+
+    Args:
+        folder: Where they lie.
+        faults: Where lines that are no setting are collected and left out; None: they are raised.
 
     Raises:
         RunEnvError: There is no run.env, or a file in it cannot be used.
     """
     folder = Path(folder)
     paths = [folder / "system.env"] if (folder / "system.env").is_file() else []
-    return read_env_files(*paths, folder / "run.env", workers=folder)
+    return read_env_files(*paths, folder / "run.env", workers=folder, faults=faults)
 
 
-def read_env_files(*paths: str | Path, workers: Path | None = None) -> EnvFolder:
+def read_env_files(*paths: str | Path, workers: Path | None = None, faults: Faults | None = None) -> EnvFolder:
     """Read the settings of an installation from files that are named, the later one over the earlier.
 
     Args:
         paths: Usually system.env and run.env.
         workers: Where worker-N.env files lie; None: none are read.
+        faults: Where lines that are no setting are collected and left out; None: they are raised.
 
     Raises:
         RunEnvError: A file is missing or damaged.
@@ -189,8 +202,8 @@ def read_env_files(*paths: str | Path, workers: Path | None = None) -> EnvFolder
     for path in sorted(workers.glob("worker-*.env")) if workers is not None else ():
         number = path.stem.removeprefix("worker-")
         if number.isdecimal():
-            found[int(number)] = read_run_env(path, expand=False)
-    return EnvFolder(read_run_env(*paths), found)
+            found[int(number)] = read_run_env(path, expand=False, faults=faults)
+    return EnvFolder(read_run_env(*paths, faults=faults), found)
 
 
 def without_curly_quotes(text: str) -> str:
@@ -253,6 +266,19 @@ def next_prefix(prefix: str, delimiter: str = "-") -> str:
 
 def _lines(path: Path) -> list[str]:
     return read_user_text(path, RunEnvError, _KIND, may_be_empty=True).split("\n")
+
+
+def _setting_on(line: str, path: Path, number: int) -> tuple[str, str, str]:
+    """Return the name on a line as it is written, its value without quotes, and the quote that it had."""
+    match = _LINE.match(line)
+    if match is None:
+        raise RunEnvError(path, Message("{line!r}", line=line.strip()[:60]), _KIND, line=number)
+    value, quote = _unquoted(match[2])
+    if quote == _BROKEN:
+        found = Message("{value!r} opens a quote", value=value[:60])
+        name = OTHER_SPELLINGS.get(match[1], match[1])
+        raise RunEnvError(path, found, "it closed on the same line", line=number, key=name)
+    return match[1], value, quote
 
 
 def _known_name(written: str, where: str, notes: list[str]) -> str:

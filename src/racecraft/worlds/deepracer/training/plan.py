@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from racecraft.algorithms.registry import Algorithm, find_algorithm
-from racecraft.contract.errors import Faults, RunFolderError, SettingError, TrackError
+from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.contract.message import Message
 from racecraft.formats.checkpoint import IMPORTED
 from racecraft.formats.checkpoint_ranking import split_source
@@ -51,7 +51,7 @@ from racecraft.worlds.deepracer.training.presets import (
     settings_for,
     stops_given,
 )
-from racecraft.worlds.deepracer.training.race_environment import TRACK_VARIABLE, RaceEnvironment, race_environment
+from racecraft.worlds.deepracer.training.race_environment import TRACK_VARIABLE, RaceEnvironment, read_race_environment
 
 DEFAULT_TRACK = "reinvent_base"
 DEFAULT_STOPS = ("laps", "minutes=30")
@@ -259,11 +259,12 @@ def _files_of(request: RaceRequest) -> tuple[RaceEnvironment, ModelFolder]:
     Raises:
         UserInputError: All faults of all of them.
     """
-    environment, faults = RaceEnvironment(), Faults()
-    with faults.collect():
-        environment = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
+    environment, faults = read_race_environment(request.folder, request.clone_from is None, request.drfc)
     with faults.collect():
         model = read_model_folder(environment.files or request.folder, environment.keys)
+    if faults.found and not request.track and environment.track:
+        with faults.collect():
+            _load_track(replace(request, track=environment.track), environment.env)
     faults.raise_found()
     return environment, model
 

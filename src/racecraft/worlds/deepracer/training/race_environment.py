@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.errors import Faults, SettingError, nearest
 from racecraft.contract.message import Message
 from racecraft.formats.run_folder import HYPERPARAMETERS
 from racecraft.training.stopping import parse_stops
@@ -18,7 +18,7 @@ from racecraft.worlds.deepracer.analysis.films.shells import COLOURS, SHELLS
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, RACE_TYPES, TIME_TRIAL
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder, default_text
 from racecraft.worlds.deepracer.files.racer_files import METADATA, REWARD
-from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv, read_env_folder
+from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv, RunEnvError, read_env_folder
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, USED, WITHOUT
 from racecraft.worlds.deepracer.training.courses import Course, requested_courses, workers_asked
 from racecraft.worlds.deepracer.training.race_objects import belongs_to, objects_overrides
@@ -80,11 +80,37 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
 
     Raises:
         RunEnvError: A line or value cannot be used; the message names file, line and variable.
+        SeveralFaultsError: Several cannot.
     """
+    environment, faults = read_race_environment(folder, clones, drfc)
+    faults.raise_found()
+    return environment
+
+
+def read_race_environment(
+    folder: Path | None, clones: bool = True, drfc: DrfcFolder | None = None
+) -> tuple[RaceEnvironment, Faults]:
+    """Read as `race_environment` does; return what holds without the lines that cannot be used, and their faults."""
+    faults = Faults()
     if drfc is None and (folder is None or not (folder / FILE).is_file()):
-        return RaceEnvironment()
-    whole = read_env_folder(folder or ".") if drfc is None else drfc.env
-    place = drfc.path if drfc is not None else folder or Path(".")
+        return RaceEnvironment(), faults
+    with faults.collect():
+        whole = read_env_folder(folder or ".", faults) if drfc is None else drfc.env
+        place = drfc.path if drfc is not None else folder or Path(".")
+        while True:  # ends: each turn leaves a value out, or is the last
+            try:
+                return _environment_of(whole, place, clones, drfc), faults
+            except RunEnvError as error:
+                faults.found.append(error)
+                rest = whole.without(error)
+                if rest == whole:
+                    break
+                whole = rest
+    return RaceEnvironment(), faults
+
+
+def _environment_of(whole: EnvFolder, place: Path, clones: bool, drfc: DrfcFolder | None) -> RaceEnvironment:
+    """Return what all settings mean together; the first value that cannot be used is refused."""
     env = whole.run
     race = race_type(env)
     _require_looks(env)
