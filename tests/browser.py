@@ -5,6 +5,8 @@ axe (tests/vendor) looks for what shuts people out: `Browser.shut_out`.
 
 from __future__ import annotations
 
+import asyncio
+import atexit
 import re
 import shutil
 import time
@@ -31,20 +33,29 @@ needs_chromium = pytest.mark.skipif(
 
 @cache
 def _driver() -> Any:
-    """Return Playwright, started once while browsers are open: it bears no second one beside it."""
+    """Return Playwright, started once: it bears no second one beside it."""
     from playwright.sync_api import sync_playwright
 
-    return sync_playwright().start()
+    driver = sync_playwright().start()
+    atexit.register(driver.stop)
+    atexit.register(asyncio._set_running_loop, driver._loop)  # before it stops
+    return driver
+
+
+@cache
+def _launched() -> Any:
+    """Return Chromium, which takes a second to start: each browser of a test is a context in it that shares nothing."""
+    return _driver().chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+
+
+def _chromium() -> Any:
+    asyncio._set_running_loop(_driver()._loop)
+    if not _launched().is_connected():
+        _launched.cache_clear()
+    return _launched()
 
 
 _OPEN: set[Browser] = set()
-
-
-def _stop_without_browsers() -> None:
-    """Stop Playwright where no browser is open: while it is there, no other event loop runs in this thread."""
-    if not _OPEN and _driver.cache_info().currsize:
-        _driver().stop()
-        _driver.cache_clear()
 
 
 class Browser:
@@ -59,11 +70,11 @@ class Browser:
 
     def __init__(self, width: int = 1200, height: int = 900, dark: bool = False, touch: bool = False) -> None:
         _OPEN.add(self)
-        self._browser = _driver().chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        self.page = self._browser.new_page(
+        self._context = _chromium().new_context(
             viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light",
             has_touch=touch, is_mobile=touch,
         )  # fmt: skip
+        self.page = self._context.new_page()
         self.complaints: list[str] = []
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
@@ -73,10 +84,11 @@ class Browser:
         self.page.context.new_cdp_session(self.page).send("Page.setBypassCSP", {"enabled": True})
 
     def close(self) -> None:
-        """End the browser."""
-        self._browser.close()
+        """End the browser; where it was the last one open, let other event loops run in this thread."""
+        self._context.close()
         _OPEN.discard(self)
-        _stop_without_browsers()
+        if not _OPEN:
+            asyncio._set_running_loop(None)
 
     def open(self, address: str) -> None:
         """Go to a page; wait until it is loaded."""
