@@ -5,17 +5,23 @@ Processes that tests spawn shall find `tests` too, be it `pytest` that was typed
 And Ctrl-C shall reach the programs that tests start: a suite that a shell began in the background ignores it, and so
 would they.
 
+Networks of tests are small: on one thread they are faster than on two that wait for each other, and the same whichever
+machine runs them. Each test begins with the processor as the first one found it, whatever trained or served before.
+
 `--quick` leaves out the tests that `tests/slow.txt` names (see `scripts/list_slow_tests.py`).
 """
 
+import gc
 import os
 import signal
 import sys
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 
 os.environ.setdefault("GOMP_SPINCOUNT", "2000")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 collect_ignore = ["src/racecraft/database/migrations/env.py"]
 """Alembic alone can run it."""
 if (root := str(Path(__file__).parent)) not in sys.path:
@@ -36,3 +42,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         slow = {line for line in lines if not line.startswith("#")}
         config.hook.pytest_deselected(items=[item for item in items if item.nodeid.split("[")[0] in slow])
         items[:] = [item for item in items if item.nodeid.split("[")[0] not in slow]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol() -> Generator[None, object, object]:
+    """Restore after each test what trainings and servers set up in their process."""
+    interval = sys.getswitchinterval()
+    done = yield
+    sys.setswitchinterval(interval)
+    gc.unfreeze()
+    if torch := sys.modules.get("torch"):
+        torch.set_num_threads(int(os.environ["OMP_NUM_THREADS"]))
+        torch.set_flush_denormal(False)
+    if kernels := sys.modules.get("racecraft.kernels.compile"):
+        kernels.set_threads(os.cpu_count())
+    return done

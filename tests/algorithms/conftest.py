@@ -9,16 +9,7 @@ import pytest
 import torch
 
 
-@pytest.fixture(autouse=True)
-def _one_thread():
-    """Keep small networks on one thread: on a busy machine two wait for each other longer than they work."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
-
-
 @pytest.fixture
-def two_threads(_one_thread):
+def two_threads():
     """Two of PyTorch's threads, as whoever asks for them needs to be seen to share or to give back."""
     torch.set_num_threads(2)

@@ -1,8 +1,6 @@
 """`racecraft snakes`, as a user types it."""
 
-import gc
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -12,16 +10,6 @@ import pytest
 from tests.reference import DATA
 
 RECORDS = DATA / "battlesnake"
-
-
-@pytest.fixture(autouse=True)
-def _as_it_was(monkeypatch):
-    """What `serve` sets up in its process is not to outlive a test in ours."""
-    before = sys.getswitchinterval()
-    monkeypatch.setenv("OMP_NUM_THREADS", os.environ.get("OMP_NUM_THREADS", "2"))
-    yield
-    sys.setswitchinterval(before)
-    gc.unfreeze()
 
 
 def test_a_game_is_played_written_and_drawn(racecraft, tmp_path):

@@ -8,7 +8,6 @@ import time
 import numpy as np
 import polars
 import pytest
-import torch
 from tests.cluster.test_spread_training import SMALL, assert_same
 from tests.cluster.workers_here import spread_here
 
@@ -34,13 +33,6 @@ ASKED = {
         "overrides": FEW,
     },
 }
-
-
-@pytest.fixture(autouse=True)
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
 
 
 def request(name, run, *more, stops="iterations=2"):

@@ -31,13 +31,6 @@ SMALL = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
-
-
 def cart(run, *more, algorithm="ppo", environment="CartPole-v1", stops="iterations=6"):
     return GymRequest(environment, algorithm=algorithm, run=run, stops=(stops,), overrides=(*SMALL, *more))
 

@@ -45,13 +45,6 @@ class Silence:
     def end(self, reason): ...
 
 
-@pytest.fixture(autouse=True)
-def threads_as_before():
-    before = torch.get_num_threads()
-    yield
-    torch.set_num_threads(before)
-
-
 def test_every_kind_is_tried():
     assert set(REQUESTS) == set(kind_names())
 

@@ -7,7 +7,6 @@ import types
 from pathlib import Path
 
 import pytest
-import torch
 
 from racecraft.contract.errors import MissingExtraError, SettingError
 from racecraft.sagemaker.estimator_config import experiment_variables
@@ -30,9 +29,6 @@ its_own_warnings = pytest.mark.filterwarnings("ignore")
 def _as_before(monkeypatch):
     for name in ("MLFLOW_TRACKING_URI", "MLFLOW_EXPERIMENT_NAME", *experiment_variables({}).values()):
         monkeypatch.delenv(name, raising=False)
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
 
 
 @pytest.fixture

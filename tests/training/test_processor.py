@@ -32,14 +32,9 @@ def test_what_a_layer_freed_is_not_asked_of_the_system_again():
 def test_kernels_that_are_loaded_take_as_many_threads_as_were_asked_for():
     from racecraft.kernels import set_threads, threads
 
-    before, torchs = threads(), torch.get_num_threads()
-    try:
-        set_threads(2)
-        prepare_processor(1)
-        assert (threads(), torch.get_num_threads()) == (1, 1)
-    finally:
-        set_threads(before)
-        torch.set_num_threads(torchs)
+    set_threads(2)
+    prepare_processor(1)
+    assert (threads(), torch.get_num_threads()) == (1, 1)
 
 
 def test_a_training_without_kernels_is_spared_their_compiler(tmp_path):

@@ -9,7 +9,6 @@ import time
 import gymnasium
 import numpy as np
 import pytest
-import torch
 import typer
 from gymnasium import spaces
 from typer.testing import CliRunner
@@ -27,13 +26,6 @@ APP.add_typer(unity_command.app, name="unity")
 APP.add_typer(gym_command.app, name="gym")
 TINY = ("--set", "rollout.num_worlds=2", "--set", "rollout.horizon=16", "--set", "evaluation.every=2")
 SMALL = (*TINY, "--set", "evaluation.episodes=4", "--set", "network.hidden_units=8")
-
-
-@pytest.fixture(autouse=True)
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
 
 
 def racecraft(*words):

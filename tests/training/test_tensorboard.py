@@ -4,7 +4,6 @@ import sys
 import types
 
 import pytest
-import torch
 
 from racecraft.contract.errors import MissingExtraError
 from racecraft.training.callbacks import Callbacks, EvaluationResult, IterationReport
@@ -45,13 +44,6 @@ def written(monkeypatch):
     monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", module)
     monkeypatch.setattr(Writer, "opened", [])
     return Writer.opened
-
-
-@pytest.fixture
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
 
 
 def report_of(iteration, steps, result=None, mean_reward=2.5):
@@ -107,7 +99,6 @@ def test_several_watch_and_hear_everything_in_their_order():
     ]  # fmt: skip
 
 
-@pytest.mark.usefixtures("_threads_as_before")
 def test_a_training_writes_where_it_is_asked_to_and_only_there(tmp_path, written):
     pytest.importorskip("gymnasium")
     asked = ("rollout.num_worlds=2", "rollout.horizon=16", "evaluation.episodes=1")
@@ -125,7 +116,6 @@ def test_a_training_writes_where_it_is_asked_to_and_only_there(tmp_path, written
     assert sum(name == "Evaluation/return" for name, *_ in writer.points) >= 1
 
 
-@pytest.mark.usefixtures("_threads_as_before")
 def test_without_the_package_the_lack_is_said_before_anything_is_made(tmp_path, monkeypatch):
     pytest.importorskip("gymnasium")
     monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)

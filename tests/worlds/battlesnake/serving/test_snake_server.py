@@ -460,12 +460,8 @@ def test_search_is_never_late_in_many_games_of_four():
     async def talk(port):
         await asyncio.gather(*(client(port, requests) for requests in games))
 
-    switching = sys.getswitchinterval()
-    try:
-        answer_before_thinking()
-        serving(server, talk)
-    finally:
-        sys.setswitchinterval(switching)
+    answer_before_thinking()
+    serving(server, talk)
     assert len(taken) == 24 * 8
     crowded = os.getloadavg()[0] > (os.cpu_count() or 1)  # other programs want the cores: a few may be late then
     assert server.count.failed == 0
@@ -618,24 +614,17 @@ def test_rules_that_we_do_not_know_are_answered():
 
 
 def test_a_serving_process_answers_before_it_thinks(monkeypatch):
-    before = sys.getswitchinterval()
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    try:
-        answer_before_thinking()
-        assert sys.getswitchinterval() == pytest.approx(0.0005)
-        assert os.environ["OMP_NUM_THREADS"] == "3", "the user has the last word"
-        monkeypatch.delenv("OMP_NUM_THREADS")
-        answer_before_thinking()
-        assert os.environ["OMP_NUM_THREADS"] == "1"
-    finally:
-        sys.setswitchinterval(before)
+    answer_before_thinking()
+    assert sys.getswitchinterval() == pytest.approx(0.0005)
+    assert os.environ["OMP_NUM_THREADS"] == "3", "the user has the last word"
+    monkeypatch.delenv("OMP_NUM_THREADS")
+    answer_before_thinking()
+    assert os.environ["OMP_NUM_THREADS"] == "1"
 
 
 def test_what_was_loaded_is_not_searched_for_garbage_again():
     loaded = [[] for _ in range(1000)]
-    try:
-        settle()
-        assert gc.get_freeze_count() > len(loaded)
-        assert all(one is not loaded for one in gc.get_objects())
-    finally:
-        gc.unfreeze()
+    settle()
+    assert gc.get_freeze_count() > len(loaded)
+    assert all(one is not loaded for one in gc.get_objects())

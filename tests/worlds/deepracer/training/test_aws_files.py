@@ -13,7 +13,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import torch
 from numpy.testing import assert_array_equal
 
 from racecraft.algorithms.ppo import PpoLearner
@@ -95,15 +94,6 @@ class TinyTraining:
         self.loop.restore(state["loop"])
         self.keeper.restore(state)
         return self
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread():
-    """Nets this small gain nothing from threads, and lose much on a busy machine."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 import racecraft
 from racecraft.algorithms.networks import NetworkConfig
@@ -19,15 +18,6 @@ pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed"
 
 NETWORK = NetworkConfig(hidden_units=(32, 32), activation="tanh")
 SCENES = Path(__file__).parent / "scenes.py"
-
-
-@pytest.fixture(autouse=True)
-def _one_thread():
-    """Networks this small only wait for each other's threads."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 def learn(world, config, horizon, iterations, seed=1):

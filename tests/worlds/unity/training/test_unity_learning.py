@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import SettingError
@@ -37,13 +36,6 @@ sys.argv += ["--scene", {scene!r}]
 from scenes import main
 sys.exit(main())
 """
-
-
-@pytest.fixture(autouse=True)
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
 
 
 @pytest.fixture

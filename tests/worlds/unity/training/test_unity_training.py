@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 import typer
 from typer.testing import CliRunner
 
@@ -33,20 +32,11 @@ APP.add_typer(unity_command.app, name="unity")
 APP.command(name="export")(export_command.export)
 
 
-@pytest.fixture(autouse=True)
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
-
-
 @pytest.fixture(scope="module")
 def basic(tmp_path_factory):
     """One training of Basic, as a user types it: the run folder, the figures."""
     run = tmp_path_factory.mktemp("runs") / "basic"
-    threads = torch.get_num_threads()
     result = CliRunner().invoke(APP, ["unity", "train", "builtin:Basic", "--run", str(run), "--json"])
-    torch.set_num_threads(threads)
     assert result.exit_code == 0, result.output
     return run, json.loads(result.stdout)
 

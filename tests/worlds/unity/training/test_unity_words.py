@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-import torch
 import typer
 from typer.testing import CliRunner
 
@@ -30,13 +29,6 @@ TYPED = (
     "unity", "train", "builtin:Basic", "--num-envs", "2", "--time-scale", "5", "--stop", "iterations=1", "--set",
     "rollout.horizon=8", "--set", "evaluation.every=9",
 )  # fmt: skip
-
-
-@pytest.fixture(autouse=True)
-def _threads_as_before():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
 
 
 class Silence:
