@@ -3,6 +3,8 @@
 `RIGHT` passes; `CASES` fails with the feedback of its case; what is a figure's is written as the figure gives it.
 """
 
+from racecraft.lessons.course import course
+
 ROAD = {"columns": 7, "pays": "centre", "moves": "ahead", "changed": []}
 
 
@@ -75,6 +77,33 @@ def move(data):
 THIRTY, EQUAL = "rdluuldrrdlurdllurruururrdrdlu", "rruullddrruulldldrururr"
 LONGER = "uuruuldrdldlurruldrdrrrruulu"
 
+IDLE = ("tau", "strength", "time_horizon", "checkpoint_settings", "run_id")
+"""Keys of a configuration that do not count here."""
+
+
+def basic_yaml(**values):
+    """The configuration of lesson U4 without the keys that do not count, some values changed; None: without it."""
+    exercise = next(one for one in course().find("unity-configuration").exercises if one.id == "without-effect")
+    lines = [line for line in exercise.fields[0].code.splitlines() if line.split(":")[0].strip() not in IDLE]
+    return {"code": with_values(lines, values)}
+
+
+def article_yaml(**values):
+    exercise = next(one for one in course().find("unity-configuration").exercises if one.id == "the-article")
+    numbers = {"batch_size": 100, "buffer_size": 500, "learning_rate": "1e-4", "num_epoch": 20, "gamma": 0.995}
+    return {"code": with_values(exercise.fields[0].code.splitlines(), numbers | {"max_steps": 10000} | values)}
+
+
+def with_values(lines, values):
+    kept = []
+    for line in lines:
+        key, _, value = line.partition(":")
+        value = values.get(key.strip(), value.strip())
+        if value is not None:
+            kept.append(f"{key}: {value}")
+    return "\n".join(kept)
+
+
 RIGHT = {
     "grid/early-drive": drive(1, 0, 1, 0),
     "grid/best-drive": drive(1, 1, 1, 1, 1, 1),
@@ -129,6 +158,9 @@ RIGHT = {
     "unity-basic/best": {"actions": [2] * 7},
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
     "unity-penalty/the-turn": {"gamma": "0.58"},
+    "unity-configuration/without-effect": basic_yaml(),
+    "unity-configuration/the-article": article_yaml(),
+    "unity-configuration/half-way": {"epsilon": "0.15"},
     "unity-penalty/dearest-step": {"cost": "0.223"},
     "unity-penalty/without-penalty": {"strolls": "same", "reason": "discount"},
 }
@@ -162,6 +194,22 @@ CASES = {
         "not_ended": {"actions": [2, 2]},
         "near_prize": {"actions": [1, 1, 1]},
         "detour": {"actions": [0, *[2] * 7]},
+    },
+    "unity-configuration/without-effect": {
+        "unreadable": basic_yaml(hidden_units="many"),
+        "idle": {"code": basic_yaml()["code"] + "\ncheckpoint_settings: {run_id: first}"},
+        "silent": basic_yaml(beta_schedule=None),
+        "changed": basic_yaml(num_layers=3),
+    },
+    "unity-configuration/the-article": {
+        "unreadable": article_yaml(gamma="high"),
+        "exchanged": article_yaml(batch_size=500, buffer_size=100),
+        "differs": article_yaml(gamma=0.99),
+    },
+    "unity-configuration/half-way": {
+        "to_zero": {"epsilon": "0.1"},
+        "not_fallen": {"epsilon": "0.2"},
+        "other": {"epsilon": "0.5"},
     },
     "unity-penalty/the-turn": {"still_left": {"gamma": "0.3"}, "already_right": {"gamma": "0.9"}},
     "unity-penalty/dearest-step": {

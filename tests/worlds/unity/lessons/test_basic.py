@@ -1,4 +1,4 @@
-"""Basic by hand: the browser plays it as the stand-in does, and a random agent earns what can be worked out."""
+"""The figures about Unity compute in the browser as the program does; a random agent earns what can be worked out."""
 
 import json
 import random
@@ -8,33 +8,49 @@ from pathlib import Path
 
 import pytest
 
+from racecraft.algorithms.ppo import LINEAR, PpoConfig, _scheduled
 from racecraft.worlds.unity import lessons
 from racecraft.worlds.unity.lessons import basic
 
 NODE = shutil.which("node")
-MODULE = Path(lessons.__file__).parent / "modules/basic.js"
+MODULES = Path(lessons.__file__).parent / "modules"
 SCRIPT = """
-import { play } from "MODULE";
+import { NAME } from "MODULES/FILE";
 import { readFileSync } from "node:fs";
-console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(play)));
+console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(one => NAME(...one))));
 """
+
+
+def in_node(file, name, cases):
+    """Return what a function of a module gives for the arguments of each case."""
+    code = SCRIPT.replace("MODULES", MODULES.as_uri()).replace("FILE", file).replace("NAME", name)
+    done = subprocess.run(
+        [NODE, "--input-type=module", "-e", code], input=json.dumps(cases), capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout)
 
 
 @pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
 def test_the_browser_plays_basic_as_the_stand_in_does():
     rng = random.Random(5)
     games = [rng.choices(basic.ACTIONS, k=rng.randint(1, 60)) for _ in range(1000)]
-    code = SCRIPT.replace("MODULE", MODULE.as_uri())
-    done = subprocess.run(
-        [NODE, "--input-type=module", "-e", code], input=json.dumps(games), capture_output=True, text=True, check=True
-    )
     ends = set()
-    for actions, theirs in zip(games, json.loads(done.stdout), strict=True):
+    for actions, theirs in zip(games, in_node("basic.js", "play", [[one] for one in games]), strict=True):
         ours = basic.play(actions)
         assert (ours.place, ours.steps, ours.ended) == (theirs["place"], theirs["steps"], theirs["ended"])
         assert ours.total == pytest.approx(theirs["total"])
         ends.add(ours.place if ours.ended else None)
     assert ends == {None, 7, 17}
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_lets_numbers_fall_as_ppo_does():
+    rng = random.Random(6)
+    names = {"learning_rate": "learning_rate", "beta": "entropy_weight", "epsilon": "clip"}
+    cases = [[rng.choice(list(names)), rng.uniform(0, 1.5), 10 ** rng.uniform(-6, 0)] for _ in range(1000)]
+    for (name, done, start), theirs in zip(cases, in_node("schedule.js", "scheduled", cases), strict=True):
+        config = PpoConfig(**{names[name]: start})
+        assert _scheduled(config, names[name], LINEAR, done) == pytest.approx(theirs), (name, done, start)
 
 
 def test_a_random_agent_earns_what_can_be_worked_out():
