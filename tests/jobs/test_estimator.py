@@ -124,6 +124,13 @@ def test_what_a_script_trained_is_deployed_asked_and_taken_away(source, home):
     assert address == "s3://racecraft-local/kept/model.tar.gz"
     predictors.append(Model(model_data=address, role="r", name="third").deploy(1, "local"))
     assert predictors[2].predict(np.ones((1, 4))) == predictors[1].predict(np.ones((1, 4)))
+    (source / "inference.py").write_text(
+        "import json\n\ndef output_fn(prediction, accept):\n    return json.dumps({'own': prediction.tolist()})\n"
+    )
+    own = Model(model_data=address, role="r", name="fourth", entry_point="inference.py", source_dir=str(source))
+    predictors.append(own.deploy(1, "local"))
+    (source / "inference.py").unlink()
+    assert predictors[3].predict(np.ones((1, 4))) == {"own": told["outputs"]["actions"][:1]}
     for predictor in predictors:
         predictor.delete_endpoint()
         with pytest.raises(EndpointError, match="no endpoint"):
@@ -131,13 +138,13 @@ def test_what_a_script_trained_is_deployed_asked_and_taken_away(source, home):
     assert home.store().find("first") is None
 
 
-def test_a_model_that_is_not_there_or_served_by_functions_of_its_own_is_refused(source):
+def test_a_model_that_is_not_there_or_served_by_a_function_that_none_calls_is_refused(source):
     with pytest.raises(EndpointError, match=r"model_data is s3://racecraft-local/none\.tar\.gz, and there is no "):
         Model(model_data="s3://racecraft-local/none.tar.gz").deploy()
-    (source / "inference.py").write_text("import json\n\ndef predict_fn(data, model):\n    return 1\n")
-    with pytest.raises(SettingError, match=r"inference\.py:3: predict_fn is to serve the model"):
+    (source / "inference.py").write_text("import json\n\ndef transform_fn(model, data, kind, accept):\n    return 1\n")
+    with pytest.raises(SettingError, match=r"inference\.py:3: transform_fn is to serve the model"):
         Model(model_data="m.tar.gz", entry_point="inference.py", source_dir=str(source))
-    with pytest.raises(SettingError, match=r"inference\.py:3: predict_fn"):
+    with pytest.raises(SettingError, match=r"inference\.py:3: transform_fn"):
         estimator().deploy(1, "local", entry_point=str(source / "inference.py"))
 
 

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.actions.action import Served, action
 from racecraft.actions.named_run import RUN_HELP
+from racecraft.contract.errors import SettingError
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
 
 if TYPE_CHECKING:
-    from racecraft.serving.endpoint_server import EndpointServer
+    from racecraft.serving.endpoint import Endpoint
+    from racecraft.web.access import Access
     from racecraft.web.server import ListeningServer
 
 
@@ -21,10 +23,14 @@ if TYPE_CHECKING:
 class ServeRequest(Request):
     """Which policy is served, and where."""
 
-    run: str = argument(f"{RUN_HELP} Of any world.", metavar="RUN[:which]")
+    run: str = argument(f"{RUN_HELP} Of any world. With --entry-point: a model's folder.", metavar="RUN[:which]")
     port: int = option(8080, "0: any free one.", low=0, high=65535)
     host: str = option("127.0.0.1", "Listen address; 0.0.0.0: all interfaces.")
     policy: str = option("", "Whose rows, where groups have policies of their own.")
+    entry_point: Path | None = option(
+        None, "A file whose model_fn, input_fn, predict_fn and output_fn serve the model, in a limited process."
+    )
+    trust_model: bool = option(False, "Give these functions all your rights: files, network, programs.")
     ready: Path | None = option(None, "File that receives the address.", is_hidden=True)
 
 
@@ -33,18 +39,18 @@ class ServedPolicy(Served):
     """An endpoint that answers GET /ping and POST /invocations."""
 
     url: str
-    server: EndpointServer
+    server: Endpoint
     listening: ListeningServer
     ready_file: Path | None
 
     @property
     def run(self) -> Path:
-        """The run folder."""
-        return self.server.policy.run.path
+        """The run folder, or the model's."""
+        return self.server.place
 
     def as_dictionary(self) -> dict[str, Any]:
-        """Return address, run and iteration."""
-        return {"url": self.url, "run": str(self.run), "iteration": self.server.policy.checkpoint.iteration}
+        """Return the address and what is served: run and iteration, or model, entry point and what restricts it."""
+        return {"url": self.url, **self.server.as_dictionary()}
 
     def serve(self, ready: Callable[[], None], progress: Progress) -> None:
         """Answer until Ctrl-C or SIGTERM; then tell what was answered."""
@@ -60,10 +66,7 @@ class ServedPolicy(Served):
             self.listening.run()
         finally:
             server.close()
-        progress(
-            f"{server.requests} answers in {server.batches} batches, {server.refused} refused, "
-            f"p99 {server.p99_ms():.1f} ms"
-        )
+        progress(server.summary())
 
 
 @action
@@ -78,23 +81,42 @@ def serve(request: ServeRequest, progress: Progress = quiet) -> ServedPolicy:
 
         racecraft serve runs/reinvent_base-1:last --port 0 --json
 
+        racecraft serve model --entry-point inference.py
+
         curl -H 'Content-Type: image/png' --data-binary @frame.png http://127.0.0.1:8080/invocations
 
     Raises:
         RunFolderError: No run folder.
+        SettingError: This system cannot restrict the functions of --entry-point, and they are not trusted.
+        ModelLoadError: They, or their model, cannot be loaded.
         PortError: The address cannot be listened on.
     """
-    from racecraft.players.trained import load_policy
-    from racecraft.serving.endpoint_server import EndpointServer
     from racecraft.serving.quick_answers import answer_before_thinking, settle
     from racecraft.web.access import ANYONE, ONLY_HERE
     from racecraft.web.ports import is_loopback
     from racecraft.web.server import ListeningServer
 
     answer_before_thinking()
-    access = ONLY_HERE if is_loopback(request.host) else ANYONE
-    server = EndpointServer(load_policy(request.run), request.policy, access)
+    server = _endpoint(request, ONLY_HERE if is_loopback(request.host) else ANYONE)
     server.warm_up()
     settle()
     listening = ListeningServer(server.application, request.host, request.port)
     return ServedPolicy(f"http://{request.host}:{listening.port}", server, listening, request.ready)
+
+
+def _endpoint(request: ServeRequest, access: Access) -> Endpoint:
+    if request.entry_point is None:
+        from racecraft.players.trained import load_policy
+        from racecraft.serving.endpoint_server import EndpointServer
+
+        _require_no(request.trust_model, "--trust-model", "it goes with --entry-point, whose functions it trusts")
+        return EndpointServer(load_policy(request.run), request.policy, access)
+    from racecraft.serving.model_server import ModelServer
+
+    _require_no(bool(request.policy), "--policy", "model_fn of --entry-point chooses what answers")
+    return ModelServer(request.entry_point, Path(request.run), request.trust_model, access)
+
+
+def _require_no(is_given: bool, name: str, why: str) -> None:
+    if is_given:
+        raise SettingError("found {name}; expected none: {why}.", name=name, why=why)

@@ -6,6 +6,7 @@
     readable.py   which files the interpreter and its packages need
     channel.py    numbers between two processes: no pickle
     process.py    the process, seen from its owner, who keeps the clock
+    worker.py     its other end: messages answered one after another
 
 The process imports its code after it has given everything up. Nothing that comes back from it is trusted: sizes are
 bounded, texts are JSON, numbers are bytes.

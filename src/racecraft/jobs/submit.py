@@ -17,7 +17,7 @@ from racecraft.jobs.job import Job, new_job
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.preload import withdraw
 from racecraft.jobs.states import JobError
-from racecraft.jobs.store import JobStore, NameTakenError, change, get
+from racecraft.jobs.store import JobStore, NameTakenError, change, get, name_taken
 from racecraft.jobs.supervisor_start import ensure_supervisor, is_supervised
 from racecraft.training.stopping import parse_stops
 
@@ -47,6 +47,16 @@ def submit(home: JobPaths, spec: JobSpec) -> Job:
     ensure_supervisor(home)
     withdraw(home)
     return get(store, spec.name)
+
+
+def require_free(home: JobPaths, name: str) -> None:
+    """Raise NameTakenError where there is a job of that name, before anything is laid into its folder."""
+    store = home.store()
+    try:
+        if store.find(name) is not None:
+            raise name_taken(name)
+    finally:
+        store.close()
 
 
 def _require_time_to_run(spec: JobSpec) -> None:

@@ -23,8 +23,10 @@ from racecraft.formats.run_folder import CHECKPOINTS, FORMAT, JOB
 from racecraft.jobs import submit
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.store import JobStore, get
+from racecraft.jobs.submit import require_free
 from racecraft.sagemaker.container import container_in
 from racecraft.sagemaker.estimator_config import PREDICT_ARGUMENTS
+from racecraft.sagemaker.model_code import ModelCode
 
 WAIT_SECONDS = 120.0
 """How long an endpoint may take until it answers, as at SageMaker."""
@@ -187,42 +189,47 @@ class Predictor:
 
 def deploy(
     home: JobPaths,
-    run: Path,
+    served: Path,
     name: str,
     serializer: Any = None,
     deserializer: Any = None,
     wait: bool = True,
     policy: str = "",
+    code: ModelCode | None = None,
+    trust_model: bool = False,
 ) -> Predictor:
-    """Put the policy of a run folder behind HTTP, at a free port of this machine; return who asks it.
+    """Put the policy of a run folder, or a model with code of its own, behind HTTP at a free port; return who asks.
 
     Args:
         home: Where the endpoint lies, a job as any other.
-        run: What was trained.
+        served: The run folder; with `code` the model's folder.
         name: Of the endpoint.
         serializer: Makes the body of a request.
         deserializer: Reads an answer.
         wait: Until it answers.
         policy: Of several, the one that answers; "": the first, as SageMaker's launcher exports it (facts: C.5).
+        code: Whose functions serve the model.
+        trust_model: Whether these functions have all rights of this account.
 
     Raises:
         NameTakenError: There is an endpoint, or a job, of that name.
         EndpointError: It was waited for, and does not answer.
     """
     folder = home.folder(require_legal_name(name))
-    policies = _policies_of(run)
-    if len(policies) > 1 and not policy:
-        policy, others = policies[0], ", ".join(policies[1:])
-        print(f"- {name}: {policy} answers, as at SageMaker; deploy(policy=…) has the others: {others}", flush=True)
-    chosen = (f"--policy={policy}",) if policy else ()
+    if code is None:
+        policy = policy or _first_policy(name, served)
+        chosen: tuple[str, ...] = (f"--policy={policy}",) if policy else ()
+    else:
+        require_free(home, name)
+        chosen = (f"--entry-point={code.lay_out(folder)}", *["--trust-model"] * trust_model)
     spec = JobSpec(
-        ("serve", str(run.absolute()), *chosen, "--port=0", f"--ready={folder / READY}"),
+        ("serve", str(served.absolute()), *chosen, "--port=0", f"--ready={folder / READY}"),
         name,
-        folder=str(run.absolute().parent),
+        folder=str(served.absolute().parent),
         environment=submit.environment_here(),
         cores=0,
         memory_mib=MEMORY_MIB,
-        recorded={"endpoint": True, "run": str(run)},
+        recorded={"endpoint": True, "run": str(served)},
     )
     submit.submit(home, spec)
     predictor = Predictor(name, None, serializer, deserializer, home=home)
@@ -267,6 +274,16 @@ def trained_run_in(model: Path) -> Path:
         model=model,
         there=there or "nothing",
     )
+
+
+def _first_policy(name: str, run: Path) -> str:
+    """Return the policy that answers where none of several is named, and print the others; "" where there is one."""
+    policies = _policies_of(run)
+    if len(policies) < 2:
+        return ""
+    others = ", ".join(policies[1:])
+    print(f"- {name}: {policies[0]} answers, as at SageMaker; deploy(policy=…) has the others: {others}", flush=True)
+    return policies[0]
 
 
 def _policies_of(run: Path) -> list[str]:

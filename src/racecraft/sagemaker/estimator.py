@@ -22,8 +22,8 @@ from racecraft.jobs.hyperparameters import check_overrides
 from racecraft.jobs.job import Job
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import MetricPoint, check_definitions, read_metrics
-from racecraft.jobs.store import NameTakenError, get, name_taken
-from racecraft.jobs.submit import environment_here, request_stop, submit
+from racecraft.jobs.store import NameTakenError, get
+from racecraft.jobs.submit import environment_here, request_stop, require_free, submit
 from racecraft.sagemaker.container import channels_of, check_code, container_in, lay_out
 from racecraft.sagemaker.estimator_config import (
     ANALYTICS_ARGUMENTS,
@@ -303,7 +303,7 @@ class RLEstimator:
         """
         name = require_legal_name(job_name or self._job_name())
         channels = channels_of(inputs, buckets_of(self._home))
-        self._require_name_free(name)
+        require_free(self._home, name)
         hyperparameters = {**self.hyperparameters(), "sagemaker_program": self._program(), "sagemaker_job_name": name}
         try:
             lay_out(
@@ -349,9 +349,10 @@ class RLEstimator:
         endpoint_name: str | None = None,
         wait: bool = True,
         policy: str = "",
+        trust_model: bool = False,
         **recorded: Any,
     ) -> Predictor:
-        """Put what the latest job learned behind HTTP; return who asks it.
+        """Put what the latest job learned behind HTTP, as `Model.deploy`; return who asks it.
 
         Raises:
             EndpointError: Nothing that racecraft trained lies in the job's model, or the name is taken.
@@ -359,12 +360,13 @@ class RLEstimator:
         """
         require_arguments("deploy", recorded, (*DEPLOY_ARGUMENTS, *names_of(self.deploy)))
         from racecraft.sagemaker.endpoint import deploy, trained_run_in
-        from racecraft.sagemaker.model import refuse_handlers
+        from racecraft.sagemaker.model_code import model_code
 
-        refuse_handlers(recorded.get("entry_point"), recorded.get("source_dir"))
-        run = trained_run_in(container_in(self._home.folder(self._latest().name)).model)
+        code = model_code(recorded)
+        model = container_in(self._home.folder(self._latest().name)).model
+        served = model if code else trained_run_in(model)
         name = endpoint_name or self._job_name()
-        return deploy(self._home, run, name, serializer, deserializer, wait, policy)
+        return deploy(self._home, served, name, serializer, deserializer, wait, policy, code, trust_model)
 
     def _spec(self, name: str, channels: Mapping[str, Path], experiment: Mapping[str, str] | None) -> JobSpec:
         folder = self._home.folder(name)
@@ -420,14 +422,6 @@ class RLEstimator:
 
     def _program(self) -> str:
         return self.entry_point if self.source_dir is not None else Path(self.entry_point).name
-
-    def _require_name_free(self, name: str) -> None:
-        store = self._home.store()
-        try:
-            if store.find(name) is not None:
-                raise name_taken(name)
-        finally:
-            store.close()
 
     def _cores(self) -> int | None:
         """Return the cores that the job takes; None: all. A secondary only waits for its primary, and takes none."""

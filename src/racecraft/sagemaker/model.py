@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import ast
 import time
 from pathlib import Path
 from typing import Any
 
 from racecraft.contract.arguments import names_of, require_arguments
-from racecraft.contract.errors import SettingError
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.sagemaker.container import local_path
 from racecraft.sagemaker.endpoint import EndpointError, Predictor, deploy, trained_run_in, unpacked_model
 from racecraft.sagemaker.estimator_config import DEPLOY_ARGUMENTS, MODEL_ARGUMENTS
+from racecraft.sagemaker.model_code import model_code
 from racecraft.sagemaker.session import buckets_of
 
 NAME = "model"
-HANDLERS = ("model_fn", "input_fn", "predict_fn", "output_fn", "transform_fn", "input_handler", "output_handler")
-"""Functions by which a file of one's own serves a model."""
 
 
 class Model:
@@ -27,10 +24,11 @@ class Model:
         model_data: Its model.tar.gz: a path, file://…, or s3://bucket/… among the folders that stand for buckets.
         role: Recorded.
         name: Of its endpoint, where deploy names none.
-        recorded: framework_version, env and others; what serves a policy here needs none of them.
+        recorded: Of `entry_point` the functions serve the model (`serving/model_functions.py`), with what lies in
+            `source_dir` and `dependencies`; framework_version, env and others change nothing.
 
     Raises:
-        SettingError: `entry_point` has handlers of its own, which no endpoint here would call.
+        SettingError: `entry_point` serves by functions that no endpoint here would call.
     """
 
     def __init__(
@@ -38,7 +36,7 @@ class Model:
     ) -> None:
         require_arguments(type(self).__name__, recorded, (*MODEL_ARGUMENTS, "model_data", "role", "name"))
         self.model_data, self.name = str(model_data), name
-        refuse_handlers(recorded.get("entry_point"), recorded.get("source_dir"))
+        self._code = model_code(recorded)
 
     def deploy(
         self,
@@ -49,12 +47,16 @@ class Model:
         endpoint_name: str | None = None,
         wait: bool = True,
         policy: str = "",
+        trust_model: bool = False,
         **recorded: Any,
     ) -> Predictor:
-        """Put the policy that was trained behind HTTP; return who asks it.
+        """Put the policy that was trained, or what the model's own functions make of it, behind HTTP; return who asks.
+
+        `trust_model` gives such functions all rights of this account; without it their process is limited.
 
         Raises:
-            EndpointError: Nothing that racecraft trained lies in the model, or the name is taken.
+            EndpointError: Nothing that racecraft trained lies in the model, or its functions cannot be loaded.
+            NameTakenError: There is an endpoint, or a job, of that name.
             SettingError: An argument that no version of the SDK has.
         """
         require_arguments("deploy", recorded, (*DEPLOY_ARGUMENTS, *names_of(self.deploy)))
@@ -67,33 +69,10 @@ class Model:
                 address=self.model_data,
                 archive=archive,
             )
-        run = trained_run_in(unpacked_model(archive))
+        model = unpacked_model(archive)
+        served = model if self._code else trained_run_in(model)
         name = endpoint_name or self.name or f"{NAME}-{time.strftime('%Y-%m-%d-%H-%M-%S')}"
-        return deploy(home, run, name, serializer, deserializer, wait, policy)
-
-
-def refuse_handlers(entry_point: str | None, source_dir: str | None) -> None:
-    """Refuse a file whose functions are to serve a model.
-
-    Raises:
-        SettingError: It defines one of `HANDLERS`.
-    """
-    path = Path(source_dir or ".", entry_point or "")
-    if not path.is_file():
-        return
-    try:
-        tree = ast.parse(path.read_bytes())
-    except (SyntaxError, ValueError):
-        return
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef) and node.name in HANDLERS:
-            raise SettingError(
-                "{path}:{line}: {name} is to serve the model, and no endpoint here calls it; expected no entry_point: "
-                "the policy is served as it was trained.",
-                path=path,
-                line=node.lineno,
-                name=node.name,
-            )
+        return deploy(home, served, name, serializer, deserializer, wait, policy, self._code, trust_model)
 
 
 __all__ = ["Model"]

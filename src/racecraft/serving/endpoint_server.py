@@ -7,12 +7,10 @@ a lone one goes at once. Every row is decided by itself: an endpoint has no memo
 from __future__ import annotations
 
 import asyncio
-import json
-import time
-from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,7 @@ from racecraft.contract.errors import UserInputError, nearest
 from racecraft.contract.world import DiscreteActions
 from racecraft.players.trained import TrainedPolicy
 from racecraft.serving.batching_queue import BatchingQueue
+from racecraft.serving.endpoint import SECONDS_FOR_AN_ANSWER, Endpoint
 from racecraft.serving.invocations import (
     JSON,
     InferenceRequest,
@@ -32,11 +31,8 @@ from racecraft.serving.invocations import (
 )
 from racecraft.web.access import ONLY_HERE, Access
 from racecraft.web.errors import WebError
-from racecraft.web.json_api import ApiRequest, JsonApi, Reply, guarded
+from racecraft.web.json_api import ApiRequest, Reply
 
-SECONDS_FOR_AN_ANSWER = 60.0
-"""As at SageMaker."""
-LATENCIES_KEPT = 10_000
 SHORT_BYTES = 16 * 1024
 """A body of JSON that is read without a thread: in less time than the way there and back."""
 MAX_HELD_BYTES = 256 * 2**20
@@ -47,7 +43,7 @@ class EndpointError(UserInputError):
     """A policy cannot be put behind HTTP."""
 
 
-class EndpointServer:
+class EndpointServer(Endpoint):
     """Answers for a policy.
 
     Args:
@@ -60,52 +56,50 @@ class EndpointServer:
     """
 
     def __init__(self, policy: TrainedPolicy, member: str = "", access: Access = ONLY_HERE) -> None:
+        super().__init__(access)
         self.policy = policy
         self.spec, self._decider = _decider_of(policy, member)
         self._queue: BatchingQueue[InferenceRequest, InferenceResponse] = BatchingQueue(self._decide)
         self._reading = ThreadPoolExecutor(1, "racecraft-endpoint-reads")
         self._held_bytes = 0
-        self.application = guarded(JsonApi(self._route), access)
-        """To be served."""
-        self.requests = self.refused = 0
-        self.latencies_ms: deque[float] = deque(maxlen=LATENCIES_KEPT)
 
     @property
     def batches(self) -> int:
         """How many forward passes there were."""
         return self._queue.batches
 
+    @property
+    def place(self) -> Path:
+        """The run folder."""
+        return Path(self.policy.run.path)
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return run and iteration."""
+        return {"run": str(self.place), "iteration": self.policy.checkpoint.iteration}
+
+    def summary(self) -> str:
+        """Return what was answered, as a sentence."""
+        return f"{self.requests} answers in {self.batches} batches, {self.refused} refused, p99 {self.p99_ms():.1f} ms"
+
     def close(self) -> None:
         """Let go of the threads, when the application is served no more."""
         self._queue.close()
         self._reading.shutdown(wait=False, cancel_futures=True)
-
-    def p99_ms(self) -> float:
-        """Return how long 99 of 100 answers took at most, in this process, ms; 0 before the first."""
-        return float(np.percentile(self.latencies_ms, 99)) if self.latencies_ms else 0.0
 
     def warm_up(self) -> None:
         """Decide once on nothing, so that the first to ask does not wait for it."""
         nothing = {name: np.zeros((1, *part.shape), part.dtype) for name, part in self.spec.visible.items()}
         self._decide([InferenceRequest(nothing, None, "instances")])
 
-    async def _route(self, request: ApiRequest) -> Reply:
-        if request.path == "/ping":
-            return Reply(b"{}")
-        if request.path == "/" and request.method == "GET":
-            return Reply(json.dumps({"run": str(self.policy.run.path), **signature(self.spec)}).encode())
-        if request.path != "/invocations":
-            raise WebError(404, "not_found", f"there is no {request.path[:80]}; expected /ping or /invocations.")
-        if request.method != "POST":
-            raise WebError(405, "method", f"{request.method} /invocations; expected POST.")
+    def _signature(self) -> dict[str, Any]:
+        return {"run": str(self.policy.run.path), **signature(self.spec)}
+
+    async def _invoked(self, request: ApiRequest) -> Reply:
         with self._holding(len(request.body)):
             question = await self._read(request)
             with self._holding(sum(part.nbytes for part in question.observations.values())):
                 answer = await self._decided(question, request.arrived)
-        reply = write_answer(answer, question, request.header("accept"))
-        self.requests += 1
-        self.latencies_ms.append((time.monotonic() - request.arrived) * 1000)
-        return reply
+        return write_answer(answer, question, request.header("accept"))
 
     @contextmanager
     def _holding(self, size: int) -> Iterator[None]:

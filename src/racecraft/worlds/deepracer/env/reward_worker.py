@@ -15,13 +15,7 @@ before; with {"trace": 1}, "traces", "last_lines" and "lines" (`reward_trace.py`
 
 from __future__ import annotations
 
-import faulthandler
-import io
-import os
-import signal
-import sys
 import time
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TextIO, cast
 
@@ -32,6 +26,7 @@ from racecraft.contract.world import Array
 from racecraft.isolation.channel import Channel, from_head, to_head
 from racecraft.isolation.layers import restrict
 from racecraft.isolation.process import ALIVE_SHARE
+from racecraft.isolation.worker import Printed, run_worker
 from racecraft.worlds.deepracer.env.reward_params import CentreLine, ObjectReports, RewardParams
 from racecraft.worlds.deepracer.files.reward_examples import Params
 from racecraft.worlds.deepracer.files.reward_file import RewardFunction, load_reward_function
@@ -39,61 +34,18 @@ from racecraft.worlds.deepracer.files.reward_source import source_of
 from racecraft.worlds.deepracer.files.reward_trace import RewardTrace
 
 _INT, _FLOAT = np.dtype(np.int64), np.dtype(np.float64)
-MAX_PRINTED = 1 << 16
-"""Characters of a message; what is printed beyond is dropped."""
 
 
 def main() -> None:
     """Answer until the owner closes the pipe."""
-    faulthandler.enable()
-    if hasattr(faulthandler, "register"):
-        faulthandler.register(signal.SIGUSR1, all_threads=False)
-    channel = Channel(0, os.dup(1))
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nothing, 1)  # what is printed past Python is no message
-    worker = Worker(channel)
-    sys.stdout = sys.stderr = worker.printed
-    try:
-        while True:
-            worker.answer(*channel.receive())
-    except EOFError:
-        os._exit(0)
-    except BaseException:
-        traceback.print_exc(file=sys.__stderr__)
-        os._exit(1)
-
-
-class Printed(io.TextIOBase):
-    """What was printed since the last answer, up to a limit."""
-
-    def __init__(self) -> None:
-        self._parts: list[str] = []
-        self._room = MAX_PRINTED
-
-    def write(self, text: str) -> int:
-        """Keep a text, or as much of it as there is room for."""
-        if self._room > 0:
-            self._parts.append(text[: self._room])
-            self._room -= len(text)
-        return len(text)
-
-    def take(self) -> str:
-        """Return what was printed, and forget it."""
-        if not self._parts:
-            return ""
-        dropped = f"\n… {-self._room:,} more characters are dropped\n" if self._room < 0 else ""
-        text = "".join(self._parts) + dropped
-        self._parts.clear()
-        self._room = MAX_PRINTED
-        return text
+    run_worker(lambda channel, printed: Worker(channel, printed).answer)
 
 
 class Worker:
     """A reward function, its copies, and the courses they are asked about."""
 
-    def __init__(self, channel: Channel) -> None:
-        self.printed = Printed()
-        self._channel = channel
+    def __init__(self, channel: Channel, printed: Printed) -> None:
+        self._channel, self._printed = channel, printed
         self._reward: RewardFunction
         self._groups: list[list[RewardFunction]] = []
         self._courses: list[Course] = []
@@ -118,14 +70,14 @@ class Worker:
             elif "variant" in request:
                 other = request["variant"]
                 source = source_of(other["path"], other["text"], other["modules"])
-                self._groups.append([load_reward_function(source, cast(TextIO, self.printed), is_restricted=True)])
+                self._groups.append([load_reward_function(source, cast(TextIO, self._printed), is_restricted=True)])
             elif "load" in request:
                 reply = self._load(request["load"])
         except RewardError as error:
             reply["error"] = str(error)
         except RewardFileError as error:
             reply["file_error"] = [str(error.found), str(error.expected), str(error.hint), error.line, error.key]
-        if printed := self.printed.take():
+        if printed := self._printed.take():
             reply["printed"] = printed
         self._channel.send(to_head(reply) if reply else b"", np.array(paid).tobytes())
 
@@ -135,7 +87,7 @@ class Worker:
         if request["readable"] is not None:
             layers = restrict(request["readable"], request["memory_bytes"])
         source = source_of(request["path"], request["text"], request["modules"])
-        self._reward = load_reward_function(source, cast(TextIO, self.printed), bool(layers))
+        self._reward = load_reward_function(source, cast(TextIO, self._printed), bool(layers))
         return {"layers": layers, "line": self._reward.first_line}
 
     def _copies(self, count: int) -> list[RewardFunction]:
