@@ -5,7 +5,9 @@ import json
 import polars as pl
 from tests.worlds.deepracer.logs import makers
 
+from racecraft.worlds.deepracer.analysis.logs import circuit
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.track import Track
 
 
 def test_a_log_is_told_in_a_table(racecraft, tmp_path):
@@ -126,14 +128,20 @@ def test_metrics_alone_are_told(racecraft, tmp_path):
     assert "2.00 s" in said.out
 
 
-def test_a_page_is_one_file_that_fetches_nothing(racecraft, tmp_path):
+def test_a_page_is_one_file_that_fetches_nothing_and_its_ticks_are_placed_once(racecraft, tmp_path, monkeypatch):
+    """Of a million ticks it would take seconds each time that a part of the page asks where they lie."""
+    placed, locate = [], Track.locate
+    monkeypatch.setattr(circuit, "SAMPLE", 10)  # which circuit it is, is found by few
+    monkeypatch.setattr(Track, "locate", lambda track, points: placed.append(len(points)) or locate(track, points))
     makers.drfc(tmp_path / "model", iterations=3)
     makers.write(
         tmp_path / "model/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.lap_by_lap(2, 30)
     )
     said = racecraft("logs", "model", "--page", "page.html", "--json")
     assert said.code == 0, said.err
-    assert json.loads(said.out)["page"] == "page.html"
+    facts = json.loads(said.out)
+    assert facts["page"] == "page.html"
+    assert placed.count(facts["ticks"]) == 1
     text = (tmp_path / "page.html").read_text()
     assert "http://" not in text.replace("http://www.w3.org", "")
     assert "https://" not in text.replace("https://matplotlib.org", "")

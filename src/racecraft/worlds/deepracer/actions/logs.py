@@ -93,6 +93,8 @@ class _Model:
     root: str
     """The same, as `Logs.models` calls it."""
     rounds: tuple[int, ...]
+    ticks: pl.DataFrame
+    """Numbered as all logs are together; with the places along the circuit where there is one."""
     circuit: Track | None
     advice: Sequence[Advice]
 
@@ -103,13 +105,17 @@ class _Model:
 
 def _models(found: Logs, ticks: pl.DataFrame, track: str | None) -> list[_Model]:
     """Return the models whose ticks the logs tell, each with its own track and advice."""
+    from racecraft.worlds.deepracer.analysis.logs import on_track
+
     models = []
     for root, rounds in found.models().items():
         own = ticks.filter(ticks["round"].is_in(rounds))
         if own.height:
             about = found.about_rounds(rounds)
             circuit = _circuit(own, track, about.get("world"))
-            models.append(_Model(root.strip("/") or ".", root, rounds, circuit, _advice(found, own, circuit, about)))
+            own = on_track(own, circuit) if circuit is not None else own
+            tried = _advice(found, own, circuit, about)
+            models.append(_Model(root.strip("/") or ".", root, rounds, own, circuit, tried))
     return [replace(models[0], name="")] if len(models) == 1 else models
 
 
@@ -215,6 +221,7 @@ def _page(request: LogsRequest, path: Path, found: Logs, model: _Model | None) -
     own = found.of_model(model.root) if model is not None else found
     ticks, metrics = own.require_ticks(), own.metrics.collect()
     assert model is not None  # there are ticks
+    ticks = model.ticks if own is found else ticks
     named = ", ".join(one.resolve().name for one in request.paths)
     title = named if model.name in ("", ".") else model.name
     extras = Extras(

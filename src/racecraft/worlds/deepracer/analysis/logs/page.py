@@ -50,6 +50,7 @@ from racecraft.worlds.deepracer.analysis.logs import (
     straights,
     waypoints,
 )  # fmt: skip
+from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.judged import best_lap_seconds
 from racecraft.worlds.deepracer.analysis.logs.page_data import page_data
@@ -108,6 +109,7 @@ def write_logs_page(
     """
     where = f"{track.title or track.name}, {track.direction}" if track is not None else "an unknown track"
     about = f"{where} · {', '.join(ticks['phase'].cast(str).unique().sort())}"
+    ticks = on_track(ticks, track) if track is not None else ticks  # once for all parts
     pieces = _parts(ticks, track, extras)
     write_atomic(path, page(title, pieces, about, f"{title} – logs", modules=MODULES, styles=STYLES))
     return Path(path)
