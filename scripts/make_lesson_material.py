@@ -8,7 +8,10 @@
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
 
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
-is not trained again. About 25 minutes on two cores. Versions, machine and seeds are written into each file.
+is not trained again. About 45 minutes of a core. Versions, machine and seeds are written into each file.
+
+Made again with the same version on the same kind of machine, the files are the same to the byte: the car, its reward,
+the threads and what a preset may change are pinned here (`CAR`, `PINNED`).
 """
 
 from __future__ import annotations
@@ -40,12 +43,42 @@ from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 TARGET = Path(__file__).resolve().parents[1] / "src/racecraft/worlds/deepracer/lessons/material"
 RATES, SEEDS, ITERATIONS = ("3e-5", "3e-4", "3e-3"), (1, 2, 3), 20
+REWARD = """
+class Before:
+    steps, progress, steering = float("inf"), 0.0, 0.0
+
+
+def reward_function(params):
+    steps, progress, steering = params["steps"], params["progress"], params["steering_angle"]
+    if steps <= Before.steps:  # a new episode
+        Before.progress, Before.steering = progress, steering
+    metres = (progress - Before.progress) / 100.0 * params["track_length"]
+    turned = abs(steering - Before.steering) / 30.0
+    Before.steps, Before.progress, Before.steering = steps, progress, steering
+    return 2.0 * metres - 0.1 * turned
+"""
 TRAINED = {
     "reinvent_base": ["--track", "reinvent_base"],
     "Oval_track": ["--track", "Oval_track"],
     "Bowtie_track": ["--track", "Bowtie_track"],
     "three tracks": ["--tracks", "reinvent_base,Oval_track,Bowtie_track"],
 }
+CAR = {
+    "model_metadata.json": json.dumps({
+        "action_space": [{"steering_angle": angle, "speed": speed} for angle in (-30, -20, -10, 0, 10, 20, 30)
+                         for speed in (1.5, 2.5)],
+        "sensor": ["FRONT_FACING_CAMERA"], "neural_network": "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW",
+        "training_algorithm": "clipped_ppo", "action_space_type": "discrete", "version": "6",
+    }),
+    "hyperparameters.json": "{}",
+    "reward_function.py": REWARD,
+}  # fmt: skip
+"""The racer's folder of every run."""
+PINNED = (
+    "runtime.threads=1", "rollout.horizon=64", "rollout.num_worlds=32", "ppo.epochs=4",
+    "ppo.batch_size=256", "ppo.discount=0.97", "ppo.entropy_weight=0.003", "ppo.learning_rate_schedule=linear",
+    "network.stack_size=3",
+)  # fmt: skip
 JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "China_track")
 MATRIX_ITERATIONS = {"three tracks": 60}
 STARTS = 5
@@ -86,12 +119,10 @@ def curves(folder: Path) -> dict[str, Any]:
 
 def learning(run: Path) -> dict[str, Any]:
     """Return of each iteration the drive that ended in it and came furthest: x and y in cm."""
-    table = pl.concat([pl.read_parquet(path) for path in (run / "episodes").glob("*.parquet")]).sort(
-        "iteration", "tick"
-    )
-    ended = table.filter(pl.col("done")).group_by("iteration").agg(pl.all().sort_by("progress_share").last())
+    table = episodes(run)
+    furthest = table.filter(pl.col("done")).sort("iteration", "progress_share", "world", "episode")
     drives = []
-    for last in ended.sort("iteration").iter_rows(named=True):
+    for last in furthest.group_by("iteration", maintain_order=True).last().iter_rows(named=True):
         one = table.filter((pl.col("world") == last["world"]) & (pl.col("episode") == last["episode"])).sort("tick")
         xy = (100 * one.select("x_m", "y_m").to_numpy()).round().astype(int)
         drives.append({
@@ -102,10 +133,15 @@ def learning(run: Path) -> dict[str, Any]:
     return {"track": "reinvent_base", "tick_seconds": 1 / 15, "drives": drives}
 
 
+def episodes(run: Path) -> pl.DataFrame:
+    """Return every tick of a training's drives."""
+    return pl.concat([pl.read_parquet(path) for path in sorted((run / "episodes").glob("*.parquet"))])
+
+
 def driven(run: Path) -> dict[str, Any]:
     """Return the furthest drive of a run, tick by tick: what a reward function is told, and the speed really driven."""
-    table = pl.concat([pl.read_parquet(path) for path in (run / "episodes").glob("*.parquet")])
-    last = table.filter(pl.col("done")).sort("progress_share").row(-1, named=True)
+    table = episodes(run)
+    last = table.filter(pl.col("done")).sort("progress_share", "world", "episode").row(-1, named=True)
     one = table.filter((pl.col("world") == last["world"]) & (pl.col("episode") == last["episode"])).sort("tick")
 
     def column(name: str, factor: float = 1.0, digits: int = 2) -> list[float]:
@@ -196,10 +232,14 @@ def percents(shares: Any) -> list[float]:
 
 def train(run: Path, iterations: int, seed: int, *words: str) -> Path:
     """Train a run unless it is there; return it."""
+    car = run.parent / "car"
+    car.mkdir(exist_ok=True)
+    for name, text in CAR.items():
+        (car / name).write_text(text, encoding="utf-8")
     if not (run / "metrics.jsonl").is_file():
         racecraft_json(
-            "train", "--run", str(run), "--stop", f"iterations={iterations}", "--seed", str(seed), "--no-pictures",
-            "--json", *words,
+            "train", str(car), "--run", str(run), "--stop", f"iterations={iterations}", "--seed", str(seed),
+            "--preset", "race", "--no-pictures", "--json", *words, *(word for one in PINNED for word in ("--set", one)),
         )  # fmt: skip
     return run
 

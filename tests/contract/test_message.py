@@ -11,6 +11,7 @@ import pytest
 from racecraft.contract import message
 from racecraft.contract.errors import InputFileError, SettingError, SeveralFaultsError
 from racecraft.contract.message import Message
+from racecraft.pages.render import render
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "racecraft"
@@ -35,6 +36,10 @@ def in_pseudo(tmp_path, monkeypatch):
     message._catalogue.cache_clear()
     yield
     message._catalogue.cache_clear()
+
+
+def test_a_page_names_its_language(in_pseudo):
+    assert '<html lang="de"' in render("page.html", title="", sections=[])
 
 
 def test_text_is_made_where_it_is_shown(in_pseudo):

@@ -7,6 +7,7 @@ import sys
 import pytest
 from tests.web.conftest import Client
 
+from racecraft.lessons.course import course
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import make_lessons
 from racecraft.web.server import ServerThread
@@ -70,6 +71,12 @@ def test_another_site_cannot_answer(client):
 def test_a_damaged_record_costs_no_lesson(client, progress):
     progress.path.write_text("{")
     assert client.ask("/lessons")[0] == 200
+
+
+def test_the_first_page_finds_the_course_read():
+    course.cache_clear()
+    make_lessons()
+    assert course.cache_info().currsize == 1
 
 
 def test_the_course_begins_without_what_simulates_and_learns():

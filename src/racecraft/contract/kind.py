@@ -172,7 +172,7 @@ class WorldKind:
     world brings, for `racecraft sandbox`. Default: it brings none."""
 
     lessons: str = ""
-    """A package as `racecraft.lessons.own`: TEXTS, CHECKS and MODULES of lessons about this world. Default: none."""
+    """A package of lessons about this world, as `racecraft.lessons.course` describes it. Default: none."""
 
     pictures: str = ""
     """Function (trained: training.trainer.Trained, pictures: bool, progress) -> dict, after a training: leaves pictures

@@ -74,6 +74,12 @@ def translate(text: str) -> str:
     return _catalogue().gettext(text) if text else ""
 
 
+def language() -> str:
+    """Return the language that `translate` gives, as HTML names it; "en" where no catalogue is known."""
+    found = gettext.find("racecraft", CATALOGUES)
+    return Path(found).parents[1].name.replace("_", "-") if found else "en"
+
+
 def shortened(text: str, most: int = MAX_SHOWN_CHARACTERS) -> str:
     r"""Return a text with its middle left out where it is long, and with what no terminal can show escaped.
 

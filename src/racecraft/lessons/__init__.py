@@ -10,5 +10,5 @@
     progress.py    what a pupil did, kept in the account's data folder
     service.py     pages and answers; the console and `racecraft lessons` share them
 
-A world adds lessons by `WorldKind.lessons`, a package with `TEXTS` and `CHECKS`.
+A world adds lessons by `WorldKind.lessons`; `course.py` says what its package holds.
 """

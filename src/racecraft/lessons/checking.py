@@ -137,6 +137,24 @@ def tried(case: str, **values: Any) -> Verdict:
     return Verdict("tried", case, values)
 
 
+def compared(
+    given: float, right: float, near: float, wrong: Mapping[str, float], otherwise: str = "other", **values: Any
+) -> Verdict:
+    """Return the verdict of one number.
+
+    Args:
+        given: By the pupil.
+        right: As it was computed.
+        near: How far from a number counts as that number.
+        wrong: What misconceptions give, by case.
+        otherwise: Case of any other number.
+        values: For the feedback.
+    """
+    if abs(given - right) <= near:
+        return passed(**values)
+    return tried(next((case for case, one in wrong.items() if abs(given - one) <= near), otherwise), **values)
+
+
 def predicted(answer: Answer, reason: str, right: str, table: Any = None, **values: Any) -> Verdict:
     """Return the verdict of a prediction whose run is done: a wrong prediction counts as well, once its reason is told.
 

@@ -1,16 +1,20 @@
 """Every lesson that is installed, in the order of the paths. Begin with `course`.
 
-Lessons about one world stand in that world's package: `WorldKind.lessons` names a package with `TEXTS` (a folder of
-texts), `CHECKS` (functions by name), `MODULES` (ES modules by kind of figure) and perhaps `MATERIAL` (a
-folder of JSON files).
+Lessons about one world stand in that world's package, which `WorldKind.lessons` names::
+
+    CHECKS             modules; each public function of theirs that returns a verdict is the check of its name
+    texts/*.md         one a lesson
+    modules/rc_*.js    one a kind of figure
+    material/*.json    what was trained for the figures
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import Any
 
@@ -89,20 +93,33 @@ def course() -> Course:
     """Return every lesson that is installed."""
     parts = [own, *(piece for kind in kinds() if (piece := kind.piece("lessons")) is not None)]
     lessons = [_with_material(read_lesson(file.read_text("utf-8"), file.name), part)
-               for part in parts for file in texts(part.TEXTS)]  # fmt: skip
+               for part in parts for file in _files(part, "texts", ".md")]  # fmt: skip
     order = {path: number for number, path in enumerate(PATHS)}
     lessons.sort(key=lambda one: (order[one.path], int(one.number.lstrip("SU"))))
+    figures = ((part, file.name) for part in parts for file in _files(part, "modules", ".js"))
     return Course(
         tuple(lessons),
-        {name: check for part in parts for name, check in part.CHECKS.items()},
-        {kind: module for part in parts for kind, module in part.MODULES.items()},
+        {name: check for part in parts for module in part.CHECKS for name, check in _checks(module)},
+        {name[3:-3]: f"{part.__package__}/{name}" for part, name in figures if name.startswith("rc_")},
     )
+
+
+def _checks(module: Any) -> Iterator[tuple[str, Check]]:
+    for name, one in vars(module).items():
+        if getattr(one, "__module__", "") == module.__name__ and one.__annotations__.get("return") == "Verdict":
+            yield name, one
 
 
 def _with_material(lesson: Lesson, part: Any) -> Lesson:
     """Return a lesson whose figures hold what was trained for them: their setting `material` names a JSON file."""
     blocks = [
-        replace(block, settings={**block.settings, "data": json.loads((part.MATERIAL / name).read_text("utf-8"))})
+        replace(
+            block,
+            settings={
+                **block.settings,
+                "data": json.loads((files(part.__package__) / "material" / name).read_text("utf-8")),
+            },
+        )
         if isinstance(block, Figure) and (name := block.settings.get("material"))
         else block
         for block in lesson.blocks
@@ -110,6 +127,7 @@ def _with_material(lesson: Lesson, part: Any) -> Lesson:
     return replace(lesson, blocks=tuple(blocks))
 
 
-def texts(folder: Traversable) -> Sequence[Traversable]:
-    """Return the texts of a folder, by name."""
-    return sorted((one for one in folder.iterdir() if one.name.endswith(".md")), key=lambda one: one.name)
+def _files(part: Any, folder: str, ending: str) -> list[Traversable]:
+    """Return the files of a part's folder, by name."""
+    found = (files(part.__package__) / folder).iterdir()
+    return sorted((one for one in found if one.name.endswith(ending)), key=lambda one: one.name)

@@ -29,6 +29,7 @@ from racecraft.lessons.checking import Answer, Verdict
 from racecraft.lessons.course import PATHS, Course, course
 from racecraft.lessons.lesson import PREDICTION, Exercise, Lesson
 from racecraft.lessons.progress import Progress
+from racecraft.pages.render import render
 from racecraft.training.words import WORDS, words_of
 from racecraft.web.access import ONLY_HERE, Access
 from racecraft.web.answers import json_answer, page_answer
@@ -69,8 +70,15 @@ def make_lessons(
         progress: Where it is kept what a pupil did; None: the account's data folder.
         models: Run folders of what the reader has trained, by name.
     """
-    home = Route("/", lambda request: RedirectResponse("/lessons"))
-    return make_application([home, *lesson_routes(Lessons(_own_frame, progress or Progress(), models=models))], access)
+    home, lessons = (
+        Route("/", lambda request: RedirectResponse("/lessons")),
+        Lessons(_own_frame, progress or Progress(), models=models),
+    )
+    # The first page shall not wait for texts, templates and modules: read them once before anybody asks.
+    render(
+        f"{TEMPLATES}/lesson.html", title="", menu=(), machine="", **_lesson_data(lessons, lessons.course().lessons[0])
+    )
+    return make_application([home, *lesson_routes(lessons)], access)
 
 
 def lesson_routes(lessons: Lessons) -> list[BaseRoute]:
@@ -156,23 +164,19 @@ def told(exercise: Exercise, verdict: Verdict, tries: int) -> dict[str, Any]:
 
 
 def _lesson_page(lessons: Lessons, request: Request) -> Response:
+    lesson = lessons.course().find(request.path_params["lesson"])
+    template = f"{TEMPLATES}/{'slides' if 'slides' in request.query_params else 'lesson'}.html"
+    return lessons.frame(request, template, f"{lesson.number}. {lesson.title}", **_lesson_data(lessons, lesson))
+
+
+def _lesson_data(lessons: Lessons, lesson: Lesson) -> dict[str, Any]:
     found = lessons.course()
-    lesson = found.find(request.path_params["lesson"])
     before, behind = found.neighbours(lesson)
-    modules = [f"{TEMPLATES}/lesson.js", *dict.fromkeys(found.modules[one.kind] for one in lesson.figures)]
-    return lessons.frame(
-        request,
-        f"{TEMPLATES}/{'slides' if 'slides' in request.query_params else 'lesson'}.html",
-        f"{lesson.number}. {lesson.title}",
-        lesson=lesson,
-        before=before,
-        behind=behind,
-        done=lessons.progress.of(lesson.id),
-        words=words_of(lesson.words),
-        modules=modules,
-        models=list(lessons.models()),
-        styles=STYLES,
-    )
+    return {
+        "lesson": lesson, "before": before, "behind": behind, "done": lessons.progress.of(lesson.id),
+        "words": words_of(lesson.words), "models": list(lessons.models()), "styles": STYLES,
+        "modules": [f"{TEMPLATES}/lesson.js", *dict.fromkeys(found.modules[one.kind] for one in lesson.figures)],
+    }  # fmt: skip
 
 
 def _row(lessons: Lessons, lesson: Lesson) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 from markupsafe import Markup
 
-from racecraft.contract.message import translate
+from racecraft.contract.message import language, translate
 from racecraft.pages.assets import asset, imported
 from racecraft.pages.plain_json import plain_json
 from racecraft.pages.resources import read_resource
@@ -91,7 +91,7 @@ def environment(inline: bool) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= _assets(inline) | {"data": _data, "inline": inline, "_": translate}
+    made.globals |= _assets(inline) | {"data": _data, "inline": inline, "_": translate, "language": language}
     made.filters |= WORDS
     return made
 

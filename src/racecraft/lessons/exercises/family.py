@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from racecraft.lessons.checking import Answer, Verdict, passed, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, passed, tried
 from racecraft.lessons.models.family import at_temperature, priorities, search_scores, slope_by_trying
 
 Q, REWARD, GAMMA, STEP = 1.0, 0.5, 0.9, 0.5
@@ -18,15 +18,11 @@ NEAR = 0.02
 
 def dqn_update(answer: Answer) -> Verdict:
     """One update of Q-learning whose target is told by the target network."""
-    given = answer.number("value")
-    right = _updated(TARGET)
+    given, local = answer.number("value"), _updated(LOCAL)
     wrong = {
-        "local_network": _updated(LOCAL), "no_discount": Q + STEP * (REWARD + TARGET - Q),
-        "whole_step": REWARD + GAMMA * TARGET,
+        "local_network": local, "no_discount": Q + STEP * (REWARD + TARGET - Q), "whole_step": REWARD + GAMMA * TARGET,
     }  # fmt: skip
-    if abs(given - right) <= 0.005:
-        return passed(value=right, local=wrong["local_network"])
-    return tried(next((case for case, value in wrong.items() if abs(given - value) <= 0.005), "other"), value=given)
+    return compared(given, _updated(TARGET), 0.005, wrong, value=given, local=local)
 
 
 def _updated(best_next: float) -> float:
@@ -56,11 +52,9 @@ def temperature(answer: Answer) -> Verdict:
 def evolution(answer: Answer) -> Verdict:
     """The slope of F = -(θ - 3)² at θ = 0 from a pair of tries at ±0.25."""
     given, right = answer.number("slope"), slope_by_trying(_fitness, 0.0, SIGMA)
-    if abs(given - right) <= 0.02:
-        return passed(slope=right)
     difference = _fitness(SIGMA) - _fitness(-SIGMA)
     wrong = {"difference": difference, "no_width": difference / 2, "turned_round": -right}
-    return tried(next((case for case, value in wrong.items() if abs(given - value) <= 0.02), "other"), slope=given)
+    return compared(given, right, 0.02, wrong, slope=given)
 
 
 def _fitness(theta: float) -> float:
@@ -77,12 +71,3 @@ def tried_next(answer: Answer) -> Verdict:
     if smaller > first:
         return tried("more_than_needed", first=first, second=second)
     return passed(first=first, second=second)
-
-
-CHECKS = {
-    "dqn_update": dqn_update,
-    "priority": priority,
-    "temperature": temperature,
-    "evolution": evolution,
-    "tried_next": tried_next,
-}

@@ -169,14 +169,3 @@ def close(given: Sequence[float], right: Sequence[float]) -> bool:
 def is_number(value: object) -> bool:
     """Tell whether a value is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-CHECKS = {
-    "row_of_four": row_of_four,
-    "mean_and_policy": mean_and_policy,
-    "points_away": points_away,
-    "drives_needed": drives_needed,
-    "own_weights": own_weights,
-    "too_large": too_large,
-    "best_step": best_step,
-}

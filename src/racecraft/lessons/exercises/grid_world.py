@@ -98,12 +98,3 @@ def one_square(answer: Answer) -> Verdict:
     if not all(row == 2 for row, _ in best_drive(smaller, GAMMA).squares):
         return tried("more_than_needed", pay=grid.pay[row][column])
     return passed(total=best.total, straight=drive(grid, [1] * 6).total)
-
-
-CHECKS = {
-    "total_is": total_is,
-    "best_total": best_total,
-    "last_values": last_values,
-    "after_three": after_three,
-    "one_square": one_square,
-}

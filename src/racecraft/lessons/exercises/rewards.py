@@ -8,7 +8,7 @@ from functools import cache
 from statistics import median
 from typing import Any
 
-from racecraft.lessons.checking import Answer, Verdict, passed, predicted, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, passed, predicted, tried
 from racecraft.lessons.exercises.reading_figures import grid_paid_by
 from racecraft.lessons.models import fork
 from racecraft.lessons.models.chance import Chance
@@ -90,11 +90,8 @@ def finishes(answer: Answer) -> Verdict:
 def first_reward(answer: Answer) -> Verdict:
     """How many drives until the first reward, on 12 moves."""
     given, right = answer.number("drives"), 1.0 / chance_to_reach(12)
-    if abs(given - right) <= 1.5:
-        return passed(drives=right, chance=100 * chance_to_reach(12))
-    if abs(given - 1 / chance_to_reach(13)) <= 1.5:
-        return tried("columns_not_moves")
-    return tried("too_few" if given < right else "too_many", drives=given)
+    wrong, otherwise = {"columns_not_moves": 1 / chance_to_reach(13)}, "too_few" if given < right else "too_many"
+    return compared(given, right, 1.5, wrong, otherwise, drives=given, chance=100 * chance_to_reach(12))
 
 
 def better_epsilon(answer: Answer) -> Verdict:
@@ -183,16 +180,3 @@ def lap_end(answer: Answer) -> Verdict:
     if abs(weight - 0.99**20) <= 0.02:
         return tried("seconds_not_steps")
     return tried("too_small" if weight < right else "too_large", weight=weight)
-
-
-CHECKS = {
-    "goal_fails": goal_fails,
-    "first_reward": first_reward,
-    "two_numbers": two_numbers,
-    "finishes": finishes,
-    "found_again": found_again,
-    "better_epsilon": better_epsilon,
-    "schedule": schedule,
-    "where_it_turns": where_it_turns,
-    "lap_end": lap_end,
-}

@@ -1,6 +1,7 @@
 /* The page of a lesson: exercises are sent, and what the check says is shown. Figures are elements of their own; one that
    gives something to exercises has `give(name)`. */
 import { t } from "racecraft.pages/texts.js";
+import { element, table } from "racecraft.lessons/parts.js";
 
 const page = document.querySelector("[data-lesson]"), id = page.dataset.lesson;
 const LABELS = { passed: t("done"), seen: t("seen"), run: t("run seen"), tried: t("tried"), unusable: t("open") };
@@ -36,13 +37,13 @@ async function check(part, form) {
 
 function show(part, said, told) {
   const good = told.state === "passed" || told.state === "seen";
-  const notice = element("div", `notice ${good ? "good" : told.state === "unusable" ? "warn" : ""}`);
+  const notice = element("div", { class: `notice ${good ? "good" : told.state === "unusable" ? "warn" : ""}` });
   const head = { passed: t("Done."), seen: t("Seen."), run: t("The run:"), tried: t("Not yet."), unusable: "" }[told.state];
-  if (head) notice.append(element("b", "", head), " ");
+  if (head) notice.append(element("b", {}, head), " ");
   notice.append(...paragraphs(told.text));
   said.replaceChildren(notice);
   if (told.table) said.append(tableOf(told.table));
-  if (told.worked) said.append(element("p", "worked", `${t("Worked out:")} ${told.worked}`));
+  if (told.worked) said.append(element("p", { class: "worked" }, `${t("Worked out:")} ${told.worked}`));
   for (const later of part.querySelectorAll("[data-later]")) later.hidden = !(told.state === "run" || told.state === "seen");
   if (told.state === "unusable") return;
   for (const input of part.querySelectorAll("[data-kind] input, [data-kind] select")) if (part.dataset.kind === "prediction" && !input.closest("[data-later]")) input.disabled = true;
@@ -52,22 +53,10 @@ function show(part, said, told) {
 }
 
 function tableOf([heads, rows]) {
-  const box = element("div", "scroll"), table = box.appendChild(element("table")), head = table.createTHead().insertRow();
-  box.tabIndex = 0; box.setAttribute("role", "region"); box.setAttribute("aria-label", heads.join(", "));
-  for (const text of heads) { const cell = element("th", "", text); cell.scope = "col"; head.append(cell); }
-  const body = table.createTBody();
-  for (const row of rows) { const line = body.insertRow(); for (const value of row) line.insertCell().textContent = typeof value === "number" ? +value.toFixed(3) : value; }
-  return box;
+  return table(heads.join(", "), heads, rows.map(row => row.map(value => typeof value === "number" ? +value.toFixed(3) : value)));
 }
 
-function element(name, kind = "", text = "") {
-  const made = document.createElement(name);
-  if (kind) made.className = kind;
-  if (text) made.textContent = text;
-  return made;
-}
-
-const paragraphs = text => text.split("\n").map((line, k) => k ? element("p", "", line) : document.createTextNode(line));
+const paragraphs = text => text.split("\n").map((line, k) => k ? element("p", {}, line) : document.createTextNode(line));
 
 for (const part of document.querySelectorAll(".exercise")) {
   const form = part.querySelector("form");

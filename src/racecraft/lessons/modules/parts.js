@@ -1,6 +1,4 @@
-/* Small pieces that figures are made of: elements, sliders, charts, numbers. */
-import { t } from "racecraft.pages/texts.js";
-import "racecraft.pages/chart.js";
+/* Small pieces that figures are made of: elements, sliders, tables, pictures, numbers. */
 
 export function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
@@ -32,23 +30,46 @@ export function toggle(text, on, tell) {
   return element("label", {}, input, ` ${text}`);
 }
 
-/* A chart of lines: [name, x, y, look, colour]. */
-export function chart(label) {
-  const made = element("rc-chart", { "aria-label": label });
-  made.append(element("figure", {}, element("figcaption", {}, label), element("details", {}, element("summary", {}, t("as table")), element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": label }, element("table")))));
-  made.lines = (x, y, lines, more = {}) => {
-    const series = lines.map(([name, xs, ys, look = "line", colour]) => ({ name, x: xs, y: ys, look, right: false, faint: look === "faint", colour: colour ?? 1 + lines.findIndex(one => one[0] === name) }));
-    for (const one of series) if (one.look === "faint") one.look = "line";
-    made.show({ x, y, right: "", low: null, high: null, log: false, logX: false, names: [], smooth: false, digits: 2, series, bands: [], marks: [], levels: [], ...more });
-    made.writeTable();
-  };
-  return made;
-}
-
 export const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 export const figure = value => Object.is(+value.toFixed(2), -0) ? "0" : String(+value.toFixed(2)).replace("-", "−");
 
 export function facts(list) {
   return element("ul", { class: "facts" }, ...list.map(([value, name]) => element("li", {}, element("b", {}, value), " ", element("span", {}, name))));
+}
+
+/* A table in a box that scrolls by itself. A cell is a text, an element or a list of them; `firstIsHead`: of each row. */
+export function table(label, heads, rows, firstIsHead = false) {
+  const made = element("table"), head = made.createTHead().insertRow(), body = made.createTBody();
+  for (const text of heads) head.append(element("th", { scope: "col" }, text));
+  for (const row of rows) body.insertRow().append(...row.map((cell, k) => element(firstIsHead && !k ? "th" : "td", firstIsHead && !k ? { scope: "row" } : {}, ...[cell].flat())));
+  return element("div", { class: "wide-table", tabindex: 0, role: "region", "aria-label": label }, made);
+}
+
+/* A drawing: its box (left, top, width, height), what stands in it as SVG, and what it shows, for people who do not see it. */
+export function picture(box, inside, label) {
+  const made = element("div");
+  made.innerHTML = `<svg class="picture-svg" role="img" viewBox="${box.join(" ")}">${inside}</svg>`;
+  made.firstChild.setAttribute("aria-label", label);
+  return made;
+}
+
+/* The box around points whose y grows upward, with a margin; and points as an SVG line has them. */
+export function boxAround(xs, ys, margin) {
+  const left = Math.min(...xs) - margin, top = -Math.max(...ys) - margin;
+  return [left, top, Math.max(...xs) + margin - left, margin - Math.min(...ys) - top];
+}
+
+export const line = (xs, ys) => xs.map((x, k) => `${x},${-ys[k]}`).join(" ");
+
+/* Bars from 0 to 1 with a name and a number each. */
+export const bars = rows => rows.map(([name, share, text]) => element("div", {}, element("span", {}, name), element("meter", { max: 1, value: share, "aria-label": name }), element("b", {}, text)));
+
+/* A figure, <rc-KIND>: `begin` is called once, with what the lesson's text says of it. */
+export class Figure extends HTMLElement {
+  connectedCallback() {
+    if (this.settings) return;
+    this.settings = JSON.parse(this.querySelector("script").textContent);
+    this.begin(this.settings);
+  }
 }

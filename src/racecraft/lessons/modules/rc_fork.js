@@ -1,20 +1,19 @@
 /* <rc-fork>: a small prize near by, a large one further away; the slider of γ decides where the way leads, and with `cost` so
    does one of what a step costs. */
 import { t } from "racecraft.pages/texts.js";
-import { element, facts, slider } from "racecraft.lessons/parts.js";
+import { Figure, element, facts, slider } from "racecraft.lessons/parts.js";
 import { COST, LEFT, RIGHT, worth } from "racecraft.lessons/fork.js";
 
 const HERTZ = 15;
 
-class ForkFigure extends HTMLElement {
-  connectedCallback() {
-    if (this.live) return;
+class ForkFigure extends Figure {
+  begin({ cost }) {
     this.gamma = 0.9;
     this.cost = COST;
     this.live = element("div", { "aria-live": "polite" });
     this.line = element("div", { class: "wide-table" });
     const sliders = [slider("γ", { low: 0, high: 1, step: 0.001, value: this.gamma, digits: 3 }, value => { this.gamma = value; this.draw(); })];
-    if (JSON.parse(this.querySelector("script").textContent).cost) sliders.push(slider(t("a step costs"), { low: 0, high: 0.4, step: 0.005, value: this.cost, digits: 3 }, value => { this.cost = value; this.draw(); }));
+    if (cost) sliders.push(slider(t("a step costs"), { low: 0, high: 0.4, step: 0.005, value: this.cost, digits: 3 }, value => { this.cost = value; this.draw(); }));
     this.append(this.line, this.live, element("div", { class: "tools" }, ...sliders));
     this.draw();
   }

@@ -1,6 +1,6 @@
 /* <rc-gradient>: four drives, the table of their gradient, a step, and the policy that comes of it. */
 import { t } from "racecraft.pages/texts.js";
-import { button, element, facts, slider, toggle } from "racecraft.lessons/parts.js";
+import { Figure, bars, button, element, facts, slider, toggle } from "racecraft.lessons/parts.js";
 import { Chance, drive, ends, makeGrid } from "racecraft.lessons/grid.js";
 import { climbed, driveRow, entropy, gradient, probabilities, weights } from "racecraft.lessons/gradient.js";
 
@@ -8,9 +8,8 @@ const SIDES = [t("left"), t("straight"), t("right")], LETTERS = "lsr";
 const FIRST = [[1, 0, 1, 0], [0, 0], [2, 2], [1, 1, 0, 0]];
 const written = value => value.toFixed(4).replace("-", "−");
 
-class GradientFigure extends HTMLElement {
-  connectedCallback() {
-    if (this.table) return;
+class GradientFigure extends Figure {
+  begin() {
     this.road = makeGrid(); this.chance = new Chance(5);
     this.batch = FIRST; this.theta = [0, 0, 0]; this.baseline = false; this.step = 0.5; this.steps = 0;
     this.bars = element("div", { class: "bars3", role: "group", "aria-label": t("Policy at the start square") });
@@ -48,7 +47,7 @@ class GradientFigure extends HTMLElement {
 
   draw() {
     const pi = probabilities(this.theta), drives = this.drives, totals = drives.map(one => one.total), counted = weights(totals, this.baseline);
-    this.bars.replaceChildren(...SIDES.map((name, k) => element("div", {}, element("span", {}, name), element("meter", { min: 0, max: 1, value: pi[k], "aria-label": name }), element("b", {}, pi[k].toFixed(4)))));
+    this.bars.replaceChildren(...bars(SIDES.map((name, k) => [name, pi[k], pi[k].toFixed(4)])));
     this.told.replaceChildren(facts([[String(this.steps), t("steps climbed")], [entropy(pi).toFixed(3), t("entropy")], [(totals.reduce((a, b) => a + b, 0) / 4).toFixed(3), t("mean total")]]));
     const table = element("table"), head = table.createTHead().insertRow();
     for (const name of [t("moves (l, s, r)"), t("total"), t("weight"), ...SIDES]) head.append(element("th", { scope: "col" }, name));

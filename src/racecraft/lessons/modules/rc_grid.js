@@ -3,17 +3,16 @@
    Settings: columns, pays ("centre" or "goal"), gamma, alpha, epsilon, drives; show, the tools that a lesson needs:
    "drive" "values" "learn" "edit" "length" "moves". */
 import { t } from "racecraft.pages/texts.js";
-import { button, chart, element, facts, figure, slider, still, toggle } from "racecraft.lessons/parts.js";
+import { chart } from "racecraft.lessons/curves.js";
+import { Figure, button, element, facts, figure, slider, still, toggle } from "racecraft.lessons/parts.js";
 import { Chance, MOVES, actionValues, bestDrive, drive, ends, greedyDrive, learnDrive, makeGrid, newQ, optimalValues } from "racecraft.lessons/grid.js";
 
 const ARROWS = { left: "↖", straight: "→", right: "↘" }, FREE = { left: "↑", straight: "→", right: "↓" };
 const NAMES = { left: t("left"), straight: t("straight"), right: t("right") };
 const ENDS = { goal: t("at the goal"), beside: t("beside the goal"), off: t("at a stop square") };
 
-class GridFigure extends HTMLElement {
-  connectedCallback() {
-    if (this.table) return;
-    const told = JSON.parse(this.querySelector("script").textContent);
+class GridFigure extends Figure {
+  begin(told) {
     this.told = { columns: 7, pays: "centre", goal: 2, moves: "ahead", alpha: 0.5, gamma: 0.9, epsilon: 0.3, drives: 300, show: "drive", ...told };
     this.has = new Set(String(this.told.show).split(" "));
     this.seed = 1;

@@ -115,12 +115,3 @@ def beats_random(answer: Answer) -> Verdict:
         return tried("fails", failed=found.failed, reason=found.reason, won=found.won, games=GAMES)
     case = "at_once" if found.turns < 20 * GAMES else "few"
     return tried(case, won=found.won, games=GAMES, enough=ENOUGH, turns=round(found.turns / GAMES))
-
-
-CHECKS = {
-    "survives": survives,
-    "starves": starves,
-    "wins_heads": wins_heads,
-    "safe_move": safe_move,
-    "beats_random": beats_random,
-}

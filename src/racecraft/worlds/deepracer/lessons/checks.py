@@ -8,7 +8,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from racecraft.lessons.checking import Answer, Verdict, passed, predicted, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, passed, predicted, tried
 from racecraft.lessons.functions import call_function
 
 LAP_M, HERTZ = 17.71, 15
@@ -81,10 +81,7 @@ def second_sample(answer: Answer) -> Verdict:
     """What the second reward function pays at one moment; it is run."""
     (right,) = call_function(SECOND_SAMPLE, "reward_function", [[MOMENT]])
     given = answer.number("reward")
-    if abs(given - right) <= 0.5:
-        return passed(reward=right)
-    cases = {"kept_the_one": 0.64, "one_factor": 40.0, "no_factor": 50.0}
-    return tried(next((case for case, value in cases.items() if abs(given - value) <= 0.05), "other"), reward=given)
+    return compared(given, right, 0.05, {"kept_the_one": 0.64, "one_factor": 40.0, "no_factor": 50.0}, reward=given)
 
 
 def nearer_is_more(answer: Answer) -> Verdict:
@@ -149,15 +146,3 @@ def worst_track(answer: Answer) -> Verdict:
     tracks = material("tracks.json")
     table = (("trained on", *tracks["columns"]), [[row["trained"], *row["progress"]] for row in tracks["rows"]])
     return predicted(answer, "reason", "road_alone", table)
-
-
-CHECKS = {
-    "first_lap": first_lap,
-    "drives_off": drives_off,
-    "slow_lap": slow_lap,
-    "second_sample": second_sample,
-    "nearer_is_more": nearer_is_more,
-    "match_curves": match_curves,
-    "clipped": clipped,
-    "worst_track": worst_track,
-}

@@ -27,9 +27,3 @@ def surely_worse(answer: Answer) -> Verdict:
     if given == len(sure):
         return passed(**told, names=", ".join(row["disturbance"] for row in sure))
     return tried("fewer_laps" if given == fewer else "other", **told, given=given)
-
-
-CHECKS = {
-    "worst_disturbance": worst_disturbance,
-    "surely_worse": surely_worse,
-}

@@ -168,12 +168,3 @@ def _two(answer: Answer, one: str, other: str) -> dict[str, Path]:
     if found[one] == found[other]:
         raise AnswerError("That is the same car twice; choose two.")
     return found
-
-
-CHECKS = {
-    "claim": claim,
-    "sound_reward": sound_reward,
-    "own_lap": own_lap,
-    "one_change": one_change,
-    "beats_first": beats_first,
-}

@@ -142,11 +142,3 @@ def _sides(actions: Sequence[str], shares: Sequence[float]) -> list[float]:
     """Return the probability of steering left and of steering right, per cent."""
     return [round(sum(share for action, share in zip(actions, shares, strict=True) if action.startswith(side)))
             for side in ("left", "right")]  # fmt: skip
-
-
-CHECKS = {
-    "patch_changes": patch_changes,
-    "undecided": undecided,
-    "hottest": hottest,
-    "mirrored": mirrored,
-}

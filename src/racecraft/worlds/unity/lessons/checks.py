@@ -75,11 +75,3 @@ def without_penalty(answer: Answer) -> Verdict:
     table = (("γ", "step penalty", "at once", "after ten steps"), rows)
     (_, _, soon, late), (_, _, same, _) = rows[1:]
     return predicted(answer, "reason", "discount", table, soon=soon, late=late, same=same)
-
-
-CHECKS = {
-    "best_episode": best_episode,
-    "random_agent": random_agent,
-    "dearest_step": dearest_step,
-    "without_penalty": without_penalty,
-}

@@ -100,10 +100,3 @@ def _learners_clip(done: float) -> float:
     learner = PpoLearner(world, NetworkConfig(hidden_units=(8,)), PpoConfig(clip=CLIP, clip_schedule="linear"), seed=1)
     learner.anneal(done)
     return learner.now.clip
-
-
-CHECKS = {
-    "no_idle_keys": no_idle_keys,
-    "article_settings": article_settings,
-    "clip_half_way": clip_half_way,
-}

@@ -1,6 +1,6 @@
 /* <rc-snake>: a board of seven by seven. Arrow keys or buttons move the snake; a list of moves is what exercises take. */
 import { t } from "racecraft.pages/texts.js";
-import { button, element, facts } from "racecraft.lessons/parts.js";
+import { Figure, button, element, facts } from "racecraft.lessons/parts.js";
 import { MOST_TURNS, MOVES, SIDE, play, same } from "racecraft.worlds.battlesnake.lessons/game.js";
 
 const ARROWS = { up: "↑", down: "↓", left: "←", right: "→" };
@@ -11,9 +11,8 @@ const ENDS = {
   "head-collision": t("two heads have met"),
 };
 
-class SnakeFigure extends HTMLElement {
-  connectedCallback() {
-    if (this.table) return;
+class SnakeFigure extends Figure {
+  begin() {
     this.moves = [];
     this.facts = element("div");
     this.said = element("p", { role: "status", "aria-live": "polite" });

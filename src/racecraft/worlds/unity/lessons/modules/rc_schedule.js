@@ -1,13 +1,13 @@
 /* <rc-schedule>: what of ML-Agents' PPO falls while it learns; a slider is the step, another the last step. */
 import { t } from "racecraft.pages/texts.js";
-import { chart, element, facts, slider } from "racecraft.lessons/parts.js";
+import { chart } from "racecraft.lessons/curves.js";
+import { Figure, element, facts, slider } from "racecraft.lessons/parts.js";
 import { STARTS, scheduled } from "racecraft.worlds.unity.lessons/schedule.js";
 
 const POINTS = Array.from({ length: 51 }, (_, k) => k / 50), THOUSAND = 1000;
 
-class ScheduleFigure extends HTMLElement {
-  connectedCallback() {
-    if (this.chart) return;
+class ScheduleFigure extends Figure {
+  begin() {
     this.at = 250 * THOUSAND;
     this.last = 500 * THOUSAND;
     this.told = element("div", { "aria-live": "polite" });
