@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from racecraft.actions.action import action
 from racecraft.actions.figures import Figures
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, group, option
+from racecraft.worlds.deepracer.driving.telemetry.filters import LapOptions
 
 if TYPE_CHECKING:
     import polars as pl
@@ -23,64 +23,6 @@ if TYPE_CHECKING:
     from racecraft.worlds.deepracer.tracks.track import Track
 
 BEST = "best"
-
-
-@dataclass(frozen=True, kw_only=True)
-class LapOptions(Request):
-    """Which laps count."""
-
-    PANEL: ClassVar[str] = "Which laps count"
-    phase: str | None = option(None, "training, evaluation or leaderboard.")
-    iterations: str | None = option(None, "Iterations of the training, such as 10..20, counted as in AWS's file names.")
-    quarter: int | None = option(None, "Quarter of the episodes, 1 to 4: how early or late in the training.")
-    begins: str | None = option(None, "line: at the start line; rest: from standstill; flying: at speed.")
-    within: float | None = option(None, "At most so many per cent slower than the fastest lap.", low=0.0)
-    fastest: int | None = option(None, "So many laps, the fastest.", low=1)
-    clean: bool = option(False, "Only laps in which the car never left the road.")
-    turn: str | None = option(None, "Turn 3 with the straight behind it takes 1.6 s at most: 3=1.6.")
-    section: str | None = option(None, "From waypoint 30 to 50 in 1.6 s at most: 30..50=1.6.")
-    slide: float | None = option(
-        None, "At most so many degrees between where the car points and where it goes.", low=0.0
-    )
-    top_speed: float | None = option(None, "The car drives so fast somewhere, m/s.")
-    mean_reward: float | None = option(None, "A tick pays so much on average.")
-
-    def rows(self, laps: Laps) -> Any:
-        """Return the rows of the laps that count.
-
-        Raises:
-            SettingError: A value that no lap can have.
-        """
-        from racecraft.contract.errors import SettingError, nearest
-        from racecraft.worlds.deepracer.driving.telemetry.filters import (
-            LapFilter,
-            read_iterations,
-            read_section,
-            read_turn,
-        )
-        from racecraft.worlds.deepracer.logs.columns import PHASES
-
-        if self.phase is not None and self.phase not in PHASES:
-            raise SettingError(
-                "--phase is {phase!r}; expected one of {phases}. {hint}", phase=self.phase, phases=", ".join(PHASES),
-                hint=nearest(self.phase, PHASES),
-            )  # fmt: skip
-        span = None if self.iterations is None else read_iterations(self.iterations)
-        chosen = LapFilter(
-            phase=self.phase,
-            iterations=span,
-            quarter=self.quarter,
-            begins=self.begins,
-            within_percent=self.within,
-            fastest=self.fastest,
-            clean=self.clean,
-            turn=None if self.turn is None else read_turn(self.turn),
-            section=None if self.section is None else read_section(self.section),
-            max_slide_rad=None if self.slide is None else math.radians(self.slide),
-            top_speed_mps=self.top_speed,
-            mean_reward=self.mean_reward,
-        )
-        return chosen.rows(laps)
 
 
 @dataclass(frozen=True, kw_only=True)

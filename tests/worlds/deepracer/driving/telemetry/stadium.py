@@ -60,7 +60,7 @@ def as_log(drives, phase="training", offset_m=0.0):
                 "episode": np.full(count, episode), "unique_episode": np.full(count, episode),
                 "tick": np.arange(1, count + 1), "time_s": times + 100.0 * episode, "x_m": points[:, 0],
                 "y_m": points[:, 1], "yaw_rad": np.zeros(count), "steering_rad": np.zeros(count),
-                "speed_mps": np.full(count, 3.0), "reward": np.ones(count),
+                "speed_mps": np.full(count, 3.0), "action": np.full(count, episode), "reward": np.ones(count),
                 "progress_share": np.minimum((arc - arc[0]) / LENGTH_M, 1.0),
                 "status": ["prepare", *["in_progress"] * (count - 2), "lap_complete"],
                 "closest_waypoint": np.zeros(count), "track_length_m": np.full(count, LENGTH_M),

@@ -8,7 +8,7 @@ from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, as_log, d
 
 from racecraft.contract.errors import SettingError
 from racecraft.worlds.deepracer.analysis.logs import find_track, sector_times, simulation_agg
-from racecraft.worlds.deepracer.driving.telemetry.filters import LapFilter
+from racecraft.worlds.deepracer.driving.telemetry.filters import LapOptions
 from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
 from racecraft.worlds.deepracer.logs import read
@@ -78,9 +78,32 @@ def test_a_section_is_timed_between_waypoints_and_over_the_start_line():
         (sixth, 2 * sixth, LENGTH_M / 6 / 1.0), (5 * sixth, sixth, LENGTH_M / 6 / 4.0 + LENGTH_M / 6 / 1.0)
     ):  # fmt: skip
         for limit, expected in ((1.05 * seconds, [0, 1]), (0.95 * seconds, [1]), (0.85 * seconds, [])):
-            assert LapFilter(section=(round(first), round(last), limit)).rows(laps).tolist() == expected
+            assert LapOptions(section=f"{round(first)}..{round(last)}={limit}").rows(laps).tolist() == expected
     with pytest.raises(SettingError, match="9999"):
-        LapFilter(section=(0, 9999, 1.0)).rows(laps)
+        LapOptions(section="0..9999=1.0").rows(laps)
+
+
+@pytest.mark.parametrize(
+    ("condition", "expected"),
+    [
+        ({"at": "314=2.1"}, [1]),  # waypoints stand 0.02 m apart: 314 and 650 are on straights, at 2 and at 4 m/s
+        ({"at": "650=4.2"}, [1]),
+        ({"at": "650=4.6"}, []),
+        ({"at": "314=left"}, [0]),
+        ({"at": "314=right"}, [1]),
+        ({"actions": "1"}, [0, 1]),
+        ({"actions": "1,2"}, [0]),
+        ({"actions": "2,1"}, [1]),
+        ({"actions": "1,2,1"}, []),
+    ],
+)
+def test_laps_are_chosen_by_what_the_car_does_somewhere(condition, expected):
+    """Two laps, the second a tenth faster; one left of the centre line, choosing 1 and then 2, the other reversed."""
+    one = as_log([drive(by_thirds)] * 2, offset_m=0.1).filter(pl.col("unique_episode") == 0)
+    two = as_log([drive(lambda arc: by_thirds(arc) * 1.1)] * 2, offset_m=-0.1).filter(pl.col("unique_episode") == 1)
+    late = (pl.col("progress_share") > 0.5) == (pl.col("unique_episode") == 0)
+    log = pl.concat([one, two]).with_columns(action=pl.when(late).then(2).otherwise(1).cast(pl.Int32))
+    assert LapOptions(**condition).rows(find_laps(log, stadium())).tolist() == expected
 
 
 def test_a_slide_is_the_angle_between_heading_and_path():
@@ -89,22 +112,22 @@ def test_a_slide_is_the_angle_between_heading_and_path():
     laps = find_laps(as_log([drive(by_thirds)] * 2).with_columns(yaw_rad=turned), stadium())
     straight, sliding = laps.about["max_slide_rad"]
     assert (straight, sliding) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.3, abs=1e-6))
-    assert LapFilter(max_slide_rad=0.2).rows(laps).tolist() == [0]
+    assert LapOptions(slide=np.degrees(0.2)).rows(laps).tolist() == [0]
 
 
 def test_filters_choose_what_they_say():
     speeds = [lambda arc, k=k: np.full_like(arc, 2.0 + 0.1 * k) for k in range(8)]
     begins = [0.0, 5.0] * 4
     laps = find_laps(as_log([drive(*one) for one in zip(speeds, begins, strict=True)]), stadium())
-    assert LapFilter(begins="line").rows(laps).tolist() == [0, 2, 4, 6]
-    assert LapFilter(begins="flying").rows(laps).tolist() == []
-    assert LapFilter(iterations=(1, 2)).rows(laps).tolist() == [2, 3, 4, 5]
-    assert LapFilter(quarter=4).rows(laps).tolist() == [6, 7]
-    assert LapFilter(fastest=2, begins="line").rows(laps).tolist() == [4, 6]
-    assert LapFilter(within_percent=10.0).rows(laps).tolist() == [5, 6, 7]
-    assert LapFilter(phase="evaluation").rows(laps).tolist() == []
-    assert LapFilter(top_speed_mps=2.55).rows(laps).tolist() == [6, 7]
+    assert LapOptions(begins="line").rows(laps).tolist() == [0, 2, 4, 6]
+    assert LapOptions(begins="flying").rows(laps).tolist() == []
+    assert LapOptions(iterations="1..2").rows(laps).tolist() == [2, 3, 4, 5]
+    assert LapOptions(quarter=4).rows(laps).tolist() == [6, 7]
+    assert LapOptions(fastest=2, begins="line").rows(laps).tolist() == [4, 6]
+    assert LapOptions(within=10.0).rows(laps).tolist() == [5, 6, 7]
+    assert LapOptions(phase="evaluation").rows(laps).tolist() == []
+    assert LapOptions(top_speed=2.55).rows(laps).tolist() == [6, 7]
     zone = time_laps(laps).zone_seconds[:, 1]
-    assert LapFilter(turn=(2, float(zone[5]))).rows(laps).tolist() == np.flatnonzero(zone <= zone[5]).tolist()
-    assert LapFilter(mean_reward=1.0).rows(laps).tolist() == list(range(8))
-    assert LapFilter(mean_reward=1.01).rows(laps).tolist() == []
+    assert LapOptions(turn=f"2={zone[5]}").rows(laps).tolist() == np.flatnonzero(zone <= zone[5]).tolist()
+    assert LapOptions(mean_reward=1.0).rows(laps).tolist() == list(range(8))
+    assert LapOptions(mean_reward=1.01).rows(laps).tolist() == []

@@ -1,74 +1,82 @@
-"""Which laps of a log count. Begin with `LapFilter`."""
+"""Which laps of a log count. Begin with `LapOptions`.
+
+The options of a command are made from it, so nothing heavy is imported before laps are chosen.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar
 
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
-from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
+from racecraft.settings.request import Request, option
+
+if TYPE_CHECKING:
+    from racecraft.contract.world import Array
+    from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
 
 LINE, REST, FLYING = "line", "rest", "flying"
-BEGINNINGS = (LINE, REST, FLYING)
 LINE_SHARE = 0.02
 """A lap begins at the start line if it begins within so much of the lap from it."""
+LEFT, RIGHT = "left", "right"
+NUMBER = r"(\d+(?:\.\d+)?)"
 
 
-@dataclass(frozen=True)
-class LapFilter:
+@dataclass(frozen=True, kw_only=True)
+class LapOptions(Request):
     """What a lap must be to count; every condition that is given must hold."""
 
-    phase: str | None = None
-    """"training", "evaluation" or "leaderboard"."""
-    iterations: tuple[int, int] | None = None
-    """First and last iteration, both included, counted as the log counts them."""
-    quarter: int | None = None
-    """Quarter of the log's episodes, 1 to 4."""
-    begins: str | None = None
-    """LINE: at the start line; REST: from standstill; FLYING: at speed."""
-    within_percent: float | None = None
-    """At most so much slower than the fastest of the laps that are left, 0 or more."""
-    fastest: int | None = None
-    """So many of the laps that are left, the fastest."""
-    clean: bool = False
-    """The car never left the road in it and was never set back."""
-    turn: tuple[int, float] | None = None
-    """Number of a corner, and how many seconds its zone takes at most."""
-    section: tuple[int, int, float] | None = None
-    """First and last waypoint of a section, and how many seconds it takes at most; it may reach over the start line."""
-    max_slide_rad: float | None = None
-    """The angle between where the car points and where it goes is at most so large."""
-    top_speed_mps: float | None = None
-    """The car drives so fast somewhere, at least."""
-    mean_reward: float | None = None
-    """A tick pays so much on average, at least."""
-
-    def __post_init__(self) -> None:
-        """Refuse what no lap can be.
-
-        Raises:
-            SettingError: A value outside its range.
-        """
-        if self.begins is not None and self.begins not in BEGINNINGS:
-            raise SettingError(
-                "--begins is {begins!r}; expected one of {beginnings}.",
-                begins=self.begins,
-                beginnings=", ".join(BEGINNINGS),
-            )
-        if self.quarter is not None and not 1 <= self.quarter <= 4:
-            raise SettingError("--quarter is {quarter}; expected 1 to 4.", quarter=self.quarter)
+    PANEL: ClassVar[str] = "Which laps count"
+    phase: str | None = option(None, "training, evaluation or leaderboard.",
+                               choices=("training", "evaluation", "leaderboard"))  # fmt: skip
+    iterations: str | None = option(None, "Iterations of the training, such as 10..20, counted as in AWS's file names.")
+    quarter: int | None = option(None, "Quarter of the episodes, 1 to 4: how early or late in the training.",
+                                 low=1, high=4)  # fmt: skip
+    begins: str | None = option(None, "line: at the start line; rest: from standstill; flying: at speed.",
+                                choices=(LINE, REST, FLYING))  # fmt: skip
+    within: float | None = option(None, "At most so many per cent slower than the fastest lap.", low=0.0)
+    fastest: int | None = option(None, "So many laps, the fastest.", low=1)
+    clean: bool = option(False, "Only laps in which the car never left the road.")
+    turn: str | None = option(None, "Turn 3 with the straight behind it takes 1.6 s at most: 3=1.6.")
+    section: str | None = option(None, "From waypoint 30 to 50 in 1.6 s at most: 30..50=1.6; also over the start line.")
+    at: str | None = option(
+        None, "At waypoint 57 the car drives 2 m/s at least: 57=2; or is left or right of the centre line: 57=left."
+    )
+    actions: str | None = option(None, "Action 4 is chosen somewhere: 4; or several follow one another: 4,4,7.")
+    slide: float | None = option(
+        None, "At most so many degrees between where the car points and where it goes.", low=0.0
+    )
+    top_speed: float | None = option(None, "The car drives so fast somewhere, m/s.")
+    mean_reward: float | None = option(None, "A tick pays so much on average.")
 
     def rows(self, laps: Laps) -> Array:
-        """Return the rows of the laps that count, in the log's order."""
+        """Return the rows of the laps that count, in the log's order.
+
+        Raises:
+            SettingError: A value that no lap of this track or log can have.
+        """
+        import numpy as np
+
+        rows = np.flatnonzero(self._from_there(laps) & self._driven(laps))
+        seconds = laps.lap_seconds
+        if self.within is not None and len(rows):
+            rows = rows[seconds[rows] <= seconds[rows].min() * (1.0 + self.within / 100.0) + 1e-9]
+        if self.fastest is not None:
+            rows = np.sort(rows[np.argsort(seconds[rows], kind="stable")[: self.fastest]])
+        return rows
+
+    def _from_there(self, laps: Laps) -> Array:
+        """Tell which laps (L,) stem from where they are to stem from: phase, iteration, quarter, beginning."""
+        import numpy as np
+
         about = laps.about
         counts = np.ones(len(laps), np.bool_)
         if self.phase is not None:
             counts &= (about["phase"] == self.phase).to_numpy()
         if self.iterations is not None:
-            counts &= about["iteration"].is_between(*self.iterations).to_numpy()
+            counts &= about["iteration"].is_between(*_iterations(self.iterations)).to_numpy()
         if self.quarter is not None:
             counts &= (4 * about["unique_episode"].to_numpy() // max(1, laps.episodes)) + 1 == self.quarter
         if self.begins == LINE:
@@ -76,119 +84,113 @@ class LapFilter:
             counts &= np.minimum(share, 1.0 - share) <= LINE_SHARE
         elif self.begins is not None:
             counts &= about["from_rest"].to_numpy() == (self.begins == REST)
-        if self.clean:
-            counts &= about["resets"].to_numpy() == 0
-        return self._quick(np.flatnonzero(counts & self._driven(laps)), laps.lap_seconds)
-
-    def _driven(self, laps: Laps) -> Array:
-        """Tell which laps (L,) were driven as asked.
-
-        Raises:
-            SettingError: The track has no such corner.
-        """
-        counts = np.ones(len(laps), np.bool_)
-        if self.top_speed_mps is not None and len(laps):
-            counts &= np.nanmax(laps.speed_mps, axis=1) >= self.top_speed_mps
-        if self.mean_reward is not None:
-            counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
-        if self.max_slide_rad is not None:
-            counts &= laps.about["max_slide_rad"].to_numpy() <= self.max_slide_rad
-        if self.section is not None:
-            first, last, seconds = self.section
-            counts &= _section_seconds(laps, first, last) <= seconds
-        if self.turn is not None:
-            number, most = self.turn
-            timing = time_laps(laps)
-            if not 1 <= number <= len(timing.corners):
-                raise SettingError(
-                    "--turn {number}: {track} has {count} corners; expected one of them.",
-                    number=number,
-                    track=laps.track.name,
-                    count=len(timing.corners),
-                )
-            counts &= timing.zone_seconds[:, number - 1] <= most
         return counts
 
-    def _quick(self, rows: Array, seconds: Array) -> Array:
-        """Return those of the rows that are quick enough."""
-        if self.within_percent is not None and len(rows):
-            rows = rows[seconds[rows] <= seconds[rows].min() * (1.0 + self.within_percent / 100.0) + 1e-9]
-        if self.fastest is not None:
-            rows = np.sort(rows[np.argsort(seconds[rows], kind="stable")[: self.fastest]])
-        return rows
+    def _driven(self, laps: Laps) -> Array:
+        """Tell which laps (L,) were driven as they are to be driven."""
+        import numpy as np
+
+        counts = np.ones(len(laps), np.bool_)
+        if self.clean:
+            counts &= laps.about["resets"].to_numpy() == 0
+        if self.top_speed is not None and len(laps):
+            counts &= np.nanmax(laps.speed_mps, axis=1) >= self.top_speed
+        if self.mean_reward is not None:
+            counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
+        if self.slide is not None:
+            counts &= laps.about["max_slide_rad"].to_numpy() <= math.radians(self.slide)
+        for text, met in ((self.turn, _turn), (self.section, _section), (self.at, _at), (self.actions, _actions)):
+            if text is not None:
+                counts &= met(laps, text)
+        return counts
 
 
-def _section_seconds(laps: Laps, first: int, last: int) -> Array:
-    """Return how long each lap takes from one waypoint to another, (L,) s.
-
-    Raises:
-        SettingError: The track has no such waypoint.
-    """
-    waypoints = laps.track.as_filed().centre
-    if not (0 <= first < len(waypoints) and 0 <= last < len(waypoints)):
-        raise SettingError(
-            "--section {first}..{last}: {track} has waypoints 0 to {count}; expected two of them.",
-            first=first,
-            last=last,
-            track=laps.track.name,
-            count=len(waypoints) - 1,
-        )
-    begin, end = laps.track.locate(waypoints[[first, last]]).arc / laps.track.length
-    inside = (
-        (laps.shares >= begin) & (laps.shares < end) if begin <= end else (laps.shares >= begin) | (laps.shares < end)
-    )
-    return np.asarray(laps.seconds[:, inside].sum(axis=1))
-
-
-def read_section(text: str) -> tuple[int, int, float]:
-    """Return first and last waypoint and the longest time, s, of "30..50=1.6".
-
-    Raises:
-        SettingError: Another form.
-
-    >>> read_section("30..50=1.6")
-    (30, 50, 1.6)
-    """
-    waypoints, _, seconds = text.partition("=")
-    first, _, last = waypoints.partition("..")
-    try:
-        return int(first), int(last), float(seconds)
-    except ValueError:
-        raise SettingError(
-            "--section is {text!r}; expected two waypoints and seconds, such as 30..50=1.6.", text=text
-        ) from None
-
-
-def read_iterations(text: str) -> tuple[int, int]:
-    """Return the first and the last iteration of "10..20", "10.." or "10".
-
-    Raises:
-        SettingError: Another form, or the last lies before the first.
-
-    >>> read_iterations("10..20"), read_iterations("7")
-    ((10, 20), (7, 7))
-    """
-    first, dots, last = text.partition("..")
-    try:
-        ends = int(first or 0), (int(last) if last else 2**31 - 1) if dots else int(first)
-    except ValueError:
-        ends = (1, 0)
-    if ends[1] < ends[0] or not text:
-        raise SettingError("--iterations is {text!r}; expected a number, or two such as 10..20.", text=text)
+def _iterations(text: str) -> tuple[int, int]:
+    """Return the first and the last iteration of "10..20", "10.." or "10"."""
+    expected = "a number, or two such as 10..20"
+    first, dots, last = _read("iterations", text, r"(?=.)(\d*)(\.\.)?(\d*)", expected)
+    ends = int(first or 0), int(last or 2**31 - 1) if dots else int(first)
+    if ends[1] < ends[0]:
+        raise _refusal("iterations", text, expected)
     return ends
 
 
-def read_turn(text: str) -> tuple[int, float]:
-    """Return a corner's number and its longest time, s, of "3=1.6".
+def _turn(laps: Laps, text: str) -> Array:
+    """Tell which laps (L,) take so many seconds at most in the zone of a corner, "3=1.6"."""
+    from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
+
+    number, seconds = _read("turn", text, r"(\d+)=" + NUMBER, "a corner and seconds, such as 3=1.6")
+    timing = time_laps(laps)
+    if not 1 <= int(number) <= len(timing.corners):
+        raise SettingError(
+            "--turn {number}: {track} has {count} corners; expected one of them.",
+            number=number, track=laps.track.name, count=len(timing.corners),
+        )  # fmt: skip
+    return timing.zone_seconds[:, int(number) - 1] <= float(seconds)
+
+
+def _section(laps: Laps, text: str) -> Array:
+    """Tell which laps (L,) take so many seconds at most from one waypoint to another, "30..50=1.6"."""
+    expected = "two waypoints and seconds, such as 30..50=1.6"
+    first, last, seconds = _read("section", text, r"(\d+)\.\.(\d+)=" + NUMBER, expected)
+    begin, end = (_share(laps, "section", int(one)) for one in (first, last))
+    behind, before = laps.shares >= begin, laps.shares < end
+    inside = behind & before if begin <= end else behind | before
+    return laps.seconds[:, inside].sum(axis=1) <= float(seconds)
+
+
+def _at(laps: Laps, text: str) -> Array:
+    """Tell which laps (L,) pass a waypoint at such a speed at least, "57=2", or on a side, "57=left"."""
+    expected = "a waypoint and left, right or a speed in m/s, such as 57=left or 57=2.5"
+    waypoint, wanted = _read("at", text, rf"(\d+)=({LEFT}|{RIGHT}|\d+(?:\.\d+)?)", expected)
+    piece = min(int(_share(laps, "at", int(waypoint)) * laps.pieces), laps.pieces - 1)
+    if wanted in (LEFT, RIGHT):
+        return (laps.offset_m[:, piece] > 0.0) == (wanted == LEFT)
+    return laps.speed_mps[:, piece] >= float(wanted)
+
+
+def _actions(laps: Laps, text: str) -> Array:
+    """Tell in which laps (L,) actions follow one another, "4,4,7"."""
+    import numpy as np
+    from numpy.lib.stride_tricks import sliding_window_view
+
+    _read("actions", text, r"(\d+(?:,\d+)*)", "numbers of actions, such as 4 or 4,4,7")
+    wanted = [int(one) for one in text.split(",")]
+    chosen = laps.about["actions"].explode().drop_nulls().unique().sort()
+    if unknown := sorted(set(wanted) - set(chosen.to_list())):
+        raise SettingError(
+            "--actions {text}: no lap of the log chooses action {unknown}; expected some of {chosen} "
+            "(-1: the actions are continuous and have no numbers).",
+            text=text, unknown=unknown[0], chosen=", ".join(map(str, chosen)),
+        )  # fmt: skip
+    return np.array([
+        len(one) >= len(wanted) and (sliding_window_view(one.to_numpy(), len(wanted)) == wanted).all(axis=1).any()
+        for one in laps.about["actions"]
+    ], np.bool_)  # fmt: skip
+
+
+def _share(laps: Laps, name: str, waypoint: int) -> float:
+    """Return where on the lap a waypoint is, a share of it."""
+    waypoints = laps.track.as_filed().centre
+    if waypoint >= len(waypoints):
+        raise SettingError(
+            "--{name}: {track} has no waypoint {waypoint}; expected 0 to {last}.",
+            name=name, track=laps.track.name, waypoint=waypoint, last=len(waypoints) - 1,
+        )  # fmt: skip
+    return float(laps.track.locate(waypoints[[waypoint]]).arc[0] / laps.track.length)
+
+
+def _read(name: str, text: str, form: str, expected: str) -> tuple[str, ...]:
+    """Return the parts of an option's value.
 
     Raises:
-        SettingError: Another form.
-
-    >>> read_turn("3=1.6")
-    (3, 1.6)
+        SettingError: It has another form.
     """
-    number, _, seconds = text.partition("=")
-    try:
-        return int(number), float(seconds)
-    except ValueError:
-        raise SettingError("--turn is {text!r}; expected a corner and seconds, such as 3=1.6.", text=text) from None
+    match = re.fullmatch(form, text)
+    if match is None:
+        raise _refusal(name, text, expected)
+    return match.groups("")
+
+
+def _refusal(name: str, text: str, expected: str) -> SettingError:
+    return SettingError("--{name} is {text!r}; expected {expected}.", name=name, text=text, expected=expected)

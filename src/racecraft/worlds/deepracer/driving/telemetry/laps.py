@@ -35,7 +35,7 @@ TRACES = ("seconds", "metres", "steering_rad", "throttle_mps", "offset_m")
 ORIGIN = ("round", "phase", "stream", "worker")
 """What a lap cannot reach over."""
 NEEDED = (*ORIGIN, "iteration", "episode", "unique_episode", "time_s", "x_m", "y_m", "yaw_rad", "steering_rad",
-          "speed_mps", "progress_share", "status")  # fmt: skip
+          "speed_mps", "action", "progress_share", "status")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +47,9 @@ class Laps:
     about: pl.DataFrame
     """A row a lap: round, phase, stream, worker, iteration, episode, unique_episode; `first_row` and `last_row` among
     the ticks; `seconds`; `begin_share`, where on the lap it began; `from_rest`; `resets`, how often the car left the
-    road and was set back; `steps`; `mean_reward` of a tick, null where the log has none; `max_slide_rad`, the largest
-    angle between where the car points and where it goes, 0 or more."""
+    road and was set back; `actions`, a list of the numbers that it chose tick by tick; `mean_reward` of a tick, null
+    where the log has none; `max_slide_rad`, the largest angle between where the car points and where it goes, 0 or
+    more."""
     seconds: Array
     """(L, N) s spent on each piece."""
     metres: Array
@@ -108,11 +109,12 @@ def find_laps(ticks: pl.DataFrame, track: Track) -> Laps:
         ticks: The table of `logs.read`.
         track: As it was driven.
     """
-    columns = {name: ticks[name].to_numpy() for name in NEEDED if name not in ("phase", "stream", "status")}
+    columns = {name: ticks[name].to_numpy() for name in NEEDED if name not in ("phase", "stream", "status", "action")}
     first, last, from_rest = _spans(ticks, columns)
     traces, begin_share = trace_laps(columns, first, last, track)
     about = ticks[last.tolist()].select(*ORIGIN, "iteration", "episode", "unique_episode").with_columns(
         **_series(first, last, columns, from_rest),
+        actions=_actions(ticks, first, last),
         begin_share=_polars().Series(begin_share),
         resets=_polars().Series(_resets(ticks, first, last)),
         mean_reward=_mean_reward(ticks, first, last),
@@ -171,7 +173,6 @@ def _series(first: Array, last: Array, columns: dict[str, Array], from_rest: Arr
         "last_row": series(last),
         "seconds": series(seconds),
         "from_rest": series(from_rest),
-        "steps": series(last - first),
     }
 
 
@@ -274,6 +275,13 @@ def _resets(ticks: pl.DataFrame, first: Array, last: Array) -> Array:
     is_start = happened & ~np.concatenate([[False], happened[:-1]])
     count = np.concatenate([[0], np.cumsum(is_start)])
     return np.asarray(count[last + 1] - count[first + 1])
+
+
+def _actions(ticks: pl.DataFrame, first: Array, last: Array) -> pl.Series:
+    """Return the numbers of the actions that each lap chose, tick by tick."""
+    numbers = ticks["action"].fill_null(-1)
+    rows = zip(first.tolist(), last.tolist(), strict=True)
+    return _polars().Series([numbers[begin + 1 : end + 1] for begin, end in rows], dtype=_polars().List(numbers.dtype))
 
 
 def _mean_reward(ticks: pl.DataFrame, first: Array, last: Array) -> pl.Series:
