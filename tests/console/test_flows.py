@@ -1,6 +1,7 @@
 """A browser walks the console: each flow with its clicks counted, each page looked at by axe."""
 
 import contextlib
+import json
 
 import pytest
 from tests.browser import Browser, needs_chromium
@@ -8,6 +9,7 @@ from tests.console.conftest import write_run
 
 from racecraft.console.application import make_console
 from racecraft.console.pages import create, garage
+from racecraft.console.workspace import Note
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.web.server import ServerThread
 
@@ -34,6 +36,13 @@ def console(tmp_path, monkeypatch):
 
 @pytest.fixture
 def browser():
+    made = Browser(1440, 900)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def other_browser():
     made = Browser(1440, 900)
     yield made
     made.close()
@@ -137,6 +146,48 @@ def test_a_draft_is_kept_while_one_types(console, browser):
     page.wait_for_selector("text=Draft kept.")
     page.reload()
     assert page.input_value("#name") == "kept"
+
+
+def test_who_comes_second_is_shown_both_versions_and_keeps_one_or_both(console, browser, other_browser):
+    address, workspace, _ = console
+    model = workspace.create("shared", {}, Note(text="one\ntwo"))
+    first, second = browser.page, other_browser.page
+    for page in (first, second):
+        page.goto(f"{address}/models/shared")
+    first.fill("#text", "one\nfast in turn 1")
+    first.fill("#tags", "race")
+    first.click("text=Keep")
+    first.wait_for_selector("text=race")
+    second.fill("#text", "one\nslow in turn 1")
+    second.click("text=Keep")
+    second.wait_for_selector("text=changed elsewhere")
+    assert model.note().text == "one\nfast in turn 1"
+    assert second.locator(".versions tr.fresh").count() == 2
+    second.click("text=Keep both")
+    second.wait_for_url("**/models/shared")
+    assert (model.note().text, model.note().tags) == ("one\nslow in turn 1\nfast in turn 1", ("race",))
+
+
+def test_a_draft_that_changed_elsewhere_shows_both_and_keeps_what_was_typed(console, browser, other_browser):
+    address, workspace, begun = console
+    browser.open(f"{address}/drafts/new")
+    first, second = browser.page, other_browser.page
+    first.click("button:has-text('Algorithm')")
+    first.wait_for_url("**/algorithm")
+    second.goto(first.url)
+    first.fill("#lr", "0.002")
+    first.wait_for_selector("text=Draft kept.")
+    second.fill("#lr", "0.005")
+    second.wait_for_selector("text=changed elsewhere")
+    second.click("#create")
+    second.wait_for_selector(".versions")
+    assert second.inner_text(".versions tr.fresh") == "0.005\t0.002"
+    assert second.input_value("#lr") == "0.005"
+    assert begun == []
+    second.click("#create")
+    second.wait_for_url("**/models/my-car")
+    made = json.loads((workspace.path / "models/my-car/hyperparameters.json").read_text())
+    assert made["lr"] == 0.005
 
 
 def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(console, browser):

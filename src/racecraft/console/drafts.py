@@ -24,7 +24,15 @@ class DraftError(UserInputError):
 
 
 class DraftChangedError(UserInputError):
-    """Somebody else changed a draft since the form was loaded."""
+    """Another page changed a draft since the form was loaded.
+
+    Args:
+        others: What that page typed into the fields in which both differ.
+    """
+
+    def __init__(self, others: Mapping[str, Any]) -> None:
+        super().__init__("This draft was changed elsewhere: {fields}.", fields=", ".join(sorted(others)))
+        self.others = others
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,13 +125,11 @@ class Drafts:
             DraftChangedError: Another form changed one of these fields since.
         """
         if edits != draft.edits and writer != draft.writer:
-            other = {field for field, value in typed.items() if draft.typed.get(field, value) != value}
-            if other:
-                raise DraftChangedError(
-                    "This draft was changed elsewhere: {other}. Load the page again to see it, or "
-                    "send yours once more to keep it.",
-                    other=", ".join(sorted(other)),
-                )
+            others = {
+                field: draft.typed[field] for field in typed if draft.typed.get(field, typed[field]) != typed[field]
+            }
+            if others:
+                raise DraftChangedError(others)
         changed = replace(draft, name=name[:64], typed={**draft.typed, **typed})
         return draft if changed == draft else self._write(replace(changed, edits=draft.edits + 1, writer=writer))
 

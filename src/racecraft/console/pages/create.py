@@ -6,6 +6,7 @@ import secrets
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -15,6 +16,7 @@ from starlette.routing import BaseRoute, Route
 
 from racecraft.console.drafts import Draft, DraftChangedError, DraftError, Drafts
 from racecraft.console.form import Field, Step, read_fields
+from racecraft.console.merge import side_by_side
 from racecraft.console.pages.model import address
 from racecraft.console.parts import WorldParts, parts_of
 from racecraft.console.section import Section
@@ -95,10 +97,12 @@ def send_step(console: Console, request: Request, fields: Fields) -> str | Page:
     """Keep what was typed in a step; go to another one, or make the model and train it."""
     draft, key = _draft(console, request), request.path_params["step"]
     steps = parts_of(draft.kind).steps(draft.typed)
+    step = _step(steps, key)
     try:
-        draft = _kept(console, draft, _step(steps, key), fields)
+        draft = _kept(console, draft, step, fields)
     except DraftChangedError as error:
-        return _page(draft, key, [str(error)], 409)
+        mine = replace(draft, typed={**draft.typed, **_typed(step, fields)})
+        return _page(mine, key, [f"{error} Yours stands below; sent once more, it is kept."], 409, error.others)
     go = one(fields, "go")
     if go != CREATE:
         return _at(draft, go if go in {step.key for step in steps} else key)
@@ -117,7 +121,8 @@ def keep_step(console: Console, request: Request, fields: Fields) -> Response:
     try:
         draft = _kept(console, draft, _step(parts.steps(draft.typed), key), fields)
     except DraftChangedError as error:
-        return json_answer({"error": "changed", "message": str(error)}, 409)
+        message = f"{error} Choose a step or Create and train to see both."
+        return json_answer({"error": "changed", "message": message}, 409)
     values, wrong = read_fields(parts.steps(draft.typed), draft.typed)
     return json_answer({"edits": draft.edits, "wrong": wrong, "remarks": parts.remarks(values)})
 
@@ -164,7 +169,9 @@ def _source(model: str, checkpoint: str) -> str:
     return f"{model}:{checkpoint}" if checkpoint.isdigit() else model
 
 
-def _page(draft: Draft, key: str, messages: list[str], status: int = 200) -> Page:
+def _page(
+    draft: Draft, key: str, messages: list[str], status: int = 200, others: Mapping[str, Any] = MappingProxyType({})
+) -> Page:
     parts = parts_of(draft.kind)
     steps = parts.steps(draft.typed)
     step = _step(steps, key)
@@ -188,6 +195,14 @@ def _page(draft: Draft, key: str, messages: list[str], status: int = 200) -> Pag
             "stage_styles": list(step.styles),
             "next": keys[at + 1] if at + 1 < len(keys) else "",
             "messages": messages,
+            "others": [
+                {
+                    "label": field.label,
+                    "lines": side_by_side(str(draft.typed[field.name]), str(others[field.name])),
+                }
+                for field in step.fields
+                if field.name in others
+            ],
             "summary": parts.summary({**parts.defaults(), **values}),
             "remarks": parts.remarks(values),
             "makers": [(one.kind.title, f"/drafts/new?kind={one.kind.name}") for one in makers()],
@@ -215,20 +230,24 @@ def _field(field: Field, draft: Draft, wrong: Mapping[str, str]) -> dict[str, An
 
 def _kept(console: Console, draft: Draft, step: Step, fields: Fields) -> Draft:
     """Return the draft with what a step's form sent; a switch that is off is not sent at all."""
-    typed: dict[str, Any] = {}
-    for field in step.fields:
-        if field.kind == "switch":
-            typed[field.name] = one(fields, field.name) in ("on", "1", "true")
-        elif field.name in fields:
-            typed[field.name] = one(fields, field.name).replace("\r\n", "\n")
     edits = one(fields, "edits", "0")
     return Drafts(console.workspace.path / "drafts").keep(
         draft,
         int(edits) if edits.isdigit() else 0,
         one(fields, "writer"),
         one(fields, "name", draft.name).strip(),
-        typed,
+        _typed(step, fields),
     )
+
+
+def _typed(step: Step, fields: Fields) -> dict[str, Any]:
+    typed: dict[str, Any] = {}
+    for field in step.fields:
+        if field.kind == "switch":
+            typed[field.name] = one(fields, field.name) in ("on", "1", "true")
+        elif field.name in fields:
+            typed[field.name] = one(fields, field.name).replace("\r\n", "\n")
+    return typed
 
 
 def _draft(console: Console, request: Request) -> Draft:

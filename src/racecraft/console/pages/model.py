@@ -15,13 +15,14 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Mount, Route
 
+from racecraft.console.merge import both_texts, side_by_side
 from racecraft.console.model_row import ERROR, NEW, QUEUED, STOPPING, TRAINING
 from racecraft.console.parts import Figure, WorldParts, parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, looked, one, page_routes
 from racecraft.console.training import stop_training
 from racecraft.console.watching import Watching
-from racecraft.console.workspace import Model, WorkspaceError
+from racecraft.console.workspace import MODEL_FILE, Model, Note, WorkspaceError
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs import submit
@@ -30,6 +31,8 @@ from racecraft.jobs.store import get
 from racecraft.web.errors import WebError
 
 LOG_LINES, LOG_BYTES = 60, 64_000
+MAX_NOTE = 10_000
+"""Characters."""
 TABS = (("Checkpoints", "/checkpoints"), ("Evaluations", "/evaluations"), ("Files", "/files"))
 
 
@@ -251,13 +254,39 @@ def resume(console: Console, request: Request, fields: Fields) -> str:
     return address(model.name)
 
 
-def write_note(console: Console, request: Request, fields: Fields) -> str:
-    """Write what people say of a model."""
-    model, _ = model_of(console, request)
-    tags = tuple(sorted({tag.strip()[:32] for tag in one(fields, "tags").split(",")} - {""}))
-    model.write_note(replace(model.note(), tags=tags, text=one(fields, "text")[:10_000]))
+def write_note(console: Console, request: Request, fields: Fields) -> str | Page:
+    """Write what people say of a model; where it changed since the form was loaded, show both."""
+    model, row = model_of(console, request)
+    note = model.note()
+    mine = _tags_and_text(fields, "")
+    began, now = _tags_and_text(fields, "began_"), (note.tags, note.text[:MAX_NOTE])
+    if now not in (began, mine):
+        return _changed_note(model, row, mine, note)
+    model.write_note(replace(note, tags=mine[0], text=mine[1]))
     console.watcher.look()
     return address(model.name)
+
+
+def _tags_and_text(fields: Fields, prefix: str) -> tuple[tuple[str, ...], str]:
+    tags = {tag.strip()[:32] for tag in one(fields, f"{prefix}tags").split(",")} - {""}
+    return tuple(sorted(tags)), one(fields, f"{prefix}text").replace("\r\n", "\n")[:MAX_NOTE]
+
+
+def _changed_note(model: Model, row: Mapping[str, Any], mine: tuple[tuple[str, ...], str], note: Note) -> Page:
+    """Return both versions of a note, with three ways on."""
+    tags, text = mine
+    data = {
+        **frame(row, "Overview", parts_of(row["kind"]) if row["kind"] else None),
+        "lines": side_by_side(f"Tags: {', '.join(tags)}\n{text}", f"Tags: {', '.join(note.tags)}\n{note.text}"),
+        "changed": (model.path / MODEL_FILE).stat().st_mtime,
+        "now_tags": ", ".join(note.tags),
+        "now_text": note.text,
+        "ways": [
+            ("Keep both", ", ".join(sorted({*tags, *note.tags})), both_texts(text, note.text)),
+            ("Keep mine", ", ".join(tags), text),
+        ],
+    }
+    return Page("note_changed.html", model.name, data, status=409)
 
 
 def rename(console: Console, request: Request, fields: Fields) -> str:
