@@ -1,8 +1,10 @@
 """Rows made from folders and jobs: current, made again when lost, without opening what has not changed."""
 
 import json
+import os
 import sqlite3
 import threading
+import time
 
 import pytest
 from tests.console.conftest import write_run
@@ -10,7 +12,8 @@ from tests.console.conftest import write_run
 from racecraft.console import index as index_module
 from racecraft.console.index import FILE, Index
 from racecraft.console.run_row import RunRow, read_run
-from racecraft.console.workspace import WorkspaceError
+from racecraft.console.workspace import Note, WorkspaceError
+from racecraft.database.engine import DatabaseError
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.job import new_job
 from racecraft.jobs.states import State
@@ -78,6 +81,47 @@ def test_a_database_that_is_lost_is_made_again_from_the_folders(workspace, harm)
     again.refresh()
     assert again.row("a") == before
     again.close()
+
+
+def test_a_full_disk_is_said_and_the_rows_are_made_once_there_is_space(workspace, index):
+    write_run(workspace.path / "runs/a")
+    index.refresh()
+    with index._engine.connect() as connection:
+        pages = connection.exec_driver_sql("pragma page_count").scalar()
+        connection.exec_driver_sql(f"pragma max_page_count={pages}")
+    note = workspace.model("a")
+    note.write_note(Note(text="long " * 20_000))
+    with pytest.raises(DatabaseError, match="disk is full"):
+        index.refresh()
+    assert index.row("a")["text"] == ""
+    with index._engine.connect() as connection:
+        connection.exec_driver_sql("pragma max_page_count=1000000")
+    assert index.refresh() == ["a"]
+    assert len(index.row("a")["text"]) == 100_000
+
+
+def test_a_run_folder_that_vanishes_is_no_row_and_comes_back_with_it(workspace, index):
+    run = write_run(workspace.create("car", {}).path / "runs/1")
+    index.refresh()
+    run.rename(workspace.path / "elsewhere")
+    assert index.refresh() == ["car"]
+    assert (index.row("car")["status"], index.row("car")["run"]) == ("new", "")
+    (workspace.path / "elsewhere").rename(run)
+    assert index.refresh() == ["car"]
+    assert index.row("car")["status"] == "ready"
+
+
+@pytest.mark.parametrize("jump_seconds", [-7200.0, 7200.0])
+def test_a_clock_that_jumps_loses_no_change(workspace, index, monkeypatch, jump_seconds):
+    run = write_run(workspace.path / "runs/a")
+    index.refresh()
+    now = time.time()
+    monkeypatch.setattr(time, "time", lambda: now + jump_seconds)
+    with open(run / "metrics.jsonl", "a") as file:
+        file.write('{"iteration": 4, "steps": 9000, "seconds": 70.0}\n')
+    os.utime(run / "metrics.jsonl", (now + jump_seconds, now + jump_seconds))
+    assert index.refresh() == ["a"]
+    assert index.row("a")["iterations"] == 4
 
 
 def test_a_model_that_was_deleted_is_no_row(workspace, index):

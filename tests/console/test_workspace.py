@@ -1,8 +1,13 @@
 """Models as folders: found, made, renamed, deleted and restored."""
 
+import errno
+import os
+import stat
+
 import pytest
 
 from racecraft.console.workspace import BIN, BIN_SECONDS, Note, Workspace, WorkspaceError
+from racecraft.formats.atomic import OutputFileError
 
 
 @pytest.fixture
@@ -36,6 +41,20 @@ def test_a_name_that_leads_elsewhere_is_refused(workspace, name):
     with pytest.raises(WorkspaceError):
         workspace.create(name, {})
     assert workspace.find(name) is None
+
+
+def test_a_disk_that_fills_leaves_no_half_of_a_model(workspace, monkeypatch):
+    real, left = os.fsync, iter((True, False))
+
+    def fsync(handle):
+        if not stat.S_ISDIR(os.fstat(handle).st_mode) and not next(left):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(handle)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    with pytest.raises(OutputFileError, match="disk is full"):
+        workspace.create("car", {"reward_function.py": "x = 1\n", "model_metadata.json": "{}"})
+    assert list(workspace.models()) == []
 
 
 def test_a_taken_name_is_refused_with_a_free_one(workspace):

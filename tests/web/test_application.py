@@ -1,5 +1,6 @@
 """An application of ours: who may ask, how much, how errors are answered, and that it lives on after each."""
 
+import errno
 import json
 import re
 import socket
@@ -34,6 +35,14 @@ def unusable(request):
     raise UserInputError("runs/x: no such run.")
 
 
+def full(request):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def broken(request):
+    raise OSError(errno.EIO, "Input/output error")
+
+
 async def form(request):
     return json_answer(await checked_form(request))
 
@@ -44,7 +53,8 @@ async def size(request):
 
 ROUTES = [
     Route("/", page), Route("/value", value), Route("/fails", fails), Route("/refused", refused),
-    Route("/unusable", unusable), Route("/form", form, methods=["POST"]), Route("/size", size, methods=["POST"]),
+    Route("/unusable", unusable), Route("/full", full), Route("/broken", broken),
+    Route("/form", form, methods=["POST"]), Route("/size", size, methods=["POST"]),
 ]  # fmt: skip
 
 
@@ -65,7 +75,8 @@ def test_what_is_no_number_is_null(client):
 @pytest.mark.parametrize(
     ("path", "expected"),
     [("/gone", (404, "not_found")), ("/refused", (409, "taken")), ("/unusable", (422, "not_usable")),
-     ("/fails", (500, "internal")), ("/form", (405, "wrong_method")), ("/assets/..%2fchart.py", (404, "not_found"))],
+     ("/fails", (500, "internal")), ("/full", (507, "disk_full")), ("/broken", (500, "internal")),
+     ("/form", (405, "wrong_method")), ("/assets/..%2fchart.py", (404, "not_found"))],
 )  # fmt: skip
 def test_errors_are_json_for_programs_and_a_page_for_browsers(client, path, expected):
     assert name_of(client.ask(path)) == expected

@@ -7,6 +7,7 @@ One thread writes (`watcher.py`); any thread reads.
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import time
 from collections.abc import Iterable, Mapping
@@ -51,6 +52,7 @@ class Index:
         self._rows = {row["name"]: row for row in self.query(sql.select(MODELS))}
         self._folder_marks: dict[str, int] = {}
         self._lists: dict[str, tuple[int, list[str]]] = {}
+        self._seen_to_change: dict[str, float] = {}
         self._training: set[str] = set()
         self._notes: dict[Path, tuple[int, Note]] = {}
 
@@ -122,7 +124,8 @@ class Index:
         Of a run that rests the folder's own time is enough: whoever goes on with it writes job.json anew.
         """
         held, mark = self._runs.get(name), _changed_at(name)
-        rests = held is not None and time.time() - held.changed > LIVELY_SECONDS and name not in self._training
+        quiet_seconds = time.monotonic() - self._seen_to_change.get(name, -math.inf)
+        rests = held is not None and quiet_seconds > LIVELY_SECONDS and name not in self._training
         if held is not None and rests and self._folder_marks.get(name) == mark:
             return held
         path = Path(name)
@@ -132,7 +135,10 @@ class Index:
         else:
             self._training.discard(name)
         files = run_mark(path)
-        return held if held is not None and held.mark == files else read_run(path, files)
+        if held is not None and held.mark == files:
+            return held
+        self._seen_to_change[name] = time.monotonic()  # the system's clock may jump
+        return read_run(path, files)
 
     def _note(self, model: Model) -> Note:
         mark = _changed_at(f"{model.path}/{MODEL_FILE}")

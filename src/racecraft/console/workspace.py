@@ -28,7 +28,7 @@ from typing import Any
 
 from racecraft.contract.errors import UserInputError, nearest
 from racecraft.contract.message import shortened
-from racecraft.formats.atomic import make_folder, write_atomic
+from racecraft.formats.atomic import OutputFileError, make_folder, write_atomic
 from racecraft.formats.run_folder import JOB
 
 MODELS, RUNS, DRAFTS, BIN = "models", "runs", "drafts", "bin"
@@ -185,12 +185,15 @@ class Workspace:
             WorkspaceError: The name is not legal, or taken.
             OutputFileError: The folder cannot be written.
         """
-        path = self.path / MODELS / self.require_free(name)
-        make_folder(path)
-        for file, text in files.items():
-            write_atomic(path / file, text)
-        model = Model(name, path)
-        model.write_note(replace(note or Note(), created=time.time()))
+        model = Model(name, self.path / MODELS / self.require_free(name))
+        make_folder(model.path)
+        try:
+            for file, text in files.items():
+                write_atomic(model.path / file, text)
+            model.write_note(replace(note or Note(), created=time.time()))
+        except OutputFileError:
+            shutil.rmtree(model.path)
+            raise
         return model
 
     def require_free(self, name: str) -> str:

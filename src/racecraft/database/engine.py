@@ -85,7 +85,8 @@ def one_transaction(connection: sql.Connection) -> Iterator[None]:
         yield
         connection.exec_driver_sql("commit")
     except BaseException:
-        connection.exec_driver_sql("rollback")
+        with contextlib.suppress(DBAPIError):  # SQLite has rolled back by itself where the disk is full
+            connection.exec_driver_sql("rollback")
         raise
 
 

@@ -34,7 +34,7 @@ import msgspec
 
 from racecraft.contract.errors import InputFileError, SettingError, UserInputError, nearest
 from racecraft.contract.message import Message
-from racecraft.formats.atomic import OutputFileError, make_folder, output_error, write_atomic
+from racecraft.formats.atomic import OutputFileError, atomic_file, make_folder, output_error, write_atomic
 from racecraft.formats.run_lock import FileLock
 from racecraft.formats.user_file import read_regular
 from racecraft.league.race import Entry, Race, Result, Season
@@ -386,15 +386,11 @@ def _as_json(value: Any) -> bytes:
 
 
 def _write_secret(path: Path) -> None:
-    try:
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    except FileExistsError:
+    if path.is_file():
         return
-    except OSError as error:
-        raise OutputFileError(output_error(path, error)) from error
-    with open(handle, "wb") as file:
-        file.write(secrets.token_hex(32).encode())
-        os.fsync(file.fileno())
+    with atomic_file(path) as part:
+        part.touch(0o600)
+        part.write_text(secrets.token_hex(32))
 
 
 def _names(name: str) -> Iterator[str]:

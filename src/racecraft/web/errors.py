@@ -5,6 +5,7 @@ JSON: {"error": one word for programs, "message": a sentence for people}.
 
 from __future__ import annotations
 
+import errno
 import logging
 from collections.abc import Mapping
 
@@ -67,6 +68,14 @@ def on_http_error(request: Request, error: Exception) -> Response:
     return error_answer(request, error.status_code, name, sentences.get(error.status_code, error.detail))
 
 
+def on_os_error(request: Request, error: Exception) -> Response:
+    """Answer a full disk by its name; any other error of the system is nobody's doing, as in `on_failure`."""
+    if not isinstance(error, OSError) or error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        raise error
+    sentence = "The disk is full; nothing of this was kept. Free some space and send it again."
+    return error_answer(request, 507, "disk_full", sentence)
+
+
 def on_failure(request: Request, error: Exception) -> Response:
     """Answer what nobody foresaw; the server lives on, and its terminal shows the traceback."""
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
@@ -86,9 +95,12 @@ HANDLERS = {
     WebError: on_web_error,
     UserInputError: on_user_error,
     HTTPException: on_http_error,
+    OSError: on_os_error,
     Exception: on_failure,
 }
 
 
 def _title(status: int) -> str:
-    return {401: "This page needs its token", 403: "Not allowed", 404: "Not found"}.get(status, "That did not work")
+    return {401: "This page needs its token", 403: "Not allowed", 404: "Not found", 507: "The disk is full"}.get(
+        status, "That did not work"
+    )
