@@ -1,5 +1,6 @@
 """Tables and plots of logs: by hand on made-up laps, by twin with deepracer-utils, on any track and action."""
 
+import itertools
 import re
 
 import numpy as np
@@ -13,6 +14,7 @@ from racecraft.worlds.deepracer.analysis.logs import PlotError
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
 from racecraft.worlds.deepracer.analysis.logs.judged import Judged, judged_in_log
 from racecraft.worlds.deepracer.analysis.logs.laps import correlation
+from racecraft.worlds.deepracer.driving.telemetry.corners import find_corners
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
 
@@ -176,15 +178,23 @@ def test_another_reward_is_paid_for_the_same_laps(laps):
 # --- by law -----------------------------------------------------------------------------------------------------------
 
 
-def test_segments_of_every_circuit_cover_it_once():
-    for name in names():
+def test_segments_of_every_circuit_cover_it_once_and_their_bends_are_the_turns_of_telemetry():
+    """A straight below a metre is shared by the turns beside it: a bend is at most half a metre longer there."""
+    for name in ("Straight_track", *names()[::6]):
         track = load_track(name)
-        found = analysis.find_segments(track)
+        found, corners = analysis.find_segments(track), find_corners(track)
         kinds = [one.kind for one in found.all]
         assert sum(one.length_m for one in found.all) == pytest.approx(track.length), name
-        assert set(found.labels) == set(range(len(kinds))), name
-        assert all(a != b for a, b in zip(kinds, kinds[1:], strict=False)), name
+        assert set(found.of(np.linspace(0.0, 1.0, 4000)).tolist()) == set(range(len(kinds))), name
+        assert all((a, b) != ("straight", "straight") for a, b in itertools.pairwise(kinds)), name
         assert [one.number for one in found.all] == list(range(1, len(kinds) + 1)), name
+        assert kinds.count("left") + kinds.count("right") == len(corners), name
+        for corner in corners:
+            middle = corner.begin + 0.5 * ((corner.end - corner.begin) % 1.0)
+            bend = found.all[int(found.of(middle % 1.0))]
+            assert bend.kind == corner.side, (name, corner.name)
+            for ours, theirs in ((bend.begin, corner.begin), (bend.end, corner.end)):
+                assert abs((ours - theirs + 0.5) % 1.0 - 0.5) * track.length <= 0.5, (name, corner.name)
 
 
 def test_a_tick_lies_in_the_segment_that_its_share_of_the_lap_says():
@@ -315,7 +325,7 @@ def test_real_logs_say_what_to_change():
     assert (track.name, track.is_reversed) == ("reinvent_base", False)
     told = advice(logs.training.collect(), track)
     assert told[0].try_.startswith("It is still learning")
-    assert any("47 full laps lose 2.85 s" in one.found and "5 left (waypoints 64 to 91)" in one.found for one in told)
+    assert any("47 full laps lose 2.96 s" in one.found and "2 left (waypoints 20 to 47)" in one.found for one in told)
     assert not any("exits" in one.found for one in told), "54 of 177 in a quarter of the lap may be chance"
 
 

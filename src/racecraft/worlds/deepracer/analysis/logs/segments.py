@@ -1,11 +1,12 @@
-"""Straights and curves of any circuit, found from its curvature. Begin with `find_segments`.
+"""A circuit's corners and the straights between them, as places of the lap. Begin with `find_segments`.
 
-The centre line is walked in even steps; where its smoothed radius is smaller than TIGHT_M the road is a curve. Pieces
-too short to drive differently join their neighbours. A piece may lie across the start line.
+Where a corner begins and ends is `corners.py`'s rule, the same that times laps in telemetry. A straight too short to be
+driven differently is shared by the corners beside it. A segment may lie across the start line.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,18 +17,17 @@ from racecraft.contract.world import Array
 from racecraft.pages.colours import BLUE, ORANGE, RED
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.plot import map_sheet
+from racecraft.worlds.deepracer.driving.road_frame import road_frame
+from racecraft.worlds.deepracer.driving.telemetry.corners import SPACING_M, Corner, find_corners
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl
 
-STEP_M = 0.05
-SMOOTH_M = 0.8
-TIGHT_M = 3.5
 SHORTEST_M = 1.0
-LEFT, STRAIGHT, RIGHT = 1, 0, -1
-KINDS = {LEFT: "left", STRAIGHT: "straight", RIGHT: "right"}
-COLOURS = {"left": BLUE, "straight": "#9aa5ae", "right": ORANGE}
+"""A straight's."""
+STRAIGHT = "straight"
+COLOURS = {"left": BLUE, STRAIGHT: "#9aa5ae", "right": ORANGE}
 
 
 @dataclass(frozen=True)
@@ -56,52 +56,44 @@ class Segments:
     """A circuit's segments in driving order."""
 
     all: tuple[Segment, ...]
-    labels: Array
-    """(B,) index among `all` for even pieces of the lap."""
 
     def of(self, lap_share: Array) -> Array:
         """Return the index of the segment at shares of the lap (T,), 0 to 1."""
-        bins = len(self.labels)
-        return self.labels[(np.asarray(lap_share) * bins).astype(np.int64).clip(0, bins - 1)]
-
-
-def curvature(track: Track) -> tuple[Array, float]:
-    """Return the smoothed curvature (B,) 1/m, left positive, at even steps along the lap, and the step in m."""
-    bins = max(16, round(track.length / STEP_M))
-    step = track.length / bins
-    at = (np.arange(bins + 1) if not track.closed else np.arange(bins)) * step
-    x, y = (np.interp(at, track.arc, track.centre[:, k]) for k in (0, 1))
-    window = max(3, round(SMOOTH_M / step) | 1)
-    if track.closed:
-        heading = np.arctan2(np.roll(y, -1) - np.roll(y, 1), np.roll(x, -1) - np.roll(x, 1))
-        turn = _wrapped(np.diff(heading, append=heading[:1]))
-        padded = np.concatenate([turn[-(window // 2) :], turn, turn[: window // 2]])
-    else:
-        heading = np.arctan2(np.diff(y), np.diff(x))
-        turn = _wrapped(np.diff(heading, append=heading[-1:]))
-        padded = np.pad(turn, window // 2, mode="edge")
-    return np.convolve(padded, np.full(window, 1.0 / window), "valid") / step, step
+        first, *others = self.all
+        begins = [one.begin for one in others] + ([first.begin] if first.begin > 0.0 else [])
+        return np.searchsorted(begins, lap_share, side="right") % len(self.all)
 
 
 def find_segments(track: Track) -> Segments:
     """Return the segments of a circuit in driving order."""
-    bend, step = curvature(track)
-    kinds = np.where(np.abs(bend) > 1.0 / TIGHT_M, np.sign(bend).astype(int), STRAIGHT)
-    kinds = _joined(kinds, max(1, round(SHORTEST_M / step)), track.closed)
-    starts = np.flatnonzero(kinds != np.roll(kinds, 1))
-    if not track.closed or len(starts) == 0:
-        starts = np.union1d([0], starts[starts > 0])
-    ends = np.roll(starts, -1)
-    order = np.argsort(np.where((starts > ends) | (starts == 0), -1, starts), kind="stable")
-    labels = np.empty(len(kinds), np.int64)
+    pieces = sorted(_pieces(find_corners(track), track), key=lambda piece: piece[1] - (piece[1] > piece[2]))
+    frame = road_frame(track, SPACING_M)
+    turned = np.concatenate([[0.0], np.cumsum(frame.curvature) * frame.spacing])
     segments = []
-    for number, k in enumerate(order):
-        at = np.arange(starts[k], ends[k] + (len(kinds) if ends[k] <= starts[k] else 0)) % len(kinds)
-        labels[at] = number
-        begin, end = starts[k] / len(kinds), (at[-1] + 1) / len(kinds)
-        turn = float(bend[at].sum() * step)
-        segments.append(Segment(number + 1, KINDS[int(kinds[at[0]])], begin, end, len(at) * step, turn))
-    return Segments(tuple(segments), labels)
+    for number, (kind, begin, end) in enumerate(pieces, 1):
+        length_m = ((end - begin) % 1.0 or 1.0) * track.length
+        before, after = np.interp([begin, end], np.linspace(0.0, 1.0, len(turned)), turned)
+        turn_rad = float(after - before + (turned[-1] if begin > end else 0.0))
+        segments.append(Segment(number, kind, begin, end, length_m, turn_rad))
+    return Segments(tuple(segments))
+
+
+def _pieces(corners: Sequence[Corner], track: Track) -> list[tuple[str, float, float]]:
+    """Return kind, begin and end (shares of the lap) of each corner and of each straight between two."""
+    if not corners:
+        return [(STRAIGHT, 0.0, 1.0)]
+    begins, ends = [one.begin for one in corners], [one.end for one in corners]
+    straights = []
+    for k, end in enumerate(ends):
+        after = (k + 1) % len(corners)
+        gap = (begins[after] - end) % 1.0
+        if not track.closed and after == 0:
+            straights += [(STRAIGHT, 0.0, begins[0]), (STRAIGHT, end, 1.0)]
+        elif gap * track.length < SHORTEST_M:
+            ends[k] = begins[after] = (end + 0.5 * gap) % 1.0
+        else:
+            straights.append((STRAIGHT, end, begins[after]))
+    return [*straights, *((one.side, begins[k], ends[k]) for k, one in enumerate(corners))]
 
 
 def in_segments(ticks: pl.DataFrame | pl.LazyFrame, track: Track, segments: Segments | None = None) -> pl.DataFrame:
@@ -132,29 +124,3 @@ def _draw(track: Track, found: Segments) -> Any:
         axes.text(*line[40], segment.name, fontsize=9, ha="center", va="center", zorder=4, color=RED,
                   bbox={"fc": "white", "ec": "none", "alpha": 0.85, "pad": 1.5})  # fmt: skip
     return figure
-
-
-def _wrapped(angle: Array) -> Array:
-    return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-def _joined(kinds: Array, shortest: int, closed: bool) -> Array:
-    """Give pieces shorter than `shortest` to the longer of their neighbours, the shortest piece first."""
-    kinds = kinds.copy()
-    while True:
-        edges = np.flatnonzero(kinds != np.roll(kinds, 1))
-        if not closed:
-            edges = np.union1d([0], edges[edges > 0])
-        if len(edges) < 2:
-            return kinds
-        lengths = np.diff(edges, append=edges[0] + len(kinds)) if closed else np.diff(edges, append=len(kinds))
-        k = int(np.argmin(lengths))
-        if lengths[k] >= shortest:
-            return kinds
-        at = (edges[k] + np.arange(lengths[k])) % len(kinds)
-        last = len(edges) - 1
-        before, after = (k - 1) % len(edges), (k + 1) % len(edges)
-        if not closed:
-            before, after = (after if k == 0 else k - 1), (before if k == last else k + 1)
-        other = before if lengths[before] >= lengths[after] else after
-        kinds[at] = kinds[edges[other]]
