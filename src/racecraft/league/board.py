@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from racecraft.league.board_row import BoardRow, figures_of
@@ -20,27 +20,38 @@ class Board:
     rows: Sequence[BoardRow]
     waiting: int
     """Entries that are still to be judged."""
-    version: str
-    """Changes whenever the rows may have changed."""
+
+    def row_of(self, racer: str) -> BoardRow | None:
+        """Return a racer's row; None: nobody of that name has entered."""
+        if isinstance(self.rows, SoloRows):
+            return self.rows.of(racer)
+        return next((row for row in self.rows if row.racer == racer), None)
 
 
-def board_of(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> Board:
+def board_of(
+    race: Race,
+    entries: Mapping[int, Entry],
+    results: Mapping[str, Result],
+    before: Board | None = None,
+    racers: Collection[str] = (),
+) -> Board:
     """Return the board of a race; each racer's best result counts.
 
     Args:
         race: The race.
         entries: Its entries by number.
         results: Its results by heat.
+        before: Its board a moment ago, where since then entries and results only came.
+        racers: Whose they are.
     """
-    newest = max((one.judged for one in results.values()), default=0.0)
-    version = f"{len(entries)}-{len(results)}-{newest:.3f}"
     if race.format == SOLO:
-        alone = SoloRows(race, entries, results)
-        return Board(race, alone, alone.waiting, version)
+        ranked = before.rows if before is not None and isinstance(before.rows, SoloRows) else None
+        alone = SoloRows(race, entries, results, ranked, racers)
+        return Board(race, alone, alone.waiting)
     if race.format == LADDER:
         rows = _ladder_rows(entries, results)
-        return Board(race, rows, sum(row.waiting for row in rows), version)
-    return Board(race, _meeting_rows(race, entries, results), 0, version)
+        return Board(race, rows, sum(row.waiting for row in rows))
+    return Board(race, _meeting_rows(race, entries, results), 0)
 
 
 def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> tuple[BoardRow, ...]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError
-from racecraft.league.board import board_of
 from racecraft.league.race import Entry, Race
+from racecraft.league.snapshot import snapshot_of
 from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 
@@ -92,8 +92,8 @@ def _require_qualified(league: League, race: Race, racer: str) -> None:
     if not race.qualifier:
         return
     before = league.race(race.qualifier)
-    board = board_of(before, league.entries(before.id), league.results(before.id))
-    place = next((row.place for row in board.rows if row.racer == racer), None)
+    row = snapshot_of(league, before).board.row_of(racer)
+    place = row.place if row else None
     if place is None or place > race.qualified:
         raise SettingError(
             "{racer} has place {place} in {qualifier}; expected one of the first {count}.",

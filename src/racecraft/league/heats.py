@@ -21,13 +21,18 @@ class Heat:
     round: int = 0
 
 
+def solo_heat(entry: int) -> str:
+    """Return the heat of an entry that drives alone."""
+    return f"{entry:05}"
+
+
 def next_heat(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> Heat | None:
     """Return the heat to be judged next; None where nothing is left to do.
 
     A bracket and a round robin need all entries: they wait until the race is closed, which the caller checks.
     """
     if race.format == SOLO:
-        heats = (Heat(f"{number:05}", (number,)) for number in entries)
+        heats = (Heat(solo_heat(number), (number,)) for number in entries)
         return next((heat for heat in heats if heat.name not in results), None)
     field = latest_of_each(entries)
     if race.format == BRACKET:
@@ -42,7 +47,7 @@ def next_heat(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Re
 def remaining(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> int:
     """Return how many heats are still to be judged."""
     if race.format == SOLO:
-        return sum(f"{number:05}" not in results for number in entries)
+        return sum(solo_heat(number) not in results for number in entries)
     field = latest_of_each(entries)
     if race.format == LADDER:
         return meetings_left(race, field, results)

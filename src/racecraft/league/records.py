@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from racecraft.contract.errors import SettingError, nearest
-from racecraft.league.board import board_of
-from racecraft.league.race import Drive, Entry, Outcome, Race, Result
+from racecraft.league.board_row import BoardRow
+from racecraft.league.race import Outcome
+from racecraft.league.snapshot import Lap, Snapshot, snapshot_of
 from racecraft.league.store import League
 
 
@@ -26,30 +27,36 @@ class Record:
     judged: float
 
 
-def fastest_laps(league: League, track: str | None = None, count: int | None = None) -> list[Record]:
+def fastest_laps(league: League, track: str | None = None, each: int | None = None) -> list[Record]:
     """Return each racer's fastest lap on each track and in each type of race: by track, type and time.
 
     Args:
         league: Where they were driven.
         track: Only this one.
-        count: So many, the first of that order; None: all.
+        each: So many of each track and type; None: all.
     """
-    best: dict[tuple[str, str, str], tuple[float, float, Race, Entry, Result]] = {}
-    for race, entry, result, drive, outcome in _outcomes(league):
-        laps = [lap for lap in outcome.laps if lap is not None]
-        if not laps or track not in (None, drive.track):
-            continue
-        kind = str(race.rules.get("type", "")) + (", reverse" if race.rules.get("reverse") else "")
-        key, lap = (drive.track, kind, entry.racer), (min(laps), result.judged)
-        if key not in best or lap < best[key][:2]:
-            best[key] = (*lap, race, entry, result)
-    order = sorted(best, key=lambda key: (*key[:2], *best[key][:2]))
-    return [_record(track, type, *best[track, type, racer]) for track, type, racer in order[:count]]
+    best: dict[tuple[str, str], dict[str, tuple[Lap, Snapshot]]] = {}
+    for snapshot in (snapshot_of(league, race) for race in league.races()):
+        rules = snapshot.race.rules
+        kind = str(rules.get("type", "")) + (", reverse" if rules.get("reverse") else "")
+        for name in snapshot.laps if track is None else snapshot.laps.keys() & {track}:
+            of_type = best.setdefault((name, kind), {})
+            for lap in snapshot.laps[name].order[:each]:
+                racer = snapshot.entries[lap[2]].racer
+                if racer not in of_type or lap < of_type[racer][0]:
+                    of_type[racer] = lap, snapshot
+    return [
+        _record(*key, lap, snapshot)
+        for key in sorted(best)
+        for lap, snapshot in sorted(best[key].values(), key=lambda one: one[0])[:each]
+    ]
 
 
-def _record(track: str, type: str, seconds: float, judged: float, race: Race, entry: Entry, result: Result) -> Record:
+def _record(track: str, type: str, lap: Lap, snapshot: Snapshot) -> Record:
+    seconds, judged, number, heat = lap
+    entry = snapshot.entries[number]
     return Record(
-        track=track, type=type, seconds=seconds, racer=entry.racer, model=entry.model, race=race.id, heat=result.heat,
+        track=track, type=type, seconds=seconds, racer=entry.racer, model=entry.model, race=snapshot.race.id, heat=heat,
         judged=judged,
     )  # fmt: skip
 
@@ -87,18 +94,12 @@ def career_of(league: League, racer: str) -> Career:
     Raises:
         SettingError: Nobody of that name has entered a race.
     """
-    found, names = [], set()
-    for race in league.races():
-        board = board_of(race, league.entries(race.id), league.results(race.id))
-        names |= {row.racer for row in board.rows}
-        found += [
-            RaceOfRacer(race=race.id, title=race.title, place=row.place, racers=len(board.rows), score=row.score,
-                        gap=row.gap, entries=row.submissions)
-            for row in board.rows if row.racer == racer
-        ]  # fmt: skip
+    snapshots = [snapshot_of(league, race) for race in league.races()]
+    found = [_race_of(one, row) for one in snapshots if (row := one.board.row_of(racer))]
     if not found:
+        names = {entry.racer for one in snapshots for entry in one.entries.values()}
         raise SettingError("no race has a racer {racer!r}. {hint}", racer=racer, hint=nearest(racer, sorted(names)))
-    own = [outcome for _, entry, _, _, outcome in _outcomes(league) if entry.racer == racer]
+    own = [outcome for one in snapshots for outcome in _outcomes(one, racer)]
     return Career(
         racer=racer,
         races=tuple(found),
@@ -110,11 +111,17 @@ def career_of(league: League, racer: str) -> Career:
     )
 
 
-def _outcomes(league: League) -> Iterator[tuple[Race, Entry, Result, Drive, Outcome]]:
-    for race in league.races():
-        entries = league.entries(race.id)
-        for result in league.results(race.id).values():
-            for drive in result.drives:
-                for number, outcome in zip(result.entries, drive.outcomes, strict=True):
-                    if number in entries:
-                        yield race, entries[number], result, drive, outcome
+def _race_of(snapshot: Snapshot, row: BoardRow) -> RaceOfRacer:
+    race = snapshot.race
+    return RaceOfRacer(
+        race=race.id, title=race.title, place=row.place, racers=len(snapshot.board.rows), score=row.score, gap=row.gap,
+        entries=row.submissions,
+    )  # fmt: skip
+
+
+def _outcomes(snapshot: Snapshot, racer: str) -> Iterator[Outcome]:
+    own = {number for number, entry in snapshot.entries.items() if entry.racer == racer}
+    for result in snapshot.results.values():
+        for index, number in enumerate(result.entries):
+            if number in own:
+                yield from (drive.outcomes[index] for drive in result.drives)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from racecraft.league.board import Board, board_of
+from racecraft.league.board import Board
 from racecraft.league.race import QUALIFIER, Race, Season
+from racecraft.league.snapshot import snapshot_of
 from racecraft.league.store import League
 
 
@@ -52,7 +53,7 @@ def standings(league: League, season: Season, now: float) -> Standings:
         now: Seconds since 1970, for whether races are still open.
     """
     races = races_of(league, season)
-    boards = [board_of(race, league.entries(race.id), league.results(race.id)) for race in races]
+    boards = [snapshot_of(league, race).board for race in races]
     placed = [{row.racer: row.place for row in board.rows} for board in boards]
     racers = sorted({racer for one in placed for racer in one})
     found = []

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.formats.atomic import make_folder, write_atomic
-from racecraft.league.board import Board, board_of
+from racecraft.league.board import Board
 from racecraft.league.board_table import table_of
 from racecraft.league.race import Race
 from racecraft.league.records import fastest_laps
 from racecraft.league.scoring import ranking_text
 from racecraft.league.seasons import standings
+from racecraft.league.snapshot import snapshot_of
 from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.pages.render import render_file
@@ -72,7 +73,7 @@ def write_site(league: League, folder: Path, now: float) -> list[Path]:
         OutputFileError: The folder cannot be written.
     """
     make_folder(folder)
-    boards = [board_of(race, league.entries(race.id), league.results(race.id)) for race in league.races()]
+    boards = [snapshot_of(league, race).board for race in league.races()]
     files = [_write_page(folder / "index.html", "Races", "", index_sections(league, boards, now))]
     for board in boards:
         race = board.race

@@ -317,15 +317,18 @@ class League:
     ) -> Mapping[Key, Kept]:
         """Return what a folder holds by its key. A file is read once: it is replaced by a new one, never changed.
 
-        The mapping is another one whenever the folder has changed.
+        The mapping is the same as long as the folder holds the same, and another one as soon as it does not.
         """
         state = _state(folder)
         before = self._folders.get(folder) or _Folder()
         if state is not None and state == before.state:
             return before.by_key
         names = _scanned(folder)
-        values = {name: before.values.get(name) or read_kept(file_of(name[0]), kind) for name in names}
-        now = _Folder(state, values, {key_of(value): value for value in values.values()})
+        if names == list(before.values):
+            now = replace(before, state=state)
+        else:
+            values = {name: before.values.get(name) or read_kept(file_of(name[0]), kind) for name in names}
+            now = _Folder(state, values, {key_of(value): value for value in values.values()})
         self._folders[folder] = now
         return now.by_key
 

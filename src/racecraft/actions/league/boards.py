@@ -49,13 +49,13 @@ def list_races(request: ListRequest, progress: Progress = quiet) -> RaceList:
 
     Example: racecraft league list
     """
-    from racecraft.league.board import board_of
+    from racecraft.league.snapshot import snapshot_of
 
     league, found = request.open(), []
     for race in league.races():
-        entries = league.entries(race.id)
-        board = board_of(race, entries, league.results(race.id))
-        first = next((row.racer for row in board.rows if row.place == 1), "")
+        now = snapshot_of(league, race)
+        board, entries = now.board, now.entries
+        first = next((row.racer for row in board.rows[:1] if row.place == 1), "")
         found.append(RaceSummary(race, race.is_open(time.time()), len(board.rows), len(entries), board.waiting, first))
     return RaceList(tuple(found))
 
@@ -119,12 +119,12 @@ def show_board(request: BoardRequest, progress: Progress = quiet) -> ShownBoard:
 
         racecraft league board club-evening --aws deepracer-race-data
     """
-    from racecraft.league.board import board_of
+    from racecraft.league.snapshot import snapshot_of
     from racecraft.league.world_part import league_world
 
     league = request.open()
     race = league.race(request.race)
-    found = board_of(race, league.entries(race.id), league.results(race.id))
+    found = snapshot_of(league, race).board
     if request.aws is None:
         return ShownBoard(found)
     laps = found.rows[0].laps if found.rows else ()

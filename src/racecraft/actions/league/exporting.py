@@ -42,8 +42,8 @@ def export_league(request: ExportLeagueRequest, progress: Progress = quiet) -> E
         racecraft league export --to site --out public
     """
     from racecraft.formats.atomic import write_atomic
-    from racecraft.league.board import board_of
     from racecraft.league.site import board_csv, board_json, write_site
+    from racecraft.league.snapshot import snapshot_of
 
     league = request.open()
     if request.to == "site":
@@ -52,8 +52,7 @@ def export_league(request: ExportLeagueRequest, progress: Progress = quiet) -> E
         return ExportedLeague(tuple(write_site(league, request.out or Path("site"), time.time())))
     if request.race is None:
         raise SettingError("--to {to} writes one board; expected a RACE.", to=request.to)
-    race = league.race(request.race)
-    board = board_of(race, league.entries(race.id), league.results(race.id))
-    path = request.out or Path(f"{race.id}.{request.to}")
+    board = snapshot_of(league, league.race(request.race)).board
+    path = request.out or Path(f"{board.race.id}.{request.to}")
     write_atomic(path, board_csv(board) if request.to == "csv" else board_json(board))
     return ExportedLeague((path,))

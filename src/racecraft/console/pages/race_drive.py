@@ -18,13 +18,15 @@ from racecraft.console.pages.race_parts import league_of, organises, race_of, sh
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes, person_of
-from racecraft.league.board import board_of
 from racecraft.league.race import SOLO, Entry, Race, Result
+from racecraft.league.snapshot import snapshot_of
 from racecraft.league.store import League
 from racecraft.web.errors import WebError
 
 FILM = "film.mp4"
 FILMING = "Filming"
+OTHERS = 100
+"""Of the board, the first, beside whom a drive can be seen."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +84,10 @@ def drive_page(console: Console, request: Request) -> Page:
     asked = dict(request.query_params)
     driven = _driven(console, request, asked.get("track", ""))
     league, race, result = driven.league, driven.race, driven.result
-    results = league.results(race.id)
-    board = board_of(race, driven.entries, results)
     others = [
         (row.racer, folder_of(league, race, row.heat, driven.number))
-        for row in board.rows
-        if row.heat and row.heat != result.heat and row.heat in results
+        for row in snapshot_of(league, race).board.rows[:OTHERS]
+        if row.heat and row.heat != result.heat
     ]
     track = race.tracks[driven.number]
     template, data = parts_of(race.kind).drive_page(race, track, [(driven.racer, driven.folder), *others], asked)

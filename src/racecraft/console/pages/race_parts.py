@@ -10,8 +10,8 @@ from starlette.requests import Request
 from racecraft.accounts.rights import Verb, may
 from racecraft.console.service import Console, person_of
 from racecraft.contract.errors import SettingError
-from racecraft.league.board import Board, board_of
 from racecraft.league.race import Race
+from racecraft.league.snapshot import Snapshot, snapshot_of
 from racecraft.league.store import MARK, League, shared_league
 from racecraft.web.errors import WebError
 
@@ -46,14 +46,14 @@ def race_of(league: League, id: str) -> Race:
         raise WebError(404, "no_such_race", message) from error
 
 
-def race_and_board(league: League, id: str) -> tuple[Race, Board]:
-    """Return the race that an address names, and its board.
+def snapshot_at(console: Console, request: Request) -> Snapshot:
+    """Return the race that an address names, as it stands now.
 
     Raises:
         WebError: There is none.
     """
-    race = race_of(league, id)
-    return race, board_of(race, league.entries(race.id), league.results(race.id))
+    league = league_of(console)
+    return snapshot_of(league, race_of(league, request.path_params["id"]))
 
 
 def shown_folder(request: Request, folder: Path) -> str:

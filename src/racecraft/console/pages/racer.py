@@ -30,7 +30,7 @@ def racer_page(console: Console, request: Request) -> Page:
         return Page("racer.html", _known(console, name), {"name": name, "career": None}, here="/races")
     league = league_of(console)
     races = {race.id: race for race in league.races()}
-    first = {(one.track, one.type): one.seconds for one in reversed(fastest_laps(league))}
+    first = {(one.track, one.type): one.seconds for one in fastest_laps(league, each=1)}
     return Page(
         "racer.html",
         career.racer,

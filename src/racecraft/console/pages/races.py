@@ -21,28 +21,30 @@ from racecraft.console.pages.race_parts import (
     log_act,
     open_league,
     organises,
-    race_and_board,
     race_of,
     shown_folder,
+    snapshot_at,
 )
 from racecraft.console.parts import parts_of
 from racecraft.console.race_judge import judge_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes, person_of
-from racecraft.league.board import board_of, score_text, titles_of
+from racecraft.league.board import score_text, titles_of
 from racecraft.league.race import SOLO, Race
 from racecraft.league.records import fastest_laps
 from racecraft.league.scoring import ranking_text
 from racecraft.league.seasons import standings
 from racecraft.league.site import board_csv
+from racecraft.league.snapshot import snapshot_of
 from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.errors import WebError
 
 OWN_ENTRIES = 20
 """Of one's own entries, the newest, that the page of a race lists."""
-RECORDS = 20
-ROWS = 200
+RECORDS = 3
+"""The fastest laps of each track and type of race that are shown."""
+ROWS = 100
 """Of a board on its page, besides one's own; the CSV has all."""
 
 
@@ -50,8 +52,8 @@ def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of races."""
 
     def csv_file(request: Request) -> Response:
-        race, board = race_and_board(league_of(console), request.path_params["id"])
-        headers = {"Content-Disposition": f'attachment; filename="{race.id}.csv"'}
+        board = snapshot_at(console, request).board
+        headers = {"Content-Disposition": f'attachment; filename="{board.race.id}.csv"'}
         return Response(board_csv(board), media_type="text/csv; charset=utf-8", headers=headers)
 
     return [
@@ -72,40 +74,41 @@ def races_page(console: Console, request: Request) -> Page:
     races, seasons, records = [], [], []
     if league is not None:
         for race in league.races():
-            board = board_of(race, league.entries(race.id), league.results(race.id))
+            board = snapshot_of(league, race).board
+            first = next((row for row in board.rows[:1] if row.place == 1), None)
             races.append({
                 "race": asdict(race), "is_open": race.is_open(now),
                 "has_picture": parts_of(race.kind).has_pictures, "closes": race.closes, "racers": len(board.rows),
-                "waiting": board.waiting, "leader": next((row.racer for row in board.rows if row.place == 1), ""),
-                "best": next((score_text(race, row.score) for row in board.rows if row.place == 1), ""),
+                "waiting": board.waiting, "leader": first.racer if first else "",
+                "best": score_text(race, first.score) if first else "",
             })  # fmt: skip
         for season in league.seasons():
             found = standings(league, season, now)
-            first = found.rows[0] if found.rows else None
+            best = found.rows[0] if found.rows else None
             seasons.append({"season": asdict(season), "races": len(found.races), "is_over": found.is_over,
-                            "leader": first.racer if first else "",
-                            "points": first.points if first else 0})  # fmt: skip
-        records = [asdict(record) for record in fastest_laps(league, count=RECORDS)]
+                            "leader": best.racer if best else "",
+                            "points": best.points if best else 0})  # fmt: skip
+        records = [asdict(record) for record in fastest_laps(league, each=RECORDS)]
     data = {"races": races, "seasons": seasons, "records": records, "organises": organises(request)}
     return Page("races.html", "Races", data, here="/races")
 
 
 def race_page(console: Console, request: Request) -> Page:
     """Return a race's board, its rules, and what one may do."""
-    league = league_of(console)
-    race, board = race_and_board(league, request.path_params["id"])
-    person, now = person_of(request), time.time()
-    judge, entries = judge_of(league.path), league.entries(race.id)
-    mine = sorted((one for one in entries.values() if one.person == person.owned), key=lambda one: -one.entered)
+    league, now = league_of(console), snapshot_at(console, request)
+    race, board, person = now.race, now.board, person_of(request)
+    judge = judge_of(league.path)
+    mine = [entry for entry in now.entries.values() if entry.person == person.owned][::-1]
     own = {entry.racer for entry in mine}
     own = own if len(own) == 1 else set()  # the owner of the machine may have entered several people's cars
     score, gap = titles_of(race)
+    shown, further = board.rows[:ROWS], [row for racer in own if (row := board.row_of(racer))]
     rows = [
         {
-            **asdict(row), "score_text": score_text(race, row.score), "is_own": row.racer in own,
+            **vars(row), "score_text": score_text(race, row.score), "is_own": row.racer in own,
             "gap_text": "" if row.gap is None or row.place == 1 else f"+{score_text(race, row.gap)}",
         }
-        for row in (*board.rows[:ROWS], *(row for row in (board.rows[ROWS:] if own else ()) if row.racer in own))
+        for row in (*shown, *(row for row in further if row not in shown))
     ]  # fmt: skip
     data = {
         "race": asdict(race),
@@ -113,9 +116,9 @@ def race_page(console: Console, request: Request) -> Page:
         "heads": (score, gap),
         "waiting": board.waiting,
         "own": next((row for row in rows if row["is_own"]), None),
-        "is_open": race.is_open(now),
+        "is_open": race.is_open(time.time()),
         "rules": [*league_world(race.kind).describe(race.rules, race.tracks), f"ranked by {ranking_text(race)}"],
-        "records": [asdict(one) for track in race.tracks for one in fastest_laps(league, track, count=3)],
+        "records": [asdict(one) for track in race.tracks for one in fastest_laps(league, track, RECORDS)],
         "organises": organises(request),
         "enters": may(person, Verb.ENTER),
         "judge_fault": judge.faults.get(race.id, ""),
@@ -208,7 +211,6 @@ def _entry_page(
 ) -> Page:
     query = sql.select(MODELS).where(MODELS.c.status == READY, MODELS.c.kind == race.kind).order_by(MODELS.c.name)
     person = person_of(request)
-    board = board_of(race, league.entries(race.id), league.results(race.id))
     data = {
         "race": asdict(race),
         "models": [row["name"] for row in console.index.query(query)],
@@ -217,7 +219,7 @@ def _entry_page(
         "model": one(fields, "model", request.query_params.get("model", "")),
         "racer": one(fields, "racer", "" if person.owned else person.name),
         "names_itself": not person.owned,
-        "waiting": board.waiting,
+        "waiting": snapshot_of(league, race).board.waiting,
         "path": f"/races/{race.id}",
         "command": f"racecraft league enter {race.id} MODEL --racer NAME",
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,12 +11,12 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from racecraft.console.pages.race_parts import league_of, race_of
+from racecraft.console.pages.race_parts import league_of, race_of, snapshot_at
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Page, page_routes
 from racecraft.contract.errors import UserInputError
-from racecraft.league.board import board_of, score_text, titles_of
-from racecraft.league.heats import latest_of_each
+from racecraft.league.board import score_text, titles_of
+from racecraft.league.heats import latest_of_each, solo_heat
 from racecraft.league.race import SOLO, Entry, Race, Result
 from racecraft.league.scoring import ranking_text
 from racecraft.league.world_part import league_world
@@ -42,12 +43,10 @@ def routes(console: Console) -> list[BaseRoute]:
 
 def show_page(console: Console, request: Request) -> Page:
     """Return what a projector shows of a race."""
-    league = league_of(console)
-    race = race_of(league, request.path_params["id"])
-    entries, results = league.entries(race.id), league.results(race.id)
-    board = board_of(race, entries, results)
-    newest = sorted(results.values(), key=lambda one: one.judged)[-HEATS:]
-    leader = next((row.heat for row in board.rows if row.place == 1), "")
+    now = snapshot_at(console, request)
+    race, entries, results, board = now.race, now.entries, now.results, now.board
+    newest = heapq.nlargest(HEATS, results.values(), key=lambda one: one.judged)[::-1]
+    leader = next((row.heat for row in board.rows[:1] if row.place == 1), "")
     score, gap = titles_of(race)
     return Page(
         "show.html",
@@ -106,7 +105,7 @@ def _waiting(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Res
     if race.format != SOLO:
         met = {number for result in results.values() for number in result.entries}
         return [entries[number].racer for number in latest_of_each(entries) if number not in met]
-    return [entry.racer for number, entry in entries.items() if f"{number:05}" not in results]
+    return [entry.racer for number, entry in entries.items() if solo_heat(number) not in results]
 
 
 def _heat(result: Result, entries: Mapping[int, Entry]) -> dict[str, Any]:
