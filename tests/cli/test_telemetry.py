@@ -34,6 +34,14 @@ def test_a_lap_against_another_log_prints_tables(racecraft):
     assert "turn 5 (left)" in said.out
 
 
+def test_a_lap_as_a_file_is_the_lap_again(racecraft):
+    assert racecraft("telemetry", LOG, "--lap", "2", "--line", "lap.csv").code == 0
+    said = racecraft("telemetry", LOG, "--lap", "2", "--against", "lap.csv", "--json")
+    facts = json.loads(said.out)
+    assert abs(facts["lost_seconds"]) < 0.02
+    assert max(abs(one["lost_seconds"]) for one in facts["corners"]) < 0.05  # it ends 0.1 m beside where it began
+
+
 def test_what_cannot_be_is_refused_by_name(racecraft):
     for options, words in (
         (("--phase", "trainin"), "Did you mean 'training'"),

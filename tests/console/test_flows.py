@@ -2,11 +2,13 @@
 
 import contextlib
 import json
+import threading
 
 import pytest
 from tests.browser import Browser, needs_chromium
 from tests.console.conftest import write_run
 
+from racecraft.console import tasks
 from racecraft.console.application import make_console
 from racecraft.console.pages import create, garage
 from racecraft.console.workspace import Note
@@ -136,6 +138,32 @@ def test_a_fault_of_the_reward_is_marked_in_its_line_while_one_types(console, br
     page.select_option("[data-look] select[name=term]", "metres")
     page.wait_for_selector("text=What it pays: metres", timeout=30_000)
     assert browser.complaints == []
+
+
+JUDGED = {"best_lap_seconds": 6.53, "verdict": ["a-1 is faster."], "measure": "lap", "groups": []}
+
+
+@pytest.mark.parametrize(
+    ("path", "button", "told"),
+    [("/models/a-1/evaluations", "Evaluate", "6.53"), ("/compare?m=a-1&m=b-1", "Judge on", "a-1 is faster.")],
+)
+def test_a_page_goes_on_while_models_are_judged_and_shows_what_it_came_to(
+    console, browser, monkeypatch, path, button, told
+):
+    address, workspace, _ = console
+    judged = threading.Event()
+    monkeypatch.setattr(tasks, "run_command", lambda words, folder: judged.wait(60) and JUDGED)
+    write_run(workspace.path / "runs/a-1")
+    write_run(workspace.path / "runs/b-1", lap=8.0)
+    page = browser.page
+    page.goto(f"{address}/models")
+    page.wait_for_selector("tr[data-row='b-1']")
+    page.goto(address + path)
+    page.click(f"button:has-text('{button}')")
+    page.wait_for_selector("text=Judging on fresh starts …")
+    judged.set()
+    page.wait_for_selector(f"text={told}")
+    assert page.locator(".notice:visible").count() == 0
 
 
 def test_a_draft_is_kept_while_one_types(console, browser):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -11,19 +10,18 @@ from urllib.parse import urlencode
 from starlette.requests import Request
 from starlette.routing import BaseRoute
 
-from racecraft.console.commands import run_command
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
+from racecraft.console.verdicts import JUDGING, begin_judging, kept_verdict
 from racecraft.contract.errors import RacecraftError, SettingError
 from racecraft.evaluation.run_groups import differences, group_runs
-from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.chart import Chart, Series
 
 MOST = 12
 """Models on one page: seeds of a few groups."""
-VERDICTS = "verdicts"
+COMMAND = "compare"
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -63,40 +61,29 @@ def compare_page(console: Console, request: Request) -> Page:
             "groups": groups,
             "differing": differing,
             "charts": charts,
-            "verdict": _kept(console, rows),
+            "verdict": kept_verdict(console, COMMAND, rows),
+            "task": console.tasks.of(_key(rows), JUDGING),
             "command": "racecraft " + " ".join(_words(rows)) if rows else "",
         },
     )
 
 
 def judge(console: Console, request: Request, fields: Fields) -> str:
-    """Judge every model's best checkpoint on fresh starts and keep the verdict."""
+    """Begin to judge every model's best checkpoint on fresh starts."""
     rows = [console.index.row(name) for name in fields.get("m", [])[:MOST]]
     if len(rows) < 2 or not all(row["run"] for row in rows):
         raise SettingError("compare: expected two models or more that were trained.")
-    result = run_command(_words(rows), console.workspace.path)
-    place = _place(console, rows)
-    make_folder(place.parent)
-    write_atomic(place, json.dumps(result, indent=2) + "\n")
+    begin_judging(console, _key(rows), _words(rows), rows)
     return "/compare?" + urlencode([("m", row["name"]) for row in rows])
 
 
 def _words(rows: list[dict[str, Any]]) -> list[str]:
-    return ["compare", *(row["run"] for row in rows)]
+    return [COMMAND, *(row["run"] for row in rows)]
 
 
-def _place(console: Console, rows: list[dict[str, Any]]) -> Path:
-    """Return where a verdict of these runs, as they are now, is kept."""
-    runs = sorted((row["run"], row["iterations"]) for row in rows)
-    return console.workspace.path / VERDICTS / f"{hashlib.sha256(json.dumps(runs).encode()).hexdigest()[:16]}.json"
-
-
-def _kept(console: Console, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
-    try:
-        comparison = json.loads(_place(console, rows).read_text(encoding="utf-8"))
-        return dict(comparison)
-    except (OSError, ValueError):
-        return None
+def _key(rows: list[dict[str, Any]]) -> str:
+    """Return what names a comparison among the tasks."""
+    return " ".join(sorted(row["name"] for row in rows))
 
 
 def _charts(rows: list[dict[str, Any]]) -> list[Chart]:

@@ -6,18 +6,17 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.analysis.evaluations import return_table
-from racecraft.console.commands import run_command
 from racecraft.console.pages.model import address, frame, model_of
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
+from racecraft.console.verdicts import JUDGING, begin_judging, kept_verdict
 from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint_ranking import MERITS, ranked
 from racecraft.formats.run_folder import RunFolder
@@ -29,6 +28,7 @@ ALONE = (
     "img-src data: blob:; media-src data: blob:; font-src data:; frame-ancestors 'none'"
 )
 """What a page that lies in a run may do: nothing but show itself, in an origin of its own."""
+EVALUATE = "evaluate"
 EXPORTING = "Exporting"
 EXPORTS = "export"
 """Folder of a run in which files for other programs lie."""
@@ -100,17 +100,17 @@ def evaluations_page(console: Console, request: Request) -> Page:
             "heads": [] if table is None else list(table.heads),
             "lines": [] if table is None else [list(map(str, line)) for line in table.rows],
             "command": f"racecraft evaluate {row['run']}",
-            "told": _figures_in(request.query_params.get("told", "")),
+            "verdict": kept_verdict(console, EVALUATE, [row]) or {},
+            "task": console.tasks.of(row["name"], JUDGING),
         },
     )
 
 
 def evaluate(console: Console, request: Request, fields: Fields) -> str:
-    """Judge the best checkpoint anew."""
+    """Begin to judge the best checkpoint on fresh starts."""
     row, run = _run_of(console, request)
-    result = run_command(["evaluate", str(run.path)], console.workspace.path)
-    flat = {name: value for name, value in result.items() if isinstance(value, int | float | str)}
-    return address(row["name"], f"/evaluations?told={quote(json.dumps(flat))}")
+    begin_judging(console, row["name"], [EVALUATE, str(run.path)], [row])
+    return address(row["name"], "/evaluations")
 
 
 def files_page(console: Console, request: Request) -> Page:
@@ -176,15 +176,6 @@ def _inside(root: Path, name: str) -> Path:
     if not is_there:
         raise WebError(404, "no_such_file", "There is no such file in this model.")
     return path
-
-
-def _figures_in(text: str) -> list[tuple[str, str]]:
-    """Return the figures of an evaluation that an address carries."""
-    try:
-        parsed = json.loads(text)
-        return [(str(name).replace("_", " "), str(value)) for name, value in parsed.items()]
-    except (ValueError, AttributeError):
-        return []
 
 
 def _run_of(console: Console, request: Request) -> tuple[dict[str, Any], RunFolder]:

@@ -2,14 +2,19 @@
 
 import numpy as np
 import pytest
+from tests.console.conftest import write_run
 from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, RADIUS_M, as_log, drive, stadium
 
-from racecraft.worlds.deepracer.analysis.ghosts import drive_of
+from racecraft.contract.errors import SettingError
+from racecraft.worlds.deepracer.analysis.ghosts import drive_of, ghost_of, line_of, run_ghost
 from racecraft.worlds.deepracer.analysis.telemetry_page import telemetry_data, write_telemetry_page
+from racecraft.worlds.deepracer.driving.line_file import write_line
 from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
-from racecraft.worlds.deepracer.driving.telemetry.reference import of_lap
+from racecraft.worlds.deepracer.driving.telemetry.reference import of_lap, of_line_file
 from racecraft.worlds.deepracer.driving.telemetry.timing import time_laps
+from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 FAST, SLOW = 2.0, 1.0
 
@@ -35,6 +40,31 @@ def test_ghosts_cross_the_line_at_once_and_are_where_the_cars_were(compared):
     assert (other.status == "lap_complete").argmax() < (lap.status == "lap_complete").argmax()
     where = track.locate(np.column_stack([lap.x_m, lap.y_m]))
     assert where.distance.max() < 0.05
+
+
+def test_a_lap_as_a_line_is_read_as_the_same_lap(compared, tmp_path):
+    lap, track = compared.lap, compared.timing.laps.track
+    write_line(line_of(lap, track), tmp_path / "lap.csv", "")
+    again = of_line_file(tmp_path / "lap.csv", track)
+    assert again.lap_seconds == pytest.approx(lap.lap_seconds, abs=0.02)
+    assert np.abs(np.cumsum(again.seconds) - np.cumsum(lap.seconds)).max() < 0.03
+    assert np.abs(again.offset_m - lap.offset_m).max() < 0.01
+
+
+def test_a_ghost_drives_the_lap_behind_the_point_that_logs_give(compared):
+    lap, track = compared.lap, compared.timing.laps.track
+    ghost = ghost_of(lap, track)
+    x, y, yaw = ghost.path.T
+    front = np.column_stack([x + FRONT_POINT_M * np.cos(yaw), y + FRONT_POINT_M * np.sin(yaw)])
+    assert track.locate(front).distance.max() < 0.05
+    assert x[0] - track.centre[0, 0] == pytest.approx(-FRONT_POINT_M, abs=0.04)  # the line is crossed eastwards
+    assert len(ghost.path) == np.ceil(ghost.seconds * 15) + 1
+
+
+def test_a_run_of_another_track_is_no_ghost(tmp_path):
+    run = write_run(tmp_path / "car", track="Oval_track")
+    with pytest.raises(SettingError, match="my car: does not drive reinvent_base"):
+        run_ghost(run, load_track("reinvent_base"), "my car")
 
 
 def test_the_page_names_the_corner_and_marks_it_on_the_map(compared, tmp_path):

@@ -47,6 +47,7 @@ class TelemetryRequest(Request):
     )
     page: Path | None = option(None, "Write one page (.html) that works offline.")
     csv: Path | None = option(None, "Write a row a lap, with sector and corner times.")
+    line: Path | None = option(None, "Write the lap as a line (.csv, .npy or .py), which --against takes.")
     film: Path | None = option(None, "Film the lap and its ghosts from above into this MP4 file.")
 
 
@@ -239,6 +240,14 @@ def _written(compared: LapComparison, request: TelemetryRequest, progress: Progr
     if request.csv is not None:
         write_lap_table(request.csv, compared.timing)
         written["csv"] = request.csv
+    if request.line is not None:
+        from racecraft.worlds.deepracer.analysis.ghosts import line_of
+        from racecraft.worlds.deepracer.driving.line_file import write_line
+
+        track = compared.timing.laps.track
+        title = f"A lap of {compared.lap.lap_seconds:.2f} s on {track.name}"
+        write_line(line_of(compared.lap, track), request.line, title)
+        written["line"] = request.line
     if request.film is not None:
         from racecraft.worlds.deepracer.analysis.ghosts import film_ghosts
 

@@ -1,4 +1,4 @@
-"""A lap and its ghosts in one film, from above: all cross the start line at the same moment. See `film_ghosts`."""
+"""Laps beside each other from the start line on: in a film, as ghosts to drive against, as lines. See `film_ghosts`."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
+from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
+from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.films.film import FilmStyle, OtherCar, PictureCount, write_film
+from racecraft.worlds.deepracer.analysis.run_facts import track_of
+from racecraft.worlds.deepracer.driving.ghosts import Ghost
+from racecraft.worlds.deepracer.driving.racing_line import RacingLine
+from racecraft.worlds.deepracer.driving.road_frame import headings
+from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
 from racecraft.worlds.deepracer.driving.telemetry.reference import Reference, of_lap
-from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
+from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M, TICK_SECONDS
+from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.tracks.track import Track
 
 GHOSTS = 3
@@ -71,6 +79,49 @@ def drive_of(lap: Reference, track: Track, ticks: int) -> Drive:
         lap=np.ones(ticks, int),
         status=np.where(done >= 100.0, "lap_complete", "in_progress"),
     )
+
+
+def run_ghost(run: Path, track: Track, name: str) -> Ghost:
+    """Return the fastest lap of a run as a ghost to drive against.
+
+    Args:
+        run: The run folder.
+        track: That is driven.
+        name: What people call the run.
+
+    Raises:
+        SettingError: It has no full lap, or was driven elsewhere.
+        UserInputError: It cannot be read.
+    """
+    driven = track_of(RunFolder.open(run).read_job())
+    if driven is None or driven.hash() != track.hash() or driven.is_reversed != track.is_reversed:
+        raise SettingError("{name}: does not drive {track}; expected a run of that track.", name=name, track=track.name)
+    laps = find_laps(read([run]).require_ticks(), track)
+    if not len(laps):
+        raise SettingError("{name}: has no full lap; expected a run that laps.", name=name)
+    return ghost_of(of_lap(laps, int(np.argmin(laps.lap_seconds)), name), track)
+
+
+def ghost_of(lap: Reference, track: Track) -> Ghost:
+    """Return a lap as a ghost to drive against."""
+    drive = drive_of(lap, track, int(np.ceil(lap.lap_seconds / TICK_SECONDS)) + 1)
+    path = np.column_stack([_base_link(np.column_stack([drive.x_m, drive.y_m]), drive.yaw_rad), drive.yaw_rad])
+    return Ghost(lap.name, lap.lap_seconds, path)
+
+
+def line_of(lap: Reference, track: Track) -> RacingLine:
+    """Return the line of base_link in a lap, with its driven speed."""
+    front = points_of(lap.offset_m, track)
+    edges = np.concatenate([[0.0], np.cumsum(lap.seconds)])
+    middles = 0.5 * (edges[:-1] + edges[1:])
+    seconds = np.append(middles - middles[0], lap.lap_seconds) if track.closed else middles - middles[0]
+    xy = _base_link(front, headings(front, track.closed))
+    return RacingLine(track.closed, xy, np.nan_to_num(lap.speed_mps), seconds)
+
+
+def _base_link(front: Array, yaw_rad: Array) -> Array:
+    """Return where base_link is (N, 2), from the point in front of it that logs give."""
+    return front - FRONT_POINT_M * np.column_stack([np.cos(yaw_rad), np.sin(yaw_rad)])
 
 
 def points_of(offset_m: Array, track: Track) -> Array:

@@ -19,6 +19,9 @@ def drive(
         Path, typer.Argument(help="A car's folder, which keeps the laps; made where there is none.")
     ] = FOLDER,
     reverse: Annotated[bool, typer.Option("--reverse", help="Drive the track the other way round.")] = False,
+    ghost: Annotated[
+        list[Path] | None, typer.Option(metavar="RUN", help="A run of this track to drive against; several: repeat it.")
+    ] = None,
     port: Annotated[
         int | None,
         typer.Option(
@@ -51,7 +54,7 @@ def drive(
     from racecraft.worlds.deepracer.serving.drive_server import make_drive_application
 
     access = access_for(host)
-    application = make_drive_application(track, folder, reverse, access)
+    application = make_drive_application(track, folder, reverse, access, ghost or ())
     chosen, note = choose_port(port, PORT)
     if note:
         say(note, quiet_stdout=json)

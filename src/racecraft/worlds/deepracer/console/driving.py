@@ -7,10 +7,12 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import sqlalchemy as sql
 from starlette.requests import Request
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket
 
+from racecraft.console.index_tables import MODELS
 from racecraft.console.pages.model import address
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
@@ -27,6 +29,8 @@ from racecraft.worlds.deepracer.tracks.library import own_names
 HERE = "/drive"
 LAPS = "laps.safetensors"
 """Their copy in the folder of a model that learns from them."""
+MAX_GHOSTS = 20
+"""Models on the list of ghosts, the fastest first."""
 FIRST = ("reinvent_base", "Oval_track", "Bowtie_track", "2022_april_open", "2022_reinvent_champ", "Spain_track")
 """Tracks that the page offers first."""
 
@@ -65,7 +69,12 @@ def drive_page(console: Console, request: Request) -> Page:
     return Page(
         f"{TEMPLATES}/drive.html",
         f"Drive {track.title or track.name}",
-        {"track": track.name, "wheel": f"{HERE}/{track.name}/wheel", "laps": len(_laps(console, track.name).laps)},
+        {
+            "track": track.name,
+            "wheel": f"{HERE}/{track.name}/wheel",
+            "laps": len(_laps(console, track.name).laps),
+            "runs": list(_runs(console, track.name)),
+        },
         here=HERE,
     )
 
@@ -96,7 +105,14 @@ def driven_track(console: Console, name: str) -> DrivenTrack:
     track = load_track(name)
     laps = _laps(console, track.name)
     command = shlex.join(["racecraft", "train", f"--track={track.name}", f"--from={laps.path}"])
-    return DrivenTrack(None, track.name, False, laps, command)
+    return DrivenTrack(None, track.name, False, laps, command, lambda: _runs(console, track.name))
+
+
+def _runs(console: Console, track: str) -> dict[str, Path]:
+    """Return the newest runs of the models that lap this track, by the model's name, the fastest first."""
+    lapping = sql.select(MODELS.c.name, MODELS.c.run).where(MODELS.c.picture == track, MODELS.c.rank.is_not(None))
+    rows = console.index.query(lapping.order_by(MODELS.c.rank).limit(MAX_GHOSTS))
+    return {row["name"]: Path(row["run"]) for row in rows}
 
 
 def _laps(console: Console, track: str) -> DrivenLaps:

@@ -1,19 +1,30 @@
-"""The laps of a car's run: where one loses time, beside a reference. Begin with `laps_page`."""
+"""The laps of a car's run: where one loses time, beside a reference, and one of them as a file. See `laps_page`."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
 
+from racecraft.console.pages.model import model_of
+from racecraft.console.section import Section
+from racecraft.console.service import Console
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
+from racecraft.web.errors import WebError
+from racecraft.worlds.deepracer.analysis.ghosts import line_of
 from racecraft.worlds.deepracer.analysis.run_facts import track_of
 from racecraft.worlds.deepracer.analysis.telemetry_page import telemetry_data
+from racecraft.worlds.deepracer.driving.line_file import line_csv
 from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
 from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
@@ -27,6 +38,23 @@ ZONES = "zones"
 """What a lap is compared with where nothing is named: the best corners of all laps together."""
 
 
+def routes(console: Console) -> list[BaseRoute]:
+    """Return the route of a lap as a file."""
+
+    def lap_file(request: Request) -> Response:
+        model, row = model_of(console, request)
+        timing, order = _laps_of(Path(row["run"])) if row["run"] else (None, ())
+        if timing is None:
+            raise WebError(404, "no_lap", f"{model.name} has no full lap yet.")
+        number = _number(request.query_params.get("lap", "1"), len(order))
+        line = line_of(of_lap(timing.laps, int(order[number - 1]), ""), timing.laps.track)
+        name = quote(f"{model.name}-lap-{number}.csv")
+        headers = {"Content-Disposition": f"attachment; filename*=utf-8''{name}"}
+        return Response(line_csv(line), media_type="text/csv", headers=headers)
+
+    return [Route("/models/{name}/laps/lap.csv", lap_file)]
+
+
 def laps_page(run: Path, query: Mapping[str, str]) -> dict[str, Any]:
     """Return what the page of a run's laps shows; `told` is None where there is no full lap.
 
@@ -38,10 +66,9 @@ def laps_page(run: Path, query: Mapping[str, str]) -> dict[str, Any]:
         SettingError: There is no such lap.
         UserInputError: The run's track or log cannot be read.
     """
-    timing = _timing(str(run), _changed_at(run / "episodes"))
+    timing, order = _laps_of(run)
     if timing is None:
         return {"told": None}
-    order = np.argsort(timing.laps.lap_seconds, kind="stable")
     lap, against = _number(query.get("lap", "1"), len(order)), query.get("against", ZONES)
     compared = compare_lap(timing, int(order[lap - 1]), _reference(timing, order, against))
     names = lap_names(timing)
@@ -54,8 +81,16 @@ def laps_page(run: Path, query: Mapping[str, str]) -> dict[str, Any]:
         "lap": str(lap),
         "against": against,
         "lap_choices": choices,
+        "command": shlex.join(["racecraft", "telemetry", str(run), f"--lap={lap}", "--line=lap.csv"]),
         "against_choices": [(ZONES, "the best corners of all laps"), *choices],
     }
+
+
+def _laps_of(run: Path) -> tuple[LapTiming | None, Array]:
+    """Return a run's full laps, and their rows, the fastest first; (None, none) where there is none."""
+    timing = _timing(str(run), _changed_at(run / "episodes"))
+    seconds = np.empty(0) if timing is None else timing.laps.lap_seconds
+    return timing, np.argsort(seconds, kind="stable")
 
 
 def _changed_at(path: Path) -> float:
@@ -86,3 +121,6 @@ def _reference(timing: LapTiming, order: Array, against: str) -> Reference:
     if against == ZONES:
         return of_best_zones(timing)
     return of_lap(timing.laps, int(order[_number(against, len(order)) - 1]), f"lap {against}")
+
+
+SECTION = Section(routes=routes)

@@ -118,10 +118,10 @@ class CarParts(WorldParts):
         return _reward_look(str(values["reward"]), "", str(values["track"]), query) if step == "reward" else None
 
     def sections(self) -> Sequence[Section]:
-        """Return tracks and driving by hand."""
-        from racecraft.worlds.deepracer.console import driving, track_pages
+        """Return tracks, driving by hand and laps as files."""
+        from racecraft.worlds.deepracer.console import driving, laps, track_pages
 
-        return (track_pages.SECTION, driving.SECTION)
+        return (track_pages.SECTION, driving.SECTION, laps.SECTION)
 
     def picture(self, key: str) -> str:
         """Return a track as the text of an SVG file."""

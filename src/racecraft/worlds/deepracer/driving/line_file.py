@@ -21,6 +21,12 @@ def line_rows(line: RacingLine) -> np.ndarray:
     return np.column_stack([line.xy, line.speed, line.seconds[: len(line.xy)], line.heading])
 
 
+def line_csv(line: RacingLine) -> str:
+    """Return a line as the text of a `.csv` file."""
+    rows = (",".join(f"{value:.6g}" for value in row) for row in line_rows(line))
+    return "\n".join([",".join(COLUMNS), *rows]) + "\n"
+
+
 def write_line(line: RacingLine, path: Path, title: str) -> None:
     """Write a line; the ending of the file's name says how.
 
@@ -39,8 +45,7 @@ def write_line(line: RacingLine, path: Path, title: str) -> None:
         np.save(data, rows, allow_pickle=False)
         write_atomic(path, data.getvalue())
     elif path.suffix == ".csv":
-        lines = [",".join(COLUMNS), *(",".join(f"{value:.6g}" for value in row) for row in rows)]
-        write_atomic(path, "\n".join(lines) + "\n")
+        write_atomic(path, line_csv(line))
     elif path.suffix == ".py":
         points = "\n".join(f"    ({x:.4f}, {y:.4f}, {speed:.3f}, {at:.3f})," for x, y, speed, at, _ in rows)
         write_atomic(path, f"# {title}\n# (x in m, y in m, speed in m/s, seconds since the first point)\n"

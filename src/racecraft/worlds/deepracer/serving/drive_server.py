@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from starlette.applications import Starlette
@@ -14,6 +16,7 @@ from starlette.websockets import WebSocket
 from racecraft.web.access import ONLY_HERE, Access
 from racecraft.web.answers import page_answer
 from racecraft.web.application import make_application
+from racecraft.worlds.deepracer.analysis.ghosts import run_ghost
 from racecraft.worlds.deepracer.driving.driven_laps import DrivenLaps
 from racecraft.worlds.deepracer.serving.hand_driving import DrivenTrack, DriveTracks
 from racecraft.worlds.deepracer.training.new_model import new_model
@@ -21,7 +24,9 @@ from racecraft.worlds.deepracer.training.new_model import new_model
 PAGE = "racecraft.worlds.deepracer.pages/drive.html"
 
 
-def make_drive_application(track: str, folder: Path, reverse: bool = False, access: Access = ONLY_HERE) -> Starlette:
+def make_drive_application(
+    track: str, folder: Path, reverse: bool = False, access: Access = ONLY_HERE, ghosts: Sequence[Path] = ()
+) -> Starlette:
     """Return the application of one track.
 
     Args:
@@ -29,17 +34,22 @@ def make_drive_application(track: str, folder: Path, reverse: bool = False, acce
         folder: The racer's folder, which keeps the laps; made where there is none.
         reverse: Whether the track is driven the other way round.
         access: Who may ask.
+        ghosts: Runs whose fastest lap can be driven against.
 
     Raises:
         UserInputError: The folder or a file in it cannot be used, or there is no such track.
     """
-    driven = driven_track(track, folder, reverse)
+    runs = {path.name: path for path in ghosts}
+    driven = replace(driven_track(track, folder, reverse), runs=lambda: runs)
     circuit = driven.world().track
+    for name, run in runs.items():
+        run_ghost(run, circuit, name)
     tracks = DriveTracks(lambda name, is_reverse: driven)
 
     def page(request: Request) -> Response:
         about = f"Driven by hand; laps are kept in {driven.laps.path}."
-        return page_answer(request, PAGE, title=circuit.title or circuit.name, about=about, wheel="/wheel", track=track)
+        title = circuit.title or circuit.name
+        return page_answer(request, PAGE, title=title, about=about, wheel="/wheel", track=track, runs=list(runs))
 
     async def wheel(socket: WebSocket) -> None:
         await tracks.answer(socket, track, reverse)

@@ -1,7 +1,8 @@
 """Driving by hand over a WebSocket: physics here, 15 ticks a second; pictures in the browser. Begin with `DriveTracks`.
 
 A page sends, as JSON:  {"steer": -1…1 left positive, "gas": 0…1, "n": number of the input}
-                        {"go": true}   {"pause": true}   {"restart": true}   {"drop": 0}   {"ghost": "best" | "known"}
+                        {"go": true}   {"pause": true}   {"restart": true}   {"drop": 0}
+                        {"ghost": "best" | "known" | a run's name}
 and is sent:            {"track": …}   {"laps": […], "command": "…"}   {"ghost": … or null}
                         {"at": [x, y, yaw, speed, steering, progress, lap seconds], "n": …, "ended": "…"}
                         {"message": "…"}
@@ -25,6 +26,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from racecraft.contract.errors import UserInputError
 from racecraft.pages.plain_json import plain_json
+from racecraft.worlds.deepracer.analysis.ghosts import run_ghost
 from racecraft.worlds.deepracer.analysis.watching.reels import track_shape
 from racecraft.worlds.deepracer.driving.by_hand import HandDrive, Moment
 from racecraft.worlds.deepracer.driving.driven_laps import DrivenLap, DrivenLaps
@@ -38,7 +40,7 @@ MAX_DRIVERS = 40
 MAX_BEHIND_SECONDS = 0.25
 """A server that was kept from ticking for so long goes on from now instead of hurrying after the clock."""
 BEST, KNOWN = "best", "known"
-"""Ghosts that a page asks for by name."""
+"""Ghosts that every page can ask for."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,8 @@ class DrivenTrack:
     laps: DrivenLaps
     teach_command: str
     """What trains a car with these laps, as it is typed."""
+    runs: Callable[[], Mapping[str, Path]] = dict
+    """Runs of this track that can be driven against, by the names that a page shows."""
 
     def world(self) -> RaceWorld:
         """Return a car of one's own on the track."""
@@ -115,7 +119,7 @@ class _Driver:
     def __init__(self, tracks: DriveTracks, driven: DrivenTrack, socket: WebSocket) -> None:
         self._tracks, self._driven, self._socket = tracks, driven, socket
         world = driven.world()
-        self._shape = track_shape(world.track)
+        self._track, self._shape = world.track, track_shape(world.track)
         self._drive = HandDrive(world)
         self._steer = self._gas = 0.0
         self._number = 0
@@ -160,7 +164,7 @@ class _Driver:
             with contextlib.suppress(UserInputError):  # a lap that another page dropped meanwhile
                 await run_in_threadpool(self._driven.laps.drop, message["drop"])
             await self._send_laps()
-        if message.get("ghost") in (BEST, KNOWN):
+        if isinstance(message.get("ghost"), str):
             await self._send_ghost(message["ghost"])
 
     async def _tick(self) -> None:
@@ -192,9 +196,19 @@ class _Driver:
             await _send(self._socket, {"message": "Planning a lap to drive against …"})
             ghost = await run_in_threadpool(self._tracks.planned, self._driven)
             await _send(self._socket, {"message": "" if ghost else "No lap could be planned on this track."})
-        else:
+        elif name == BEST:
             ghost = own_ghost(self._driven.laps.best)
+        else:
+            try:
+                ghost = await run_in_threadpool(self._of_run, name)
+            except UserInputError as error:  # its folder vanished, or it laps no more
+                ghost = None
+                await _send(self._socket, {"message": str(error)})
         await _send(self._socket, {"ghost": None if ghost is None else ghost.as_dictionary()})
+
+    def _of_run(self, name: str) -> Ghost | None:
+        run = self._driven.runs().get(name)
+        return None if run is None else run_ghost(run, self._track, name)
 
 
 async def _send(socket: WebSocket, message: Mapping[str, Any]) -> None:
