@@ -1,4 +1,4 @@
-"""Train what the car lessons show, again and with this version: `python scripts/make_lesson_material.py [FOLDER]`.
+"""Train what the lessons show, again and with this version: `python scripts/make_lesson_material.py [FOLDER]`.
 
     curves.json     3 learning rates × 3 seeds: progress of each iteration (lesson 9)
     tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
@@ -6,6 +6,7 @@
     sight.json      what a car's network decides at pictures of its lap, whole, partly covered and mirrored (lesson 8)
     real.json       a car's laps under each disturbance by itself (lesson 12)
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
+    basic.json      three learners of Unity's Basic with three seeds each, and the numbers of one network (U2, U5, U6)
 
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
 is not trained again. About 45 minutes of a core. Versions, machine and seeds are written into each file.
@@ -33,6 +34,7 @@ import racecraft
 from racecraft.algorithms.explainable import Explainable
 from racecraft.analysis.attribution import SeeingPolicy, transparent
 from racecraft.contract.world import Array
+from racecraft.players.trained import load_policy
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.look import Look, look_at
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
@@ -40,8 +42,9 @@ from racecraft.worlds.deepracer.evaluation.laps import judge_laps
 from racecraft.worlds.deepracer.lessons.sight import patches
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.unity.env import basic_scene
 
-TARGET = Path(__file__).resolve().parents[1] / "src/racecraft/worlds/deepracer/lessons/material"
+WORLDS = Path(__file__).resolve().parents[1] / "src/racecraft/worlds"
 RATES, SEEDS, ITERATIONS = ("3e-5", "3e-4", "3e-3"), (1, 2, 3), 20
 REWARD = """
 class Before:
@@ -81,6 +84,8 @@ PINNED = (
 )  # fmt: skip
 JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "China_track")
 MATRIX_ITERATIONS = {"three tracks": 60}
+SMALL = "PPO, 8 units"
+LEARNERS = {"PPO": [], SMALL: ["--set", "network.hidden_units=8"], "DQN": ["--algorithm", "dqn"]}
 STARTS = 5
 TRIES = 20
 PICTURES = 8
@@ -98,6 +103,7 @@ def main() -> None:
     write("tracks.json", tracks(folder))
     write("real.json", real(folder / "on-reinvent_base"))
     write("sight.json", sight(folder / "on-reinvent_base"))
+    write("basic.json", basic(folder), "unity")
 
 
 def curves(folder: Path) -> dict[str, Any]:
@@ -230,6 +236,47 @@ def percents(shares: Any) -> list[float]:
     return [round(100 * float(one), 1) for one in shares]
 
 
+def basic(folder: Path) -> dict[str, Any]:
+    """Return trainings in Unity's Basic, by evaluation, and the layers of the first small network."""
+    runs = [
+        (name, seed, train_basic(folder / f"basic-{name.replace(' ', '-')}-{seed}", seed, *words))
+        for name, words in LEARNERS.items() for seed in SEEDS
+    ]  # fmt: skip
+    network = load_policy(next(run for name, _, run in runs if name == SMALL)).policy.network
+    layers = [
+        {
+            "weights": layer.weight.detach().double().numpy().round(4).tolist(),
+            "bias": layer.bias.detach().double().numpy().round(4).tolist(),
+        }
+        for layer in (network.policy_body.trunk[0], network.policy_head)
+    ]
+    return {"scene": "Basic", "network": layers, "runs": [
+        {"learner": name, "seed": seed, **basic_moments(run)} for name, seed, run in runs
+    ]}  # fmt: skip
+
+
+def basic_moments(run: Path) -> dict[str, Any]:
+    """Return of each evaluation the steps before it, its mean return, and the greedy act at each place."""
+    judged = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+    places = np.eye(basic_scene.PLACES, dtype=np.float32)[basic_scene.SMALL_GOAL + 1 : basic_scene.LARGE_GOAL]
+    acts = [load_policy(f"{run}:{line['iteration']}").act({"Basic": places}) for line in judged]
+    return {
+        "steps": [line["steps"] for line in judged], "means": [round(line["evaluation_score"], 2) for line in judged],
+        "acts": [one.ravel().tolist() for one in acts],
+    }  # fmt: skip
+
+
+def train_basic(run: Path, seed: int, *words: str) -> Path:
+    """Train a run in Basic that is judged after each iteration, unless it is there; return it."""
+    if not (run / "metrics.jsonl").is_file():
+        racecraft_json(
+            "unity", "train", "builtin:Basic", "--run", str(run), "--seed", str(seed), "--keep", "all", "--json",
+            "--set", "evaluation.every=1", "--set", "evaluation.share=none", "--stop", "score=0.92",
+            "--stop", "steps=60000", *words,
+        )  # fmt: skip
+    return run
+
+
 def train(run: Path, iterations: int, seed: int, *words: str) -> Path:
     """Train a run unless it is there; return it."""
     car = run.parent / "car"
@@ -250,12 +297,13 @@ def racecraft_json(*words: str) -> Any:
     return json.loads(done.stdout.strip().splitlines()[-1])
 
 
-def write(name: str, told: dict[str, Any]) -> None:
+def write(name: str, told: dict[str, Any], world: str = "deepracer") -> None:
     """Write a file with what it was made with."""
+    target = WORLDS / world / "lessons/material"
     made = {"racecraft": racecraft.__version__, "python": platform.python_version(), "machine": platform.machine()}
     text = json.dumps({"format": "racecraft lesson material", "version": 1, "made": made} | told, separators=(",", ":"))
-    TARGET.mkdir(parents=True, exist_ok=True)
-    (TARGET / name).write_text(text, encoding="utf-8")
+    target.mkdir(parents=True, exist_ok=True)
+    (target / name).write_text(text, encoding="utf-8")
     print(f"{name}: {len(text) / 1024:.0f} KiB")
 
 

@@ -77,6 +77,28 @@ def move(data):
 THIRTY, EQUAL = "rdluuldrrdlurdllurruururrdrdlu", "rruullddrruulldldrururr"
 LONGER = "uuruuldrdldlurruldrdrrrruulu"
 
+STEP = "def step(place, action):\n    place += (0, -1, 1)[action]\n    prize = {7: 0.1, 17: 1.0}.get(place)\n"
+ACT = """from math import tanh
+def act(values, layers):
+    for number, layer in enumerate(layers):
+        values = [BIAS + sum(w * v for w, v in zip(row, values)) for row, b in zip(layer["weights"], layer["bias"])]
+        values = [BEND for v in values] if number < len(layers) - 1 else values
+    return CHOICE
+"""
+
+
+def step_code(result):
+    return {"code": f"{STEP}    return {result}"}
+
+
+def act_code(bias="b", bend="tanh(v)", choice="values.index(max(values))"):
+    return {"code": ACT.replace("BIAS", bias).replace("BEND", bend).replace("CHOICE", choice)}
+
+
+def question_code(result):
+    return {"code": f"def question(observation):\n    return {result}"}
+
+
 IDLE = ("tau", "strength", "time_horizon", "checkpoint_settings", "run_id")
 """Keys of a configuration that do not count here."""
 
@@ -157,6 +179,15 @@ RIGHT = {
     "snake-move/safe-move": snake_code(f"{ON_BOARD} and at not in body"),
     "unity-basic/best": {"actions": [2] * 7},
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
+    "unity-learn/own-step": step_code("[place, -0.01 + (prize or 0), prize is not None]"),
+    "unity-learn/first-training": {"model": "right"},
+    "unity-learn/which-first": {"first": "large", "reason": "met_first"},
+    "unity-back/own-forward": act_code(),
+    "unity-back/same-decisions": {"model": "right", "differ": "few", "reason": "same"},
+    "unity-back/own-question": question_code("{'instances': [observation]}"),
+    "unity-other/dqn": {"model": "by dqn"},
+    "unity-other/fewest-steps": {"fewest": "dqn", "reason": "overlap"},
+    "unity-other/count-weights": {"count": "195"},
     "unity-penalty/the-turn": {"gamma": "0.58"},
     "unity-configuration/without-effect": basic_yaml(),
     "unity-configuration/the-article": article_yaml(),
@@ -194,6 +225,48 @@ CASES = {
         "not_ended": {"actions": [2, 2]},
         "near_prize": {"actions": [1, 1, 1]},
         "detour": {"actions": [0, *[2] * 7]},
+    },
+    "unity-learn/own-step": {
+        "no_list": step_code("place"),
+        "moves": step_code("[place + 1, -0.01, False]"),
+        "penalty": step_code("[place, prize or -0.01, prize is not None]"),
+        "pays": step_code("[place, 5.0, prize is not None]"),
+        "ends": step_code("[place, -0.01 + (prize or 0), prize == 1.0]"),
+    },
+    "unity-learn/first-training": {"near_prize": {"model": "left"}, "not_yet": {"model": "idle"}},
+    "unity-learn/which-first": {
+        "run": {"first": "large"},
+        "cheaper": {"first": "near", "reason": "cheaper"},
+        "order": {"first": "near", "reason": "order"},
+    },
+    "unity-back/own-forward": {
+        "no_action": act_code(choice="values"),
+        "sums_alone": act_code("0", "v"),
+        "no_bias": act_code("0"),
+        "no_tanh": act_code(bend="v"),
+        "other": act_code(choice="0"),
+    },
+    "unity-back/same-decisions": {
+        "run": {"model": "right", "differ": "none"},
+        "rounding": {"model": "right", "differ": "few", "reason": "rounding"},
+        "learning": {"model": "right", "differ": "many", "reason": "learning"},
+    },
+    "unity-back/own-question": {
+        "refused": question_code("{'observation': 10}"),
+        "changed": question_code("{'instances': [[0.0] * 20]}"),
+        "many": question_code("{'instances': [observation, observation]}"),
+    },
+    "unity-other/dqn": {"same": {"model": "right"}, "not_yet": {"model": "idle dqn"}},
+    "unity-other/fewest-steps": {
+        "run": {"fewest": "small"},
+        "apart": {"fewest": "small", "reason": "apart"},
+        "one_seed": {"fewest": "small", "reason": "one_seed"},
+    },
+    "unity-other/count-weights": {
+        "no_bias": {"count": "184"},
+        "units": {"count": "31"},
+        "product": {"count": "480"},
+        "other": {"count": "5000"},
     },
     "unity-configuration/without-effect": {
         "unreadable": basic_yaml(hidden_units="many"),

@@ -8,6 +8,7 @@ from racecraft.lessons.course import course
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import Lessons, checked
 from racecraft.worlds.deepracer.lessons import racing
+from racecraft.worlds.unity.lessons import trained
 
 CARS = {
     "first": racing.Raced([9.0, 9.1, 9.2], 0),
@@ -16,6 +17,14 @@ CARS = {
     "lost": racing.Raced([], 40),
 }
 """What cars of a pupil did in a race that is not driven here."""
+SCENES = {
+    "right": trained.Judged(0.93, "ppo"),
+    "left": trained.Judged(0.07, "ppo"),
+    "idle": trained.Judged(-2.0, "ppo"),
+    "by dqn": trained.Judged(0.93, "dqn"),
+    "idle dqn": trained.Judged(-2.0, "dqn"),
+}
+"""What a pupil's models of Basic reach in episodes that are not played here."""
 
 
 @pytest.fixture
@@ -25,9 +34,11 @@ def progress(tmp_path):
 
 @pytest.fixture
 def models(monkeypatch):
-    """Return a pupil's cars, whose races are told in place of driven; the long walk drives real ones."""
+    """Return a pupil's models, whose races and episodes are told in place of run; the long walks run real ones."""
     monkeypatch.setattr(racing, "raced", lambda cars: {name: CARS[run.name] for name, run in cars.items()})
-    return {name: Path(name) for name in CARS}
+    monkeypatch.setattr(trained, "judged", lambda run: SCENES[run.name])
+    monkeypatch.setattr(trained, "compared", lambda run: trained.Compared(50, 50, "Connection refused"))
+    return {name: Path(name) for name in (*CARS, *SCENES)}
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The ninety minutes, walked to their end by keyboard alone on a phone's width, and each page read by everybody."""
+"""Every path, walked to its end by keyboard alone on a phone's width, and each page read by everybody."""
 
 import subprocess
 import sys
@@ -17,9 +17,23 @@ OWN = {
     "race/own-lap": {"car": "newest"},
     "race/one-change": {"before": "first", "after": "newest", "expected": "undo", "reason": "keep"},
     "race/beat-the-first": {"first": "first", "own": "newest"},
+    "unity-learn/first-training": {"model": "basic"},
+    "unity-back/same-decisions": {"model": "basic", "differ": "few", "reason": "same"},
+    "unity-other/dqn": {"model": "basic-dqn"},
 }
-TRAINED = {"first": "2", "newest": "30"}
-"""Iterations of a pupil's two cars."""
+"""Answers that name models which a pupil trained."""
+TRAINED = {
+    "car": {
+        "first": ("train", "--stop", "iterations=2", "--no-pictures"),
+        "newest": ("train", "--stop", "iterations=30", "--no-pictures"),
+    },
+    "snake": {},
+    "unity": {
+        "basic": ("unity", "train", "builtin:Basic"),
+        "basic-dqn": ("unity", "train", "builtin:Basic", "--algorithm", "dqn"),
+    },
+}
+"""By path what a pupil types to train each of them."""
 DRAWN = "[...document.querySelectorAll('[data-figure]:not(.field)')].every(one => one.children.length > 1)"
 
 
@@ -46,23 +60,24 @@ def serve(progress):
 
 
 @pytest.mark.long
-def test_the_ninety_minutes_are_walked_to_their_end_by_keyboard(browser, serve, tmp_path, progress):
-    for name, iterations in TRAINED.items():
-        words = ["train", "--run", f"runs/{name}", "--stop", f"iterations={iterations}", "--no-pictures", "--json"]
-        subprocess.run([sys.executable, "-m", "racecraft", *words], cwd=tmp_path, check=True, capture_output=True)
-    pupil = Pupil(browser, serve(Workspace(tmp_path).newest_runs), OWN)
-    for lesson in course().of_path("car"):
-        assert pupil.walk(lesson) == []
-        assert browser.sideways() == 0
-        assert progress.done(lesson.id) == len(lesson.exercises)
+@pytest.mark.parametrize("path", TRAINED)
+def test_a_path_is_walked_to_its_end_with_models_of_ones_own(browser, serve, tmp_path, progress, path):
+    for name, words in TRAINED[path].items():
+        command = [sys.executable, "-m", "racecraft", *words, "--run", f"runs/{name}", "--json"]
+        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    walk(Pupil(browser, serve(Workspace(tmp_path).newest_runs), OWN), path, progress)
 
 
 @pytest.mark.parametrize("path", ["snake", "unity"])
-def test_a_path_is_walked_as_far_as_it_goes_by_keyboard(browser, serve, progress, path):
-    pupil = Pupil(browser, serve(), {})
+def test_a_path_is_walked_by_keyboard_with_models_that_are_there(browser, serve, progress, models, path):
+    walk(Pupil(browser, serve(lambda: models), {}), path, progress)
+
+
+def walk(pupil, path, progress):
+    """Do every exercise of a path."""
     for lesson in course().of_path(path):
         assert pupil.walk(lesson) == []
-        assert browser.sideways() == 0
+        assert pupil.browser.sideways() == 0
         assert progress.done(lesson.id) == len(lesson.exercises)
 
 
@@ -72,8 +87,6 @@ def test_a_lesson_is_read_by_everybody(browser, serve, lesson):
     for width, dark in ((1200, False), (390, True)):
         browser.show(width, 900, dark)
         browser.open(f"{address}/lessons/{lesson.id}")
-        browser.until(
-            "[...document.querySelectorAll('[data-figure]:not(.field)')].every(one => one.children.length > 1)"
-        )
+        browser.until(DRAWN)
         assert browser.shut_out() == []
         assert browser.sideways() == 0

@@ -37,7 +37,7 @@ PATHS: Mapping[str, tuple[Message, Message]] = {
     ),
     "unity": (
         Message("A Unity scene"),
-        Message("A scene by hand, as its agent has it, and the two numbers that decide which way it goes."),
+        Message("A scene by hand, learned, with a configuration of its own, back in Unity and behind an address."),
     ),
 }
 """Title and sentence of each path, in the order of the page."""

@@ -131,8 +131,3 @@ export function greedyDrive(grid, q, chance) {
   }
   return drive(grid, moves);
 }
-
-export function chanceToReach(moves) {
-  const root = Math.SQRT2;
-  return 0.5 * (((1 + root) / 3) ** moves + ((1 - root) / 3) ** moves);
-}

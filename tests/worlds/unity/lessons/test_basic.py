@@ -4,13 +4,16 @@ import json
 import random
 import shutil
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import torch
+from torch import nn
 
 from racecraft.algorithms.ppo import LINEAR, PpoConfig, _scheduled
 from racecraft.worlds.unity import lessons
-from racecraft.worlds.unity.lessons import basic
+from racecraft.worlds.unity.lessons import basic, network
 
 NODE = shutil.which("node")
 MODULES = Path(lessons.__file__).parent / "modules"
@@ -51,6 +54,22 @@ def test_the_browser_lets_numbers_fall_as_ppo_does():
     for (name, done, start), theirs in zip(cases, in_node("schedule.js", "scheduled", cases), strict=True):
         config = PpoConfig(**{names[name]: start})
         assert _scheduled(config, names[name], LINEAR, done) == pytest.approx(theirs), (name, done, start)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
+def test_the_browser_and_the_recipe_compute_a_network_as_pytorch_does():
+    rng, cases, scores = random.Random(7), [], []
+    for _ in range(1000):
+        sizes = [rng.randint(1, 9) for _ in range(rng.randint(2, 4))]
+        layers = [nn.Linear(*pair).double() for pair in pairwise(sizes)]
+        made = [{"weights": one.weight.tolist(), "bias": one.bias.tolist()} for one in layers]
+        observation = [rng.uniform(-2, 2) for _ in range(sizes[0])]
+        steps = [step for layer in layers for step in (layer, nn.Tanh())][:-1]
+        cases.append([observation, made])
+        scores.append(nn.Sequential(*steps)(torch.tensor(observation, dtype=torch.float64)).tolist())
+    for case, right, after in zip(cases, scores, in_node("network.js", "forward", cases), strict=True):
+        assert network.scores(*case) == pytest.approx(right)
+        assert after[-1] == pytest.approx(right)
 
 
 def test_a_random_agent_earns_what_can_be_worked_out():

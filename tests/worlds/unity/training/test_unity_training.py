@@ -16,11 +16,13 @@ from racecraft.contract.errors import RunFolderError, SettingError, UserInputErr
 from racecraft.contract.world import EpisodeRecord
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
+from racecraft.lessons.checking import AnswerError
 from racecraft.rollout.episodes import play_episodes
 from racecraft.training.worlds import train
 from racecraft.worlds.unity.cli import unity as unity_command
 from racecraft.worlds.unity.env.wire import EDITOR_PORT
 from racecraft.worlds.unity.env.world import UnityWorld
+from racecraft.worlds.unity.lessons import trained as lesson
 from racecraft.worlds.unity.training.evaluator import TrainingEpisodesEvaluator
 from racecraft.worlds.unity.training.plan import UnityRequest, stops_for
 from racecraft.worlds.unity.training.trainer import OBSERVATIONS
@@ -141,6 +143,20 @@ def test_observations_of_another_shape_are_not_taken_for_recorded_ones(basic, tm
     (exported,) = export_to_unity(copy)
     assert not exported.recorded
     assert exported.path == copy / "export" / "Basic.onnx"
+
+
+def test_the_lessons_judge_what_was_trained_and_compare_its_decisions(basic):
+    pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
+    found, compared = lesson.judged(basic[0]), lesson.compared(basic[0])
+    assert (round(found.mean, 2), found.algorithm) == (0.93, "ppo")
+    assert (compared.onnx, compared.endpoint) == (lesson.QUESTIONS, lesson.QUESTIONS)
+    assert "refused" in compared.after, "the endpoint is gone"
+
+
+def test_the_lessons_take_no_model_of_another_world(tmp_path):
+    run = RunFolder.create(tmp_path / "car", {"kind": "deepracer", "asked": {"track": "reinvent_base"}})
+    with pytest.raises(AnswerError, match="found a deepracer training"):
+        lesson.judged(run.path)
 
 
 YAML = """

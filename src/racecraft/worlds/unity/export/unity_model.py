@@ -124,20 +124,8 @@ def check_unity_model(
     Returns:
         The largest difference over all rows and actions; a choice that differs counts as its difference in number.
     """
-    try:
-        import onnxruntime
-    except ImportError as cause:
-        raise _missing("onnxruntime") from cause
-    rows = len(next(iter(observations.values())))
     branches = behavior.actions.branches
-    if allowed is None:
-        allowed = np.ones((rows, sum(branches)), bool)
-    feeds = {f"obs_{i}": to_wire(sensor, observations[sensor.name]) for i, sensor in enumerate(behavior.sensors)}
-    if branches:
-        feeds["action_masks"] = allowed.astype(np.float32)
-    session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
-    names = [output.name for output in session.get_outputs()]
-    outputs = dict(zip(names, session.run(None, feeds), strict=True))
+    outputs = run_unity_model(model.SerializeToString(), behavior, observations, allowed)
 
     seen = {name: np.ascontiguousarray(values) for name, values in observations.items()}
     choice = ActionTable(behavior.actions).choice(policy.act(seen, allowed if branches else None))
@@ -149,6 +137,34 @@ def check_unity_model(
     if behavior.actions.continuous:
         away.append(float(np.abs(outputs["deterministic_continuous_actions"] - choice.continuous).max(initial=0)))
     return max(away)
+
+
+def run_unity_model(
+    model: bytes | str, behavior: Behavior, observations: Mapping[str, Array], allowed: Array | None = None
+) -> dict[str, Array]:
+    """Return what a model gives for R rows, by the names of its outputs.
+
+    Args:
+        model: Its bytes, or its file.
+        behavior: What the agent sees and does.
+        observations: By sensor name, (R, *sensor shape), as the policy reads them.
+        allowed: bool (R, sum of branches), or None where everything is.
+
+    Raises:
+        MissingExtraError: onnxruntime is not installed.
+    """
+    try:
+        import onnxruntime
+    except ImportError as cause:
+        raise _missing("onnxruntime") from cause
+    feeds = {f"obs_{i}": to_wire(sensor, observations[sensor.name]) for i, sensor in enumerate(behavior.sensors)}
+    if branches := behavior.actions.branches:
+        rows = len(next(iter(observations.values())))
+        free = np.ones((rows, sum(branches)), bool)
+        feeds["action_masks"] = (free if allowed is None else allowed).astype(np.float32)
+    session = onnxruntime.InferenceSession(model, providers=["CPUExecutionProvider"])
+    names = [output.name for output in session.get_outputs()]
+    return dict(zip(names, session.run(None, feeds), strict=True))
 
 
 def to_wire(sensor: Sensor, values: Array) -> Array:

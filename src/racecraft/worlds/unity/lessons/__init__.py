@@ -1,5 +1,5 @@
-"""The lessons about Unity's scenes: texts, checks and figures."""
+"""The lessons about Unity's scenes: texts, checks, figures, and what was trained for them."""
 
-from racecraft.worlds.unity.lessons import checks, configuration
+from racecraft.worlds.unity.lessons import checks, configuration, policies
 
-CHECKS = (checks, configuration)
+CHECKS = (checks, configuration, policies)
