@@ -48,7 +48,7 @@ def test_a_lap_as_a_line_is_read_as_the_same_lap(compared, tmp_path):
     again = of_line_file(tmp_path / "lap.csv", track)
     assert again.lap_seconds == pytest.approx(lap.lap_seconds, abs=0.02)
     assert np.abs(np.cumsum(again.seconds) - np.cumsum(lap.seconds)).max() < 0.03
-    assert np.abs(again.offset_m - lap.offset_m).max() < 0.01
+    assert np.abs(again.offset_m - lap.offset_m).max() < 0.03  # the front heads elsewhere than base_link
 
 
 def test_a_ghost_drives_the_lap_behind_the_point_that_logs_give(compared):
