@@ -44,7 +44,14 @@ if TYPE_CHECKING:
     from racecraft.actions.league.exporting import export_league
     from racecraft.actions.league.filming import film_race_drive
     from racecraft.actions.league.judging import audit_races, judge_race
-    from racecraft.actions.league.managing import close_race, copy_race, edit_race, open_race, reset_race
+    from racecraft.actions.league.managing import (
+        close_race,
+        copy_race,
+        edit_race,
+        open_race,
+        reset_race,
+        show_on_screen,
+    )
     from racecraft.actions.league.seasons import create_season, show_racer, show_records, show_standings
     from racecraft.actions.record import record
     from racecraft.actions.report import report
@@ -79,6 +86,7 @@ _WHERE = {
     "film_race_drive": "racecraft.actions.league.filming",
     "judge_race": "racecraft.actions.league.judging",
     "close_race": "racecraft.actions.league.managing",
+    "show_on_screen": "racecraft.actions.league.managing",
     "copy_race": "racecraft.actions.league.managing",
     "edit_race": "racecraft.actions.league.managing",
     "open_race": "racecraft.actions.league.managing",
@@ -117,6 +125,7 @@ __all__ = [
     "reset_race",
     "resume",
     "show_board",
+    "show_on_screen",
     "show_race",
     "show_racer",
     "show_records",

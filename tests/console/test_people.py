@@ -386,6 +386,34 @@ def test_a_racer_withdraws_their_own_car_and_an_organisers_acts_are_logged(club)
         assert str(club.root) not in club.browser("Sue").ask(path)[2]
 
 
+def test_a_screens_link_opens_one_races_live_page_until_it_ends(club):
+    eve, screen = club.browser("Eve"), Browser(club.port)
+    club.league.add_race(Race(id="", title="Secret", kind="deepracer", tracks=("Oval_track",), rules={}))
+
+    def link_after(act):
+        eve.ask("/races/cup")
+        eve.ask("/races/cup/act", {"act": act})
+        found = re.search(rf"http://127.0.0.1:{club.port}(/screen/cup/\w+)", eve.ask("/races/cup")[2])
+        return found and found[1]
+
+    link = link_after("make link")
+    status, _, page = screen.ask(link)
+    assert (status, "Cup" in page, f"{link}/events" in page) == (200, True, True)
+    assert json.loads(screen.ask(f"{link}/drives/00001/0")[2])["closed"] is True
+    messages = set()
+    for path in (link.replace("/cup/", "/secret/"), f"{link}x", "/screen/secret/x", "/screen/none/x"):
+        messages.add(screen.ask(path, Accept="application/json")[2])
+        assert screen.ask(f"{path}/events")[0] == 404
+    assert [json.loads(one)["error"] for one in messages] == ["no_such_screen"]  # nobody learns which races there are
+    assert [screen.ask(path)[0] for path in ("/races/cup", "/races/cup/show", "/events")] == [303, 303, 303]
+    sue = club.browser("Sue")
+    assert link not in sue.ask("/races/cup")[2]
+    assert sue.ask("/races/cup/act", {"act": "make link"})[0] == 403
+    assert link_after("end link") is None
+    assert screen.ask(link)[0] == screen.ask(f"{link}/drives/00001/0")[0] == screen.ask(f"{link}/events")[0] == 404
+    assert link_after("make link") != link
+
+
 def test_a_shared_model_is_copied_whole_and_only_while_it_is_shared(club):
     ada, bob = club.browser("Ada"), club.browser("Bob")
     (club.model.path / "link").symlink_to("/etc/passwd")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.browser import Browser, needs_chromium
 
+import racecraft as rc
 from racecraft.accounts.people import Role
 from racecraft.accounts.store import Accounts
 from racecraft.console.application import make_console
@@ -108,8 +109,7 @@ def test_an_audience_sees_a_new_drive_and_then_the_board_goes_to_its_result(open
         league.add_entry(race.id, lambda folder, name=name: Entry(number=0, racer=name, model="m", entered=1.0))
     drive(league, race, 1, 9.5)
     page = browser.page
-    browser.open(f"http://127.0.0.2:{port}/?token=terminal")
-    browser.open(f"http://127.0.0.2:{port}/races/{race.id}/show")
+    browser.open(rc.show_on_screen(race.id, league=league.path, address=f"http://127.0.0.2:{port}").link)
     page.wait_for_selector("text=Leading: Mia")
     page.wait_for_selector("svg .car")
     assert page.locator("td.racer").all_inner_texts() == ["Mia", "Jun"]
@@ -120,7 +120,10 @@ def test_an_audience_sees_a_new_drive_and_then_the_board_goes_to_its_result(open
     assert page.locator("td.racer").all_inner_texts() == ["Jun", "Mia"]
     assert page.locator("td.score").all_inner_texts() == ["9.250", "9.500"]
     assert browser.sideways() == 0
+    assert browser.complaints == []
+    rc.show_on_screen(race.id, league=league.path, end=True)
+    page.wait_for_selector("text=This link shows nothing now")
+    browser.open(f"http://127.0.0.2:{port}/?token=terminal")
     browser.open(f"http://127.0.0.2:{port}/racers/Jun")
     assert "best here" in page.inner_text("main")
     assert browser.shut_out() == []
-    assert browser.complaints == []

@@ -182,7 +182,7 @@ def invite_people(request: InviteRequest, progress: Progress = quiet) -> Invitat
             link = ""
             if not row.wrong and not request.preview:
                 person, token = invite(accounts, LOCAL_OWNER, row.name, row.role)
-                link = _link(request.address, token)
+                link = console_link(request.address, f"invitation/{token}")
             made.append(Invitation(row.name, row.role.value, link, row.wrong, row.line))
     return Invitations(made, request.preview)
 
@@ -230,7 +230,7 @@ def reset_password(request: ResetRequest, progress: Progress = quiet) -> Invitat
 
     with _accounts() as accounts:
         person = accounts.named(request.name)
-        link = _link(request.address, reset(accounts, LOCAL_OWNER, person))
+        link = console_link(request.address, f"invitation/{reset(accounts, LOCAL_OWNER, person)}")
     return Invitations([Invitation(person.name, person.role.value, link)])
 
 
@@ -293,7 +293,8 @@ def _accounts() -> Iterator[Accounts]:
         made.close()
 
 
-def _link(address: str, token: str) -> str:
+def console_link(address: str, path: str) -> str:
+    """Return the link to a page of a console; without an address that of this machine, port 8200."""
     import socket
 
-    return f"{(address or f'http://{socket.gethostname()}:8200').rstrip('/')}/invitation/{token}"
+    return f"{(address or f'http://{socket.gethostname()}:8200').rstrip('/')}/{path}"

@@ -17,12 +17,14 @@ from racecraft.actions.league.filming import FilmedDrive, film_race_drive
 from racecraft.actions.league.judging import Audit, JudgedRace, audit_races, judge_race
 from racecraft.actions.league.managing import (
     ChangedRace,
+    RaceScreen,
     ResetRace,
     close_race,
     copy_race,
     edit_race,
     open_race,
     reset_race,
+    show_on_screen,
 )
 from racecraft.actions.league.options import RaceNamed
 from racecraft.actions.league.seasons import (
@@ -159,6 +161,10 @@ def _show_reset(done: ResetRace) -> None:
     print(f"{done.race}: {done.results} results put aside; their entries wait to be judged again")
 
 
+def _show_screen(done: RaceScreen) -> None:
+    print(done.link or f"{done.race}: no link shows it without sign-in")
+
+
 def _show_audit(done: Audit) -> None:
     for one in done.different:
         where = " (judged on another machine or version, where bits may differ)" if one.is_other_machine else ""
@@ -237,6 +243,7 @@ for _name, _made in (
     ("close", organisers_command("close race", close_race, show_changed)),
     ("open", organisers_command("open race", open_race, show_changed)),
     ("film", command(film_race_drive, _show_film)),
+    ("screen", organisers_command("change screen's link", show_on_screen, _show_screen)),
     ("reset", organisers_command("reset race", reset_race, _show_reset)),
     ("audit", command(audit_races, _show_audit)),
     ("season", command(create_season, _show_season)),

@@ -117,8 +117,8 @@ def make_console(
     consoles = PersonalConsoles(open_console, lambda console: _routes(console, sections))
     sessions = Sessions(accounts)
     made = make_application(
-        [*sign_in.routes(accounts, sessions), Mount("", consoles)],
-        signed_in(access, sessions, sign_in.OPEN_PATHS),
+        [*sign_in.routes(accounts, sessions), *show.screen_routes(consoles.owner), Mount("", consoles)],
+        signed_in(access, sessions, (*sign_in.OPEN_PATHS, show.SCREEN)),
         most_body={"/import": MAX_UPLOAD_BYTES, "/settings/restore": MAX_UPLOAD_BYTES},
     )
     made.router.lifespan_context = lambda app: _running(consoles, accounts)

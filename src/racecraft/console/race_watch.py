@@ -16,10 +16,11 @@ class RaceWatch:
 
     Args:
         league: The folder; it need not exist.
+        only: Id of the only race that is looked at; "": all.
     """
 
-    def __init__(self, league: Path) -> None:
-        self._races = league / RACES
+    def __init__(self, league: Path, only: str = "") -> None:
+        self._races, self._only = league / RACES, only
         self._before: dict[str, tuple[int, ...]] | None = None
 
     def changed(self) -> dict[str, Any] | None:
@@ -32,6 +33,8 @@ class RaceWatch:
         return {"changed": names, "times": [now.get(name) for name in names]}
 
     def _names(self) -> list[str]:
+        if self._only:
+            return [self._only]
         try:
             return sorted(os.listdir(self._races))
         except OSError:

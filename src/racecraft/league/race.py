@@ -65,6 +65,8 @@ class Race:
     """Id of the race whose first racers may enter this one; "": anybody."""
     qualified: int = 8
     """How many of them."""
+    screen: str = ""
+    """What the link of its screens is made from; "": there is no link."""
     version: int = 1
 
     @property

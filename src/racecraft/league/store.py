@@ -105,6 +105,18 @@ class League:
         Raises:
             LeagueError: The league's secret is gone.
         """
+        return int.from_bytes(self._signed(f"{race}/{heat}/{track}")[:4], "big") >> 1
+
+    def screen_token(self, race: Race) -> str:
+        """Return what the link of a race's screens shows, as long as it holds; "": the race has no link.
+
+        Raises:
+            LeagueError: The league's secret is gone.
+        """
+        return self._signed(f"screen/{race.id}/{race.screen}").hex() if race.screen else ""
+
+    def _signed(self, text: str) -> bytes:
+        """Return what only this league makes of a text, 32 bytes."""
         try:
             secret = (self.path / SECRET).read_bytes()
         except OSError as error:
@@ -112,8 +124,7 @@ class League:
                 self.path / SECRET, Message("cannot be read ({error})", error=error.strerror), "the league's secret",
                 "Put it back from a copy; without it drives cannot be judged.",
             ) from error  # fmt: skip
-        digest = hmac.digest(secret, f"{race}/{heat}/{track}".encode(), hashlib.sha256)
-        return int.from_bytes(digest[:4], "big") >> 1
+        return hmac.digest(secret, text.encode(), hashlib.sha256)
 
     def races(self) -> list[Race]:
         """Return all races, the newest first."""

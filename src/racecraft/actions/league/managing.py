@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 import time
 from dataclasses import dataclass, replace
 
@@ -75,6 +76,7 @@ def copy_race(request: CopyRequest, progress: Progress = quiet) -> ChangedRace:
         opens=None,
         closes=moment(request.closes, "--closes"),
         is_closed=False,
+        screen="",
     )
     return ChangedRace(league.add_race(race, league.tracks(before.id)))
 
@@ -102,6 +104,46 @@ def _set_closed(request: RaceNamed, is_closed: bool) -> ChangedRace:
     race = replace(league.race(request.race), is_closed=is_closed)
     league.save_race(race)
     return ChangedRace(race)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScreenRequest(RaceNamed):
+    """Whose screen gets a link, or loses it."""
+
+    end: bool = option(False, "End the link; whoever opens it sees the race no more.")
+    address: str = option("", "Address of the console for the link. [default: this machine's name, port 8200]")
+
+
+@dataclass(frozen=True)
+class RaceScreen:
+    """The link of a race's screens."""
+
+    race: str
+    link: str
+    """"": there is none."""
+
+
+@action
+def show_on_screen(request: ScreenRequest, progress: Progress = quiet) -> RaceScreen:
+    """Make the link of a projector's screen: it shows a race's live page without sign-in, and nothing else.
+
+    The same link is shown again until `--end` ends it; the next one is another.
+
+    Examples:
+
+        racecraft league screen club-evening
+
+        racecraft league screen club-evening --end
+    """
+    from racecraft.actions.people import console_link
+
+    league = request.open()
+    race = league.race(request.race)
+    if request.end != (not race.screen):
+        race = replace(race, screen="" if request.end else secrets.token_hex(8))
+        league.save_race(race)
+    token = league.screen_token(race)
+    return RaceScreen(race.id, console_link(request.address, f"screen/{race.id}/{token}") if token else "")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,7 +36,7 @@ function draw(drive) {
 /** Shows one heat; resolves when it is over, or where it yields as soon as a new one waits. */
 async function play(heat, label, yields = false) {
   for (const [number, track] of heat.tracks.entries()) {
-    const answer = await fetch(`/races/${told.race}/drives/${heat.heat}/${number}`);
+    const answer = await fetch(`${told.base}/drives/${heat.heat}/${number}`);
     if (!answer.ok) continue;
     const drive = await answer.json(), shapes = draw(drive);
     who.textContent = `${label}${heat.racers.join(" against ")}${heat.tracks.length > 1 ? `, ${track}` : ""}`;
@@ -94,6 +94,7 @@ async function goOn() {
 
 async function look() {
   const answer = await fetch(location.href, { headers: { Accept: "text/html" } });
+  if (answer.status === 404) location.reload();  // the link of this screen holds no more
   if (!answer.ok) return;
   const page = new DOMParser().parseFromString(await answer.text(), "text/html");
   told = toldIn(page);
@@ -105,7 +106,7 @@ async function look() {
   goOn();
 }
 
-const stream = new EventSource("/events");
+const stream = new EventSource(told.events);
 stream.addEventListener("races", event => { if (JSON.parse(event.data).changed.includes(told.race)) look(); });
 stream.onopen = () => { lost.hidden = true; look(); };
 stream.onerror = () => { lost.hidden = false; };

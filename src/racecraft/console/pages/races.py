@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +14,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.accounts.rights import Verb, may
-from racecraft.actions.league.managing import close_race, open_race, reset_race
+from racecraft.actions.league.managing import close_race, open_race, reset_race, show_on_screen
 from racecraft.console.commands import CommandError, run_command
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import READY
@@ -25,6 +27,7 @@ from racecraft.console.pages.race_parts import (
     shown_folder,
     snapshot_at,
 )
+from racecraft.console.pages.show import SCREEN
 from racecraft.console.parts import parts_of
 from racecraft.console.race_judge import judge_of
 from racecraft.console.section import Section
@@ -40,6 +43,11 @@ from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.errors import WebError
 
+ACTS: Mapping[str, Callable[..., Any]] = {
+    "close": close_race, "open": open_race, "reset": reset_race, "make link": show_on_screen,
+    "end link": functools.partial(show_on_screen, end=True),
+}  # fmt: skip
+"""What an organiser does with a race by its page."""
 OWN_ENTRIES = 20
 """Of one's own entries, the newest, that the page of a race lists."""
 RECORDS = 3
@@ -102,6 +110,7 @@ def race_page(console: Console, request: Request) -> Page:
     own = {entry.racer for entry in mine}
     own = own if len(own) == 1 else set()  # the owner of the machine may have entered several people's cars
     score, gap = titles_of(race)
+    token = league.screen_token(race) if organises(request) else ""
     shown, further = board.rows[:ROWS], [row for racer in own if (row := board.row_of(racer))]
     rows = [
         {
@@ -128,6 +137,7 @@ def race_page(console: Console, request: Request) -> Page:
         "path": f"/races/{race.id}",
         "own_entries": [{"number": entry.number, "model": entry.model} for entry in mine[:OWN_ENTRIES]],
         "older_entries": max(0, len(mine) - OWN_ENTRIES),
+        "screen": f"{str(request.base_url).rstrip('/')}{SCREEN}{race.id}/{token}" if token else "",
         "command": _commands(race, organises(request), shown_folder(request, league.path)),
     }
     return Page("race.html", race.title, data, here="/races")
@@ -168,11 +178,10 @@ def act_on_race(console: Console, request: Request, fields: Fields) -> str:
     race, act = race_of(league, request.path_params["id"]), one(fields, "act")
     if act == "judge":
         judge_of(league.path).judge(race.id)
-    elif act in ("close", "open", "reset"):
-        action: Any = {"close": close_race, "open": open_race, "reset": reset_race}[act]
-        action(race.id, league=league.path)
+    elif act in ACTS:
+        ACTS[act](race.id, league=league.path)
     else:
-        raise WebError(400, "no_such_act", "expected judge, close, open or reset.")
+        raise WebError(400, "no_such_act", f"expected judge, {', '.join(ACTS)}.")
     log_act(console, request, f"{act} race", race.id)
     return f"/races/{race.id}"
 
@@ -228,7 +237,7 @@ def _entry_page(
 
 def _commands(race: Race, for_organisers: bool, league: str) -> str:
     """Return the commands that do what the page shows, one a line."""
-    verbs = ["board", "edit", "copy", "judge", "open" if race.is_closed else "close", "reset", "audit"]
+    verbs = ["board", "edit", "copy", "judge", "open" if race.is_closed else "close", "screen", "reset", "audit"]
     rest = {"board": f" --league {league}", "copy": ' "NEW TITLE"', "edit": " --closes +2h"}
     return "\n".join(
         f"racecraft league {verb} {race.id}{rest.get(verb, '')}" for verb in (verbs if for_organisers else verbs[:1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import hmac
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,17 +12,23 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from racecraft.console.pages.race_parts import league_of, race_of, snapshot_at
+from racecraft.console.pages.race_parts import league_of, open_league, race_of, snapshot_at
+from racecraft.console.race_watch import LOOK_SECONDS, RaceWatch
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, page_routes
+from racecraft.console.service import TEMPLATES, Console, Page, page_routes
 from racecraft.contract.errors import UserInputError
 from racecraft.league.board import score_text, titles_of
 from racecraft.league.heats import latest_of_each, solo_heat
 from racecraft.league.race import SOLO, Entry, Race, Result
 from racecraft.league.scoring import ranking_text
+from racecraft.league.snapshot import Snapshot, snapshot_of
 from racecraft.league.world_part import league_world
-from racecraft.web.answers import json_answer
+from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.errors import WebError
+from racecraft.web.push import Topic, events_answer
+
+SCREEN = "/screen/"
+"""Where the addresses begin that a screen's link opens without sign-in."""
 
 ROWS = 12
 """Of the board; more cannot be read from ten metres."""
@@ -30,7 +37,7 @@ HEATS = 20
 
 
 def routes(console: Console) -> list[BaseRoute]:
-    """Return the routes of the show."""
+    """Return the routes of the show for those who have signed in."""
 
     def drive(request: Request) -> Response:
         return json_answer(shown_drive(console, request))
@@ -41,44 +48,91 @@ def routes(console: Console) -> list[BaseRoute]:
     ]
 
 
+def screen_routes(console: Console) -> list[BaseRoute]:
+    """Return the routes of a screen on which nobody signs in: the show of one race, as long as its link holds."""
+
+    def page(request: Request) -> Response:
+        race = require_link(console, request)
+        data = show_data(snapshot_of(league_of(console), race), request.url.path, f"{request.url.path}/events")
+        return page_answer(request, f"{TEMPLATES}/show.html", title=race.title, **data)
+
+    def drive(request: Request) -> Response:
+        require_link(console, request)
+        return json_answer(shown_drive(console, request))
+
+    def events(request: Request) -> Response:
+        race = require_link(console, request)
+        return events_answer(request, [Topic("races", RaceWatch(console.league, race.id).changed, LOOK_SECONDS)])
+
+    return [
+        Route(SCREEN + "{id}/{token}", page),
+        Route(SCREEN + "{id}/{token}/drives/{heat}/{number:int}", drive),
+        Route(SCREEN + "{id}/{token}/events", events),
+    ]
+
+
+def require_link(console: Console, request: Request) -> Race:
+    """Return the race whose screen a link opens.
+
+    Raises:
+        WebError: It opens none, or none any more.
+    """
+    league = open_league(console)
+    races = league.races() if league else []
+    race = next((race for race in races if race.id == request.path_params["id"]), None)
+    token = league.screen_token(race) if league and race else ""
+    if race is None or not token or not hmac.compare_digest(token.encode(), request.path_params["token"].encode()):
+        raise WebError(
+            404, "no_such_screen", "This link shows nothing now; an organiser makes a new one on the race's page."
+        )
+    return race
+
+
 def show_page(console: Console, request: Request) -> Page:
     """Return what a projector shows of a race."""
     now = snapshot_at(console, request)
+    return Page("show.html", now.race.title, show_data(now, f"/races/{now.race.id}", "/events"), here="/races")
+
+
+def show_data(now: Snapshot, base: str, events: str) -> dict[str, Any]:
+    """Return what the page of the show draws.
+
+    Args:
+        now: The race.
+        base: Address below which the page finds its drives.
+        events: Address of the stream that says when to look again.
+    """
     race, entries, results, board = now.race, now.entries, now.results, now.board
     newest = heapq.nlargest(HEATS, results.values(), key=lambda one: one.judged)[::-1]
     leader = next((row.heat for row in board.rows[:1] if row.place == 1), "")
-    score, gap = titles_of(race)
-    return Page(
-        "show.html",
-        race.title,
-        {
+    return {
+        "race": race.id,
+        "tracks": list(race.tracks),
+        "ranking": ranking_text(race),
+        "is_open": race.is_open(time.time()),
+        "closes": race.closes,
+        "heads": list(titles_of(race)),
+        "rows": [
+            {
+                "place": row.place,
+                "racer": row.racer,
+                "score": score_text(race, row.score),
+                "gap": "" if not row.gap else f"+{score_text(race, row.gap)}",
+                "heat": row.heat,
+            }
+            for row in board.rows[:ROWS]
+        ],
+        "further": max(0, len(board.rows) - ROWS),
+        "waiting": _waiting(race, entries, results),
+        "told": {
             "race": race.id,
-            "tracks": list(race.tracks),
-            "ranking": ranking_text(race),
-            "is_open": race.is_open(time.time()),
-            "closes": race.closes,
-            "heads": [score, gap],
-            "rows": [
-                {
-                    "place": row.place,
-                    "racer": row.racer,
-                    "score": score_text(race, row.score),
-                    "gap": "" if not row.gap else f"+{score_text(race, row.gap)}",
-                    "heat": row.heat,
-                }
-                for row in board.rows[:ROWS]
-            ],
-            "further": max(0, len(board.rows) - ROWS),
-            "waiting": _waiting(race, entries, results),
-            "told": {
-                "race": race.id,
-                "heats": [_heat(one, entries) for one in newest if one.drives],
-                "leader": _heat(results[leader], entries) if leader in results else None,
-            },
-            "theme": "dark",
+            "base": base,
+            "events": events,
+            "heats": [_heat(one, entries) for one in newest if one.drives],
+            "leader": _heat(results[leader], entries) if leader in results else None,
         },
-        here="/races",
-    )
+        "theme": "dark",
+    }
 
 
 def shown_drive(console: Console, request: Request) -> Mapping[str, Any]:
