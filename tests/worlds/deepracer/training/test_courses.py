@@ -62,26 +62,39 @@ def test_a_course_that_has_changed_since_is_not_driven_on(tmp_path):
         plan_resume(tmp_path / "run")
 
 
-def test_half_of_the_cars_drive_the_other_way_where_directions_alternate(tmp_path):
+def test_each_car_drives_one_episode_one_way_and_the_next_the_other_where_directions_alternate(tmp_path):
     folder = folder_with(tmp_path, "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=True", "RACECRAFT_STOP=iterations=1")
-    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    trained = train(
+        RaceRequest(folder, run=tmp_path / "run", overrides=(*FOUR_CARS, "race.max_training_seconds=1")),
+        Silence(),
+        lambda _: None,
+    )
     ticks = polars.read_parquet(trained.run.episodes / "1.parquet").filter(polars.col("tick") == 1)
     track = load_track("reinvent_base")
-    for world, circuit in ((0, track), (2, track.reversed())):
-        first = ticks.filter(polars.col("world") == world).row(0, named=True)
-        assert first["yaw_rad"] == pytest.approx(circuit.pose_at_share(0.0).yaw, abs=1e-6)
-    note = "cars side by side: 2 on reinvent_base, 2 on reinvent_base the other way"
-    assert any(note in said for said in trained.run.read_job()["notes"])
+    for world, circuits in ((0, (track, track.reversed())), (1, (track.reversed(), track))):
+        for episode, circuit in enumerate(circuits):
+            first = ticks.filter(world=world, episode=episode).row(0, named=True)
+            assert first["yaw_rad"] == pytest.approx(circuit.pose_at_share(0.25 * world).yaw, abs=1e-6)
+    told = trained.run.read_job()
+    note = "cars side by side: 4 on reinvent_base in turn each way, episode by episode; each course is judged from 2"
+    assert any(note in said for said in told["notes"])
+    assert [one["alternates"] for one in told["courses"]] == [True]
+    assert len(json.loads((trained.run.evaluations / "1.json").read_text())["laps"]) == 4  # two each way
+    assert [one.alternates for one in plan_resume(tmp_path / "run").courses] == [True]
     params = (trained.run.path / "training_params.yaml").read_text()
     assert 'ALTERNATE_DRIVING_DIRECTION: "True"' in params or "ALTERNATE_DRIVING_DIRECTION: 'True'" in params
 
 
-def test_workers_of_both_directions_make_four_courses(tmp_path):
+def test_workers_of_both_directions_are_judged_on_four_courses(tmp_path):
     folder = folder_with(
         tmp_path, *MULTI, "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=True", worker_2="DR_WORLD_NAME=Oval_track"
     )
     planned = plan_car(RaceRequest(folder, overrides=FOUR_CARS))
-    laid = [(course.track.name, course.race.reverse) for course in planned.courses]
+    assert [(course.label, course.alternates) for course in planned.courses] == [
+        ("reinvent_base both ways", True),
+        ("Oval_track both ways", True),
+    ]
+    laid = [(course.track.name, course.race.reverse) for course in planned.judged_courses]
     assert laid == [("reinvent_base", False), ("reinvent_base", True), ("Oval_track", False), ("Oval_track", True)]
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
+from racecraft.worlds.deepracer.env.alternating import AlternatingWorld
 from racecraft.worlds.deepracer.env.fidelity import AwsQuirks
 from racecraft.worlds.deepracer.env.race_spec import CRITIC_NAME, with_objects_in_critic
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -35,7 +36,7 @@ class MultiCourseWorld:
         ContractError: They differ in what a car sees or can be told.
     """
 
-    def __init__(self, courses: Sequence[RaceWorld], has_objects: bool = False) -> None:
+    def __init__(self, courses: Sequence[RaceWorld | AlternatingWorld], has_objects: bool = False) -> None:
         self.courses = tuple(courses)
         first = max((course.spec for course in self.courses), key=_critic_numbers)
         if has_objects:
@@ -82,10 +83,12 @@ class MultiCourseWorld:
         dtypes = [one.dtype for one in variations if one is not None]
         if not dtypes:
             return None
-        whole = np.zeros((self._spec.num_worlds, self._spec.num_agents), max(dtypes, key=lambda one: len(one.names)))
+        whole = np.zeros(
+            (self._spec.num_worlds, self._spec.num_agents), max(dtypes, key=lambda one: len(one.names or ()))
+        )
         for rows, one in zip(self._rows, variations, strict=True):
             if one is not None:
-                for name in one.dtype.names:
+                for name in one.dtype.names or ():
                     whole[name][rows] = one[name]
         return whole
 
@@ -185,7 +188,7 @@ class MultiCourseWorld:
     def close(self) -> None:
         """Nothing is held open."""
 
-    def _with_buffers(self, buffers: StepBuffers) -> Iterator[tuple[RaceWorld, slice, StepBuffers]]:
+    def _with_buffers(self, buffers: StepBuffers) -> Iterator[tuple[RaceWorld | AlternatingWorld, slice, StepBuffers]]:
         """Yield each course with its rows and with its own part of the buffers, and take over what it wrote.
 
         Parts are views, but where a critic is told of objects on other courses only: there the numbers behind stay 0.

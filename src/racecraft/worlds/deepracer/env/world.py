@@ -280,6 +280,13 @@ class RaceWorld:
         self._parked[:] = self._cars["away"] = rows
         kernels.settle(self._arrays, self._objects, self._cars, self._around)
 
+    def take_part(self, rows: Array, come: Array, buffers: StepBuffers) -> None:
+        """Let only these cars (bool (N, M)) drive on, the others wait off the road; those that come see anew."""
+        self.freeze(~rows)
+        self._look_again(come, buffers)
+        self._show_frames(buffers)
+        self._show_active(buffers)
+
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every car by one tick; see `race.py` for the order of acts.
 

@@ -123,7 +123,8 @@ def judge_tracks(car: TrainedCar, named: Sequence[Track], words: Sequence[str], 
     Raises:
         RunFolderError: A track of the run is gone or has changed.
     """
-    own, held_out = courses_of_run(car.run), held_out_of_run(car.run)
+    own = [way for course in courses_of_run(car.run) for way in course.ways]
+    held_out = held_out_of_run(car.run)
     courses = [(one, TRAINED) for one in own if TRAINED in words]
     courses += [(LaidCourse(one, of_race(car.settings)), HELD_OUT) for one in held_out if HELD_OUT in words]
     roles = {one.name: HELD_OUT for one in held_out} | {one.track.name: TRAINED for one in own}

@@ -134,7 +134,7 @@ EVAL_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_CHANGE_START_POSITION | True | used | Whether starts advance round the track.
 TRAIN_REVERSE_DIRECTION | False | used | Drive in the opposite direction.
-TRAIN_ALTERNATE_DRIVING_DIRECTION | False | used | Half of the cars drive the other way round.
+TRAIN_ALTERNATE_DRIVING_DIRECTION | False | used | Each car drives one way in one episode and the other way in the next.
 TRAIN_START_POSITION_OFFSET | 0.0 | used | Where on the lap the first start lies, 0 to 1.
 TRAIN_ROUND_ROBIN_ADVANCE_DIST | 0.05 | used | How far the next start lies ahead, in laps.
 TRAIN_MULTI_CONFIG | False | used | Whether cars are shared out among run.env and worker-N.env files.

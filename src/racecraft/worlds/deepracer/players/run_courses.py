@@ -5,7 +5,7 @@ A run of one course has that of its own track and settings; one that says `cours
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,11 +41,13 @@ class LaidCourse:
     `variation`, and the one that the race's type brings along."""
     cars: int | None = None
     """As `Course.cars`."""
+    alternates: bool = False
+    """As `Course.alternates`."""
 
     @property
     def label(self) -> str:
         """What people call it: the track, what is not the usual way round, what is no time trial."""
-        way = " reversed" if self.race.reverse else ""
+        way = " both ways" if self.alternates else " reversed" if self.race.reverse else ""
         return f"{self.track.name}{way}{IN_SHORT.get(self.race.type, f' {self.race.type}')}"
 
     @property
@@ -54,10 +56,19 @@ class LaidCourse:
         race: RaceConfig = self.settings.race
         return race
 
+    @property
+    def ways(self) -> tuple[LaidCourse, ...]:
+        """Itself; where directions alternate, the course in each."""
+        if not self.alternates:
+            return (self,)
+        turned = with_values(self.settings, "race", {"reverse": not self.race.reverse})
+        return (replace(self, alternates=False), replace(self, settings=turned, alternates=False))
+
     def as_dictionary(self) -> dict[str, Any]:
         """Return what job.json says of it."""
         document = {"track": self.track.name, "hash": self.track.hash(), "settings": as_dictionary(self.settings)}
-        return document if self.cars is None else document | {"cars": self.cars}
+        cars = {} if self.cars is None else {"cars": self.cars}
+        return document | cars | ({"alternates": True} if self.alternates else {})
 
 
 def courses_of_run(run: RunFolder) -> tuple[LaidCourse, ...]:
@@ -110,7 +121,8 @@ def courses_of_job(
         is_user_file = one["track"] == track.name and one["hash"] == track.hash()
         there = track if is_user_file else load_again(one["track"], one["hash"], folder)
         kind = with_values(of_race(settings), "race", {"type": one["settings"]["race"]["type"]})
-        laid.append(LaidCourse(there, from_dictionary(with_race_groups(kind), one["settings"]), one.get("cars")))
+        raced = from_dictionary(with_race_groups(kind), one["settings"])
+        laid.append(LaidCourse(there, raced, one.get("cars"), bool(one.get("alternates"))))
     return tuple(laid)
 
 

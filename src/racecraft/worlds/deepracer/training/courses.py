@@ -38,8 +38,8 @@ class Course:
     track: str | None = None
     overrides: tuple[str, ...] = ()
     """group.name=value, as after --set; of the race and of what stands or drives in its way."""
-    other_way: bool = False
-    """In the direction that is not `race.reverse`'s: half of the cars, where directions alternate."""
+    alternates: bool = False
+    """Whether each car drives one way in one episode and the other way in the next."""
     env: RunEnv | None = None
     """The file in which it was written, for letters."""
     place: str = ""
@@ -51,7 +51,7 @@ class Course:
 def requested_courses(
     whole: EnvFolder, track_variable: str, overrides_of: Callable[[RunEnv], tuple[str, ...]]
 ) -> tuple[Course, ...]:
-    """Return the courses that an installation asks for, both directions where they alternate; none where all is one.
+    """Return the courses that an installation asks for; none where all drive on one, one way.
 
     Args:
         whole: run.env and the worker files.
@@ -61,7 +61,7 @@ def requested_courses(
     Raises:
         RunEnvError: DR_WORKERS is no number, a worker's file is missing, or a value in one cannot be used.
     """
-    courses = [Course(other_way=way, env=whole.run) for way in _ways(whole.run, whole.run)]
+    courses = [Course(alternates=whole.run.flag(ALTERNATES), env=whole.run)]
     if whole.run.flag("DR_TRAIN_MULTI_CONFIG"):
         for number in range(2, workers_asked(whole.run) + 1):
             if number not in whole.workers:
@@ -76,11 +76,9 @@ def requested_courses(
                     ),
                 )
             env = whole.workers[number]
-            overrides = overrides_of(env)
-            courses += [
-                Course(number, env.values.get(track_variable), overrides, way, env) for way in _ways(env, whole.run)
-            ]
-    return tuple(courses) if len(courses) > 1 else ()
+            alternates = env.flag(ALTERNATES, courses[0].alternates)
+            courses.append(Course(number, env.values.get(track_variable), overrides_of(env), alternates, env))
+    return tuple(courses) if len(courses) > 1 or courses[0].alternates else ()
 
 
 def workers_asked(env: RunEnv) -> int:
@@ -118,7 +116,7 @@ def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tup
         return ()
     counts = cars_on(courses, settings.rollout.num_worlds)
     text = ", ".join(
-        f"{count} on {course.track.name}{' the other way' if course.race.reverse else ''}"
+        f"{count} on {course.track.name}{_way(course)}"
         + ("" if course.race.type == TIME_TRIAL else f" ({course.race.type})")
         for count, course in zip(counts, courses, strict=True)
     )
@@ -127,7 +125,7 @@ def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tup
 
 def both_ways(courses: tuple[LaidCourse, ...]) -> bool:
     """Tell whether one track is driven in both directions."""
-    ways = {(course.track.name, course.race.reverse) for course in courses}
+    ways = {(course.track.name, course.race.reverse) for one in courses for course in one.ways}
     return any((name, not reverse) in ways for name, reverse in ways)
 
 
@@ -138,12 +136,10 @@ def starts(course: LaidCourse, cars: int) -> Array:
 
 def _prepared(course: Course, track: Track, settings: Settings, track_variable: str) -> LaidCourse:
     settings = _with_overrides(settings, course)
-    if course.other_way:
-        settings = with_values(settings, "race", {"reverse": not settings.race.reverse})
     if course.track is None:
-        return LaidCourse(track, settings, course.cars)
+        return LaidCourse(track, settings, course.cars, course.alternates)
     try:
-        return LaidCourse(load_track(course.track), settings, course.cars)
+        return LaidCourse(load_track(course.track), settings, course.cars, course.alternates)
     except TrackError as error:
         if course.env is None:
             raise
@@ -166,6 +162,6 @@ def _with_overrides(settings: Settings, course: Course) -> Settings:
         raise SettingError("{place}: {error}", place=course.place, error=error) from error
 
 
-def _ways(env: RunEnv, run: RunEnv) -> tuple[bool, ...]:
-    alternates = env.flag(ALTERNATES, run.flag(ALTERNATES))
-    return (False, True) if alternates else (False,)
+def _way(course: LaidCourse) -> str:
+    other = " the other way" if course.race.reverse else ""
+    return " in turn each way, episode by episode" if course.alternates else other

@@ -12,6 +12,7 @@ from racecraft.formats.episodes import STATUSES
 from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, latest_request, write_live_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.alternating import AlternatingWorld
 from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
@@ -82,7 +83,7 @@ class LivePublisher:
         write_live_ticks(self._run, self._ticks, self._columns())
         self._answered, self._looked = wish, time.monotonic()
 
-    def _keep(self, courses: Sequence[RaceWorld | OpponentWorld], rewards: Array) -> None:
+    def _keep(self, courses: Sequence[RaceWorld | AlternatingWorld | OpponentWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
             self._ring, self._rewards = self._make_buffers(courses, rewards.size)
@@ -96,7 +97,9 @@ class LivePublisher:
         self._rewards[place] = rewards.reshape(-1)
         self._kept = min(self._kept + 1, RING_TICKS)
 
-    def _make_buffers(self, courses: Sequence[RaceWorld | OpponentWorld], cars: int) -> tuple[Array, Array]:
+    def _make_buffers(
+        self, courses: Sequence[RaceWorld | AlternatingWorld | OpponentWorld], cars: int
+    ) -> tuple[Array, Array]:
         """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""
         worlds = [course.spec.num_worlds for course in courses]
         self._first_worlds = np.cumsum([0, *worlds[:-1]])

@@ -27,6 +27,7 @@ from racecraft.training.resume import MessageCallback
 from racecraft.training.stopping import GAP, LAP
 from racecraft.training.trainer import Experiment, RunObservers
 from racecraft.training.versions import versions
+from racecraft.worlds.deepracer.env.alternating import AlternatingWorld
 from racecraft.worlds.deepracer.env.camera import mount_for_version
 from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
@@ -122,7 +123,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
     is_racing = planned.request.preset == "race"
     world, pool = learned_world(planned, reward)
     judged = judged_world(planned, reward)
-    flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.all_courses]
+    flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.judged_courses]
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
         by_track = judged_courses(planned)
@@ -236,15 +237,17 @@ def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCo
     courses = planned.all_courses
     blocks = planned.blocks or tuple(Block(0, cars, cars) for cars in planned.parts)
 
-    def driven(course: LaidCourse, block: Block) -> RaceWorld:
+    def driven(course: LaidCourse, block: Block) -> RaceWorld | AlternatingWorld:
         paid = reward.copies(block.count)
         first = starts(course, block.of)[block.first : block.first + block.count]
-        return race_world(
-            planned, block.count, paid, first, course=course, drive_seconds=drive_seconds(planned, course)
-        )
+        ways = [
+            race_world(planned, block.count, paid, first, course=way, drive_seconds=drive_seconds(planned, way))
+            for way in course.ways
+        ]
+        return AlternatingWorld(*ways) if course.alternates else ways[0]
 
     worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
-    if not planned.courses:
+    if not planned.courses and isinstance(worlds[0], RaceWorld):
         return worlds[0]
     return MultiCourseWorld(worlds, any(objects_of(course.settings) is not None for course in courses))
 
@@ -300,13 +303,14 @@ def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCo
         paid = reward.copies(evaluation.episodes) if evaluation.best_by == "reward" else None
         return race_world(planned, evaluation.episodes, paid, course=course)
 
-    courses = [judged(course) for course in (*planned.all_courses, *planned.held_out_courses)]
+    courses = [judged(course) for course in (*planned.judged_courses, *planned.held_out_courses)]
     return MultiCourseWorld(courses) if len(courses) > 1 else courses[0]
 
 
 def judged_courses(planned: CarPlan) -> list[Judged]:
     """Return what is judged, in the order of `judged_world`; none where it is one course and nothing is held out."""
-    courses = [*((one, TRAINED) for one in planned.all_courses), *((one, HELD_OUT) for one in planned.held_out_courses)]
+    courses = [(one, TRAINED) for one in planned.judged_courses]
+    courses += [(one, HELD_OUT) for one in planned.held_out_courses]
     if len(courses) == 1:
         return []
     starts = planned.settings.evaluation.episodes
@@ -377,7 +381,8 @@ def _where(planned: CarPlan) -> str:
 
 
 def _courses_of(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld]) -> list[RaceWorld]:
-    return [course for one in worlds for course in ((one,) if isinstance(one, RaceWorld) else one.courses)]
+    courses = [course for one in worlds for course in ((one,) if isinstance(one, RaceWorld) else one.courses)]
+    return [way for course in courses for way in (course.ways if isinstance(course, AlternatingWorld) else (course,))]
 
 
 def _rounded(value: float | None) -> float | None:
