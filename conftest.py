@@ -8,6 +8,8 @@ would they.
 Networks of tests are small: on one thread they are faster than on two that wait for each other, and the same whichever
 machine runs them. Each test begins with the processor as the first one found it, whatever trained or served before.
 
+A million objects are made while tests are collected, and stay: the search for garbage leaves them out.
+
 `--quick` leaves out the tests that `tests/slow.txt` names (see `scripts/list_slow_tests.py`).
 """
 
@@ -22,6 +24,7 @@ import pytest
 
 os.environ.setdefault("GOMP_SPINCOUNT", "2000")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+gc.disable()
 collect_ignore = ["src/racecraft/database/migrations/env.py"]
 """Alembic alone can run it."""
 if (root := str(Path(__file__).parent)) not in sys.path:
@@ -44,16 +47,21 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item.nodeid.split("[")[0] not in slow]
 
 
+def pytest_collection_finish() -> None:
+    """Search for garbage from now on, and only in what is made from now on."""
+    gc.freeze()
+    gc.enable()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol() -> Generator[None, object, object]:
     """Restore after each test what trainings and servers set up in their process."""
     interval = sys.getswitchinterval()
     done = yield
     sys.setswitchinterval(interval)
-    gc.unfreeze()
     if torch := sys.modules.get("torch"):
         torch.set_num_threads(int(os.environ["OMP_NUM_THREADS"]))
         torch.set_flush_denormal(False)
     if kernels := sys.modules.get("racecraft.kernels.compile"):
-        kernels.set_threads(os.cpu_count())
+        kernels.set_threads(1)
     return done

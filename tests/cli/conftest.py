@@ -1,5 +1,6 @@
 """The command line, run in this process."""
 
+import shutil
 import sys
 from dataclasses import dataclass
 
@@ -29,19 +30,40 @@ class Said:
     err: str
 
 
+def typed(*words):
+    """Run `racecraft …` in this process; return its exit code."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["racecraft", *map(str, words)])
+        try:
+            main()
+        except SystemExit as ended:
+            return ended.code or 0
+    return 0
+
+
 @pytest.fixture
 def racecraft(monkeypatch, capsys, tmp_path):
     """Run `racecraft …` in an empty folder; return exit code, standard output and standard error."""
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["racecraft", *map(str, arguments)])
-        code = 0
-        try:
-            main()
-        except SystemExit as exit_:
-            code = exit_.code or 0
-        captured = capsys.readouterr()
-        return Said(code, captured.out, captured.err)
+        code = typed(*arguments)
+        return Said(code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture(scope="session")
+def trained(tmp_path_factory):
+    """The folder of a TINY car after its first iteration; it stays as it is."""
+    folder = tmp_path_factory.mktemp("trained")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert typed("train", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY) == 0
+    return folder / "r"
+
+
+@pytest.fixture
+def run(trained, tmp_path):
+    """A copy of that run, `r` in the folder in which `racecraft` runs."""
+    return shutil.copytree(trained, tmp_path / "r")

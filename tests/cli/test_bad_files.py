@@ -4,7 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
-from tests.cli.conftest import TINY
+from tests.cli.conftest import TINY, typed
 
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -15,23 +15,12 @@ ROWS = load_track("Oval_track").rows
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
     """A small run, and a route file it was not driven on; every case gets a copy."""
-    import contextlib
-    import os
-    import sys
-
-    from racecraft.cli.app import main
-
-    place, here, words = tmp_path_factory.mktemp("kept"), os.getcwd(), sys.argv
-    os.chdir(place)
-    np.save("own.npy", ROWS)
-    sys.argv = ["racecraft", "train", "--track", "own.npy", "--run", "r", "--stop", "iterations=2", "--no-pictures"]
-    sys.argv += [*TINY, "--set", "rollout.horizon=64"]
-    try:
-        with contextlib.suppress(SystemExit):
-            main()
-    finally:
-        os.chdir(here)
-        sys.argv = words
+    place = tmp_path_factory.mktemp("kept")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        np.save("own.npy", ROWS)
+        words = ("--track", "own.npy", "--run", "r", "--stop", "iterations=2", "--no-pictures")
+        assert typed("train", *words, *TINY, "--set", "rollout.horizon=64") == 0
     return place
 
 

@@ -285,8 +285,7 @@ def test_what_was_trained_before_a_reward_failed_is_kept(racecraft, tmp_path):
     assert json.loads(judged.out)["checkpoint"] >= 1
 
 
-def test_two_trainings_cannot_share_a_folder(racecraft, tmp_path):
-    assert racecraft("train", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY).code == 0
+def test_two_trainings_cannot_share_a_folder(racecraft, run):
     again = racecraft("train", "--run", "r", "--stop", "iterations=1", *TINY)
     assert again.code == 2
     assert "a run stands here already" in again.err
@@ -296,8 +295,7 @@ def test_two_trainings_cannot_share_a_folder(racecraft, tmp_path):
     assert "another training holds it" in taken.err
 
 
-def test_a_full_disk_is_said_and_what_stood_still_stands(racecraft, tmp_path, monkeypatch):
-    assert racecraft("train", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY).code == 0
+def test_a_full_disk_is_said_and_what_stood_still_stands(racecraft, run, tmp_path, monkeypatch):
     before = (tmp_path / "r" / "checkpoints" / "checkpoints.json").read_bytes()
 
     def full(handle):

@@ -6,6 +6,7 @@ import os
 import stat
 import threading
 
+import pytest
 from tests.cli.conftest import TINY
 
 ITERATIONS = 2
@@ -39,12 +40,13 @@ def begin(racecraft):
     return racecraft("train", "--run", "r", "--stop", f"iterations={ITERATIONS}", "--no-pictures", *TINY)
 
 
-def test_at_each_write_a_full_disk_is_said_and_costs_nothing(racecraft, tmp_path, monkeypatch):
+@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.long)])
+def test_at_each_write_a_full_disk_is_said_and_costs_nothing(racecraft, tmp_path, monkeypatch, every):
     disk = Disk(monkeypatch)
     assert begin(racecraft).code == 0
     writes, whole = disk.taken, curve(tmp_path / "r")
     assert writes > 20
-    for number in range(1, writes + 1):
+    for number in range(1, writes + 1, every):
         (tmp_path / "r").rename(tmp_path / f"before-{number}")
         disk.taken, disk.full_at = 0, number
         said = begin(racecraft)

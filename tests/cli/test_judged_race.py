@@ -9,12 +9,6 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, TrialRaceRules
 
 
-@pytest.fixture
-def run(racecraft):
-    said = racecraft("train", "--no-pictures", "--run", "r", "--stop", "iterations=1", *TINY)
-    assert said.code == 0, said.err
-
-
 def test_a_race_is_judged_filmed_and_written_for_aws(racecraft, run, tmp_path):
     options = ("--number-of-trials", 2, "--max-resets", 1, "--off-track-penalty", 1)
     film = ("--video", "race.mp4", "--view", "pip", "--size", "480p", "--fps", 15, "--save-mp4")

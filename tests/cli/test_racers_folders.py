@@ -1,6 +1,7 @@
 """What a racer's folder and its run.env come to on the command line."""
 
 import json
+from functools import reduce
 
 import numpy as np
 import pytest
@@ -105,23 +106,21 @@ def test_every_variable_that_is_obeyed_is_tried_here():
 
 
 @pytest.fixture
-def old(racecraft):
-    assert racecraft("train", "--run", "old", *SHORT).code == 0
+def old(run, tmp_path):
+    run.rename(tmp_path / "old")
 
 
-@pytest.mark.parametrize("name", OUTWEIGHED)
-def test_the_command_line_outweighs_run_env(racecraft, tmp_path, old, name):
-    value, typed, place, expected = OUTWEIGHED[name]
+def test_the_command_line_outweighs_run_env(racecraft, tmp_path, old):
     (tmp_path / "car").mkdir()
-    pretrained = "DR_LOCAL_S3_PRETRAINED=True\n" if "PRETRAINED_" in name else ""
-    (tmp_path / "car" / "run.env").write_text(f"{pretrained}{name}={value}\n")
-    stop = () if "--stop" in typed else ("--stop", "iterations=1")
-    said = racecraft("train", "car", "--run", "new", "--no-pictures", *TINY, *stop, *typed)
+    lines = [f"{name}={value}\n" for name, (value, *_) in OUTWEIGHED.items()]
+    (tmp_path / "car" / "run.env").write_text("".join(lines))
+    typed = dict.fromkeys(typed for _, typed, *_ in OUTWEIGHED.values())
+    words = [word for pair in typed for word in pair]
+    said = racecraft("train", "car", "--run", "new", "--no-pictures", *TINY, *words)
     assert said.code == 0, said.err
-    found = RunFolder.open("new").read_job()
-    for part in place.split("."):
-        found = found[part]
-    assert found == expected
+    job = RunFolder.open("new").read_job()
+    found = {name: reduce(dict.__getitem__, place.split("."), job) for name, (_, _, place, _) in OUTWEIGHED.items()}
+    assert found == {name: expected for name, (*_, expected) in OUTWEIGHED.items()}
 
 
 def test_the_command_line_outweighs_what_run_env_said_of_evaluations(racecraft, tmp_path):

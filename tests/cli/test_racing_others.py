@@ -18,12 +18,6 @@ RANGES = """{"action_space": {"speed": {"low": 0.5, "high": 2}, "steering_angle"
  "neural_network": "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW"}"""
 
 
-@pytest.fixture
-def run(racecraft):
-    said = racecraft("train", "--run", "r", *STOP, *TINY)
-    assert said.code == 0, said.err
-
-
 def test_a_car_races_itself_and_another_and_says_who_is_better(racecraft, run, tmp_path):
     said = racecraft("train", "--run", "s", "--against", "self", "--against", "r:0", *STOP, *TINY, "--json")
     assert said.code == 0, said.err

@@ -11,12 +11,6 @@ from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport
 from racecraft.worlds.deepracer.evaluation.robustness import Bar
 
 
-@pytest.fixture
-def run(racecraft):
-    said = racecraft("train", "--no-pictures", "--run", "r", "--stop", "iterations=1", *TINY)
-    assert said.code == 0, said.err
-
-
 def test_what_survives_is_told_as_table_picture_and_figures(racecraft, run, tmp_path):
     under = ("evaluate", "r", "--checkpoint", "last", "--under", "strong", "--tries", 2)
     said = racecraft(*under, "--only", "glare", "--only", "latency", "--picture", "bars.png")

@@ -60,7 +60,7 @@ def command(**options):
         dropped = Dropped()
         watched = weakref.ref(dropped, lambda _: signal.raise_signal(int(sys.argv[1])))
         del dropped
-        time.sleep(20)
+        time.sleep(300)
 
 table.app_for = lambda words: command
 main()
@@ -127,6 +127,6 @@ def test_a_second_ctrl_c_while_the_first_is_told_is_silent():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_in_a_callback_that_forgets_exceptions_ends_the_command_too(number):
     command = [sys.executable, "-c", PRESSED_IN_A_CALLBACK, str(int(number))]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert ended.stderr == "racecraft: stopped.\n"
     assert ended.returncode == 130

@@ -112,7 +112,7 @@ def test_on_a_terminal_the_page_stays_until_ctrl_c(tmp_path):
             url = re.search(rb"watch: (http\S+/)", said)[1].decode()
             assert once_up(url + "api/run")["kind"] == "deepracer"
             training.send_signal(signal.SIGINT)
-            assert training.wait(timeout=20) == 0
+            assert training.wait(timeout=60) == 0
         finally:
             training.kill()
     os.close(ours)

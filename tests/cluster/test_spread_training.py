@@ -114,19 +114,31 @@ def test_apex_has_its_ladder_over_the_rows_of_all_workers(tmp_path, monkeypatch)
     assert max(shares) == pytest.approx(0.4)
 
 
+@pytest.fixture(scope="module")
+def of_two_workers(tmp_path_factory):
+    """Return the run of a name that two workers carried, none of whom was lost."""
+    runs = tmp_path_factory.mktemp("two")
+
+    def run_of(name):
+        if not (runs / name).exists():
+            train(ALIKE[name](runs / name), NullCallback(), lambda text: None, spread_here(2)[0])
+        return runs / name
+
+    return run_of
+
+
 @pytest.mark.parametrize(
     ("name", "lost"),
     [("ppo", (0, 3, 4, 9)), ("ppo whose learner is beside", (3, 7)), ("cars", (1, 4)), ("snakes", (2, 7))],
 )
-def test_lost_workers_change_nothing(tmp_path, name, lost):
-    quiet, wild = tmp_path / "quiet", tmp_path / "wild"
-    train(ALIKE[name](quiet), NullCallback(), lambda text: None, spread_here(2)[0])
+def test_lost_workers_change_nothing(of_two_workers, tmp_path, name, lost):
+    wild = tmp_path / "wild"
     spread, transport = spread_here(2, lost_at=lost)
     told = []
     train(ALIKE[name](wild), NullCallback(), told.append, spread)
     assert transport.ended == len(lost)
     assert sum("was lost" in line for line in told) == len(lost)
-    assert_same(quiet, wild)
+    assert_same(of_two_workers(name), wild)
 
 
 def test_lost_workers_of_a_learner_that_remembers_change_nothing(tmp_path):
@@ -157,9 +169,8 @@ def test_workers_that_never_come_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["ppo", "ppo with a memory", "snakes", "cars"])
-def test_a_run_of_workers_goes_on_to_the_same_curve(tmp_path, name):
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    train(ALIKE[name](whole), NullCallback(), lambda text: None, spread_here(2)[0])
+def test_a_run_of_workers_goes_on_to_the_same_curve(of_two_workers, tmp_path, name):
+    whole, broken = of_two_workers(name), tmp_path / "broken"
     last = len(curve(whole))
     request = ALIKE[name](broken)
     train(

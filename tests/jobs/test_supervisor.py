@@ -99,8 +99,9 @@ def test_memory_counts_as_cores_do(tmp_path, store, working):
 
 
 def test_a_spot_job_makes_room_and_goes_on_afterwards(tmp_path, store, working):
-    add(store, script_job(tmp_path, "spot", "import time\ntime.sleep(3)\n", cores=2, use_spot_instances=True))
-    turn_until(working, lambda: state_of(store, "spot") is State.TRAINING)
+    once = "import os, time\nif not os.path.exists('up'):\n    open('up', 'w').close()\n    time.sleep(60)\n"
+    add(store, script_job(tmp_path, "spot", once, cores=2, use_spot_instances=True))
+    turn_until(working, (tmp_path / "up").exists)
     add(store, script_job(tmp_path, "paid", "print('here')\n"))
     turn_until(working, ended(store, "paid", "spot"))
     assert states(store, "spot")[3:] == ["Interrupted", "Restarting", "Training", "Completed"]

@@ -251,8 +251,15 @@ def every_plot(ticks, track):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("continuous", [False, True])
-@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize(
+    ("backwards", "continuous"),
+    [
+        (False, False),
+        (True, True),
+        pytest.param(False, True, marks=pytest.mark.long),
+        pytest.param(True, False, marks=pytest.mark.long),
+    ],
+)
 @pytest.mark.parametrize("name", TRACKS)
 def test_every_plot_has_data_on_every_kind_of_track_and_action(tmp_path, name, backwards, continuous):
     track = load_track(name).reversed() if backwards else load_track(name)

@@ -44,9 +44,9 @@ def test_every_key_has_a_value_that_no_template_has():
 
 
 @pytest.mark.parametrize("learner", ["ppo", "sac"])
-@pytest.mark.parametrize("name", VALUES)
-def test_each_key_trains_end_to_end(tmp_path, name, learner):
-    (tmp_path / "hyperparameters.json").write_text(json.dumps({name: VALUES[name]}))
+@pytest.mark.parametrize("names", [[*VALUES], *(pytest.param([name], marks=pytest.mark.long) for name in VALUES)])
+def test_all_keys_together_and_each_by_itself_train_end_to_end(tmp_path, names, learner):
+    (tmp_path / "hyperparameters.json").write_text(json.dumps({name: VALUES[name] for name in names}))
     if learner == "sac":
         (tmp_path / "model_metadata.json").write_text(json.dumps({**CONTINUOUS, "training_algorithm": "sac"}))
     trained = rc.train(

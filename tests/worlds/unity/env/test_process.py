@@ -77,16 +77,8 @@ def test_a_stubborn_player_and_its_helpers_are_ended(program, tmp_path):
     assert wait_until_gone(os.getpgid(helper) if _exists(helper) else helper)
 
 
-def test_opening_and_closing_twenty_times_leaves_nothing_behind():
-    open_and_close(20)
-
-
-@pytest.mark.long
-def test_opening_and_closing_a_thousand_times_leaves_nothing_behind():
-    open_and_close(1000)
-
-
-def open_and_close(times):
+@pytest.mark.parametrize("times", [8, pytest.param(1000, marks=pytest.mark.long)])
+def test_opening_and_closing_again_and_again_leaves_nothing_behind(times):
     """Two at a time, on as many cores."""
     Session("builtin:Basic").close()  # what is imported at first use stays
     gc.collect()

@@ -92,16 +92,19 @@ class Silence:
     begin = iteration = end = lambda self, *_: None
 
 
+RARER = ("doors", "dot-raw", "dot-sign-raw", "dot-sign-png")
+
+
 @pytest.mark.parametrize(
     ("scene", "wanted"),
     [
         ("dot-png", 0.9),
-        ("dot-sign-raw", 0.9),
-        ("doors", 0.9),
         ("levers", 0.9),
         ("tell", 0.8),
-        pytest.param("dot-raw", 0.9, marks=pytest.mark.long),
-        pytest.param("dot-sign-png", 0.9, marks=pytest.mark.long),
+        *(
+            pytest.param(one, 0.9, marks=pytest.mark.long)
+            for one in ("doors", "dot-raw", "dot-sign-raw", "dot-sign-png")
+        ),
     ],
 )
 def test_a_scene_is_learnt_that_chance_does_not_solve(player, tmp_path, scene, wanted):
@@ -220,7 +223,7 @@ def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_pat
 BESIDE = ("ppo.asynchronous=true",)
 
 
-@pytest.mark.parametrize(("scene", "wanted"), [("levers", 0.9), ("tell", 0.8)])
+@pytest.mark.parametrize(("scene", "wanted"), [("levers", 0.9), pytest.param("tell", 0.8, marks=pytest.mark.long)])
 def test_a_scene_is_learnt_from_beside_its_player(player, tmp_path, scene, wanted):
     request = UnityRequest(
         player(scene), stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=(*OFTEN, *BESIDE)
@@ -242,7 +245,7 @@ def test_a_player_goes_on_while_it_is_learned_from(player, tmp_path, monkeypatch
 
     def patient_update(self, experience):
         told.clear()
-        waited.append(told.wait(20.0))
+        waited.append(told.wait(60.0))
         return update(self, experience)
 
     monkeypatch.setattr(UnityWorld, "step", noted_step)
