@@ -7,22 +7,26 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-from strangers import install, run_python  # noqa: E402
+from strangers import Stranger, install, run_python  # noqa: E402
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "fifth_world"
 SHORT = ["--stop", "iterations=2", "--set", "rollout.num_worlds=4", "--set", "evaluation.every=2", "--no-pictures"]
 
 
 @pytest.fixture(scope="module")
-def stranger(tmp_path_factory):
-    """Whoever has installed it: runs code or a command in a folder of their own and returns what is printed."""
+def place(tmp_path_factory):
+    """The folder of whoever has installed it, and where it is installed."""
     folder = tmp_path_factory.mktemp("stranger")
     install(EXAMPLE, folder / "site")
+    return folder, [folder / "site", EXAMPLE]
 
-    def asked(*words: str, code: str = "from racecraft.cli.entry import main; main()", expected: int = 0) -> str:
-        return run_python(code, *words, path=[folder / "site", EXAMPLE], folder=folder, expected=expected)
 
-    return asked
+@pytest.fixture(scope="module")
+def stranger(place):
+    folder, path = place
+    one = Stranger(path, folder)
+    yield one
+    one.close()
 
 
 @pytest.fixture(scope="module")
@@ -76,11 +80,10 @@ def test_it_is_judged_reported_and_listed(stranger, run):
     assert "num_worlds" in stranger("settings", "--world", "corridor")
 
 
-def test_it_is_exported(stranger, run):
+def test_it_is_exported(stranger, run, place):
     told = json.loads(stranger("export", run, "--to", "table", "--json").splitlines()[0])
     assert told["file"] == "runs/one/export/table.json"
-    code = f"import json; print(json.load(open({told['file']!r})))"
-    assert set(json.loads(stranger(code=code).splitlines()[0].replace("'", '"'))) <= {"left", "right"}
+    assert set(json.loads((place[0] / told["file"]).read_text())) <= {"left", "right"}
 
 
 def test_it_is_watched(stranger, run):
@@ -97,14 +100,15 @@ server.close()
     assert stranger(code=code).startswith("True")
 
 
-def test_without_its_package_its_runs_are_refused_by_name(stranger, run, tmp_path):
+def test_without_its_package_its_runs_are_refused_by_name(place, run):
     code = f"""
 import sys
 sys.path[:] = [part for part in sys.path if "fifth_world" not in part]
 import racecraft as rc
 rc.evaluate({run!r})
 """
-    told = stranger(code=code, expected=1)
+    folder, path = place
+    told = run_python(code, path=path, folder=folder, expected=1)
     assert "found a Corridor run; the package fifth_world is not installed" in told
 
 

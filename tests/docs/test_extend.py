@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from strangers import install, run_python  # noqa: E402
+from strangers import Stranger, install  # noqa: E402
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extend.md").read_text(encoding="utf-8")
 
@@ -21,7 +21,9 @@ def asked(tmp_path_factory):
     for place, text in re.findall(r"```python\n# (mine/\w+\.py)\n(.*?)```", PAGE, re.DOTALL):
         (folder / place).write_text(text)
     install(folder, folder / "site")
-    return lambda code: run_python(code, path=[folder / "site", folder], folder=folder)
+    stranger = Stranger([folder / "site", folder], folder)
+    yield lambda code: stranger(code=code)
+    stranger.close()
 
 
 def test_an_algorithm_trains_by_its_name(asked):
