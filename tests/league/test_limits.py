@@ -40,28 +40,40 @@ def main():
     drive_process.main()
 
 
-@pytest.fixture
-def tried(tmp_path, monkeypatch):
-    """Return a function that tries a trick in a limited process, and what came of it."""
-    monkeypatch.setattr(drive_process, "__name__", __name__)
-    monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2]), *sys.path])
-    model = tmp_path / "model"
-    model.mkdir()
-    (model / "weights").write_text("1")
-    others = tmp_path / "others"
-    others.mkdir()
-    (others / "secret").write_text("a key")
-    with contextlib.closing(DriveProcess("k")) as process:
+class Stage:
+    """A model, somebody else's files, and a process that tries tricks on them."""
 
-        def try_out(trick, **rules):
-            names = {"others": str(others), "secret": str(others / "secret"), "owner": os.getpid()} | rules
-            order = DriveOrder(rules=names, track=trick, seed=0, models=(str(model),), names=("Ann",))
-            return process.drive(order).outcomes[0].ended, process
+    def __init__(self, folder):
+        self.model, self.others = folder / "model", folder / "others"
+        for place, name, text in ((self.model, "weights", "1"), (self.others, "secret", "a key")):
+            place.mkdir()
+            (place / name).write_text(text)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(drive_process, "__name__", __name__)
+            patch.setattr(sys, "path", [str(Path(__file__).parents[2]), *sys.path])
+            self.process = DriveProcess("k")
 
-        yield try_out
-    assert (others / "secret").read_text() == "a key"
-    assert [path.name for path in others.iterdir()] == ["secret"]
-    assert not Path(process._scratch.name).exists()
+    def tries(self, trick, **rules):
+        """Return what came of a trick, all of which leave the others' files as they were."""
+        names = {"others": str(self.others), "secret": str(self.others / "secret"), "owner": os.getpid()} | rules
+        order = DriveOrder(rules=names, track=trick, seed=0, models=(str(self.model),), names=("Ann",))
+        done = self.process.drive(order).outcomes[0].ended
+        assert (self.others / "secret").read_text() == "a key"
+        assert [path.name for path in self.others.iterdir()] == ["secret"]
+        return done
+
+    def close(self):
+        self.process.close()
+        assert not Path(self.process._scratch.name).exists()
+
+
+@pytest.fixture(scope="module")
+def limited(tmp_path_factory):
+    """The stage of a process that has given up all but its model, once and for all: the tests share it."""
+    with contextlib.closing(Stage(tmp_path_factory.mktemp("limited"))) as stage:
+        assert stage.tries("open(model + '/weights').read()") == "'1'"
+        assert {"seccomp", "no new privileges"} < set(stage.process.layers)
+        yield stage
 
 
 def in_a_thread(trick):
@@ -121,24 +133,16 @@ FAILED = (
 
 
 @pytest.mark.parametrize("case", RIGHTLY)
-def test_what_a_drive_needs_it_may(tried, case):
-    done, process = tried(RIGHTLY[case])
-    assert done in ("'1'", "1", "None", "0.3333333333333333")
-    assert {"seccomp", "no new privileges"} < set(process.layers)
+def test_what_a_drive_needs_it_may(limited, case):
+    assert limited.tries(RIGHTLY[case]) in ("'1'", "1", "None", "0.3333333333333333")
 
 
 @pytest.mark.parametrize("case", TRICKS)
-def test_a_trick_fails(tried, case):
-    done, _ = tried(TRICKS[case])
-    assert done in FAILED
+def test_a_trick_fails(limited, case):
+    assert limited.tries(TRICKS[case]) in FAILED
 
 
-def test_without_the_limit_the_same_tricks_succeed(tried):
-    done, process = tried("open(secret).read()", is_alone=False)
-    assert done == "'a key'"
-    assert process.layers == ()
-
-
-def test_a_process_stays_limited_and_reads_no_more_for_a_second_drive(tried):
-    assert tried("open(model + '/weights').read()")[0] == "'1'"
-    assert tried("open(secret).read()")[0] == "PermissionError"
+def test_without_the_limit_the_same_tricks_succeed(tmp_path):
+    with contextlib.closing(Stage(tmp_path)) as stage:
+        assert stage.tries("open(secret).read()", is_alone=False) == "'a key'"
+        assert stage.process.layers == ()
