@@ -24,6 +24,8 @@ FLAGS = (
 SETTLED = """() => Promise.all(document.getAnimations()
   .filter(one => one.effect.getComputedTiming().endTime < 5000).map(one => one.finished.catch(() => null)))"""
 """Waits until colours stand that change when a page turns dark."""
+BROKEN = """() => [...document.images]
+  .filter(one => one.checkVisibility() && one.complete && !one.naturalWidth).map(one => one.outerHTML)"""
 AXE = Path(__file__).parent / "vendor" / "axe.min.js"
 
 needs_chromium = pytest.mark.skipif(
@@ -119,11 +121,18 @@ class Browser:
         self.page.click(f"#{which}" if re.fullmatch(r"[\w-]+", which) else which)
 
     def shut_out(self) -> list[tuple[str, str]]:
-        """Return what axe finds on the page, once its transitions are over: the rule, and the first element."""
+        """Return what axe finds on the page, once its transitions are over, and pictures in sight that show nothing.
+
+        Each is the rule, and the first element or the picture.
+        """
         self.page.evaluate(AXE.read_text(encoding="utf-8"))
         self.page.evaluate(SETTLED)
         found = self.page.evaluate("axe.run().then(told => told.violations.map(one => [one.id, one.nodes[0].html]))")
-        return [(rule, element) for rule, element in found]
+        return [(rule, element) for rule, element in found] + self.broken_pictures()
+
+    def broken_pictures(self) -> list[tuple[str, str]]:
+        """Return the pictures in sight that failed or were given no address; none may be shown before its frame is."""
+        return [("broken picture", picture) for picture in self.page.evaluate(BROKEN)]
 
     def sideways(self) -> int:
         """Return by how many CSS pixels the page is wider than its window."""

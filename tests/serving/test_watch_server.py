@@ -246,8 +246,13 @@ def browser():
 
 
 @needs_chromium
-def test_a_run_that_ended_is_played_in_a_browser(address, browser):
+def test_a_run_that_ended_is_played_in_a_browser_and_shows_no_picture_before_there_is_one(address, browser):
+    browser.page.route("**/camera.jpg*", lambda route: route.fulfill(status=503, body="{}"))
     browser.open(address)
+    browser.waits_for("cars.mode === 'iteration' && cars.looked && !cars.looking")
+    assert browser.broken_pictures() == []
+    browser.page.unroute_all()
+    browser.complaints.clear()  # the refused pictures
     browser.waits_for("cars.mode === 'iteration' && cars.iteration === 3 && parts.eye.naturalWidth === 320")
     assert browser.cars("parts.live.disabled")
     assert browser.cars("parts.cars.children.length") == 3

@@ -240,10 +240,13 @@ class Cars extends HTMLElement {
     if (way === this.seen) return;
     this.looking = true; this.seen = way; this.looked = now;
     try {
-      const picture = URL.createObjectURL(await (await fetch(way)).blob()), old = this.parts.eye.src;
-      this.parts.eye.src = picture;
-      await this.parts.eye.decode().catch(() => {});
-      if (old) URL.revokeObjectURL(old);
+      const { eye } = this.parts, answer = await fetch(way);
+      if (answer.ok) {
+        const old = eye.src;
+        eye.src = URL.createObjectURL(await answer.blob());
+        await eye.decode().then(() => { eye.hidden = false; }, () => { eye.hidden = true; });   // never a broken picture
+        if (old) URL.revokeObjectURL(old);
+      }
     } catch { /* the feed says that the server is gone */ }
     this.looking = false;
   }
