@@ -7,7 +7,7 @@ import sys
 import pytest
 from tests.web.conftest import Client
 
-from racecraft.lessons.course import course
+from racecraft.lessons.course import PATHS, course
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import make_lessons
 from racecraft.web.server import ServerThread
@@ -29,7 +29,7 @@ def post(client, path, value):
 
 
 def test_every_page_is_there(client, whole_course):
-    paths = ["/lessons", "/lessons/words", "/lessons/sheet/car"]
+    paths = ["/lessons", "/lessons/words", *(f"/lessons/sheet/{path}" for path in PATHS)]
     for lesson in whole_course.lessons:
         paths += [f"/lessons/{lesson.id}", f"/lessons/{lesson.id}?slides=1"]
     for path in paths:

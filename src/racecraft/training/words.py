@@ -100,6 +100,8 @@ WORDS = _words(
     ("worker", Message("A process that collects steps.")),
     ("step penalty", Message("A small cost of each step; 0.01 in Unity's Basic.")),
     ("endpoint", Message("An address that answers observations with actions.")),
+    ("wrapper", Message("Gives one interface the shape of another.")),
+    ("deploy", Message("Put a model where it answers.")),
 )  # fmt: skip
 """In the order in which the course meets them."""
 

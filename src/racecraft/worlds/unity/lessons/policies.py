@@ -75,10 +75,10 @@ def _unlike(place: int, action: int, found: Any) -> Verdict | None:
 def solves_basic(answer: Answer) -> Verdict:
     """A pupil's model reaches 0.92 in the mean of 20 greedy episodes."""
     found = trained.judged(answer.model("model"))
-    told = {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
+    values = {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
     if found.mean >= SOLVED:
-        return passed(**told)
-    return tried("near_prize" if 0 < found.mean < NEAR else "not_yet", **told)
+        return passed(**values)
+    return tried("near_prize" if 0 < found.mean < NEAR else "not_yet", **values)
 
 
 def first_prize(answer: Answer) -> Verdict:
@@ -120,8 +120,8 @@ def same_decisions(answer: Answer) -> Verdict:
     found = trained.compared(answer.model("model"))
     count = trained.QUESTIONS
     table = (("decided by", f"of {count} as the checkpoint"), [("ONNX file", found.onnx), ("endpoint", found.endpoint)])
-    told = {"onnx": found.onnx, "endpoint": found.endpoint, "after": found.after, "count": count}
-    return predicted(answer, "reason", "same", table, **told)
+    values = {"onnx": found.onnx, "endpoint": found.endpoint, "after": found.after, "count": count}
+    return predicted(answer, "reason", "same", table, **values)
 
 
 def own_question(answer: Answer) -> Verdict:
@@ -151,10 +151,10 @@ def own_question(answer: Answer) -> Verdict:
 def another_algorithm(answer: Answer) -> Verdict:
     """A pupil's model solves Basic, and something other than PPO has learned it."""
     found = trained.judged(answer.model("model"))
-    told = {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
+    values = {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
     if found.algorithm == "ppo":
-        return tried("same", **told)
-    return passed(**told) if found.mean >= SOLVED else tried("not_yet", **told)
+        return tried("same", **values)
+    return passed(**values) if found.mean >= SOLVED else tried("not_yet", **values)
 
 
 def fewest_steps(answer: Answer) -> Verdict:

@@ -1,4 +1,4 @@
-"""What a pupil has trained in Basic: judged, exported, and asked over HTTP. Begin with `judged`.
+"""What a pupil has trained in Basic: judged, exported, and called over HTTP. Begin with `judged`.
 
 What learns and what serves is imported where it is needed: the first page of the course shall not wait for it.
 """
@@ -118,18 +118,18 @@ def _of_endpoint(policy: TrainedPolicy, rows: Array) -> tuple[Array, str]:
     thread = ServerThread(server.application, "lesson-endpoint")
     address = f"http://127.0.0.1:{thread.start('127.0.0.1', 0)}/invocations"
     try:
-        predictions = _asked(address, rows)["predictions"]
+        predictions = _invoke(address, rows)["predictions"]
     finally:
         thread.close()
         server.close()
     try:
-        _asked(address, rows)
+        _invoke(address, rows)
     except urllib.error.URLError as error:
         return np.array([one["actions"] for one in predictions]), str(error.reason)
     return np.array([one["actions"] for one in predictions]), "an answer"
 
 
-def _asked(address: str, rows: Array) -> Any:
+def _invoke(address: str, rows: Array) -> Any:
     body = json.dumps({"instances": rows.tolist()}).encode()
     request = urllib.request.Request(address, body, {"Content-Type": "application/json"})
     with urllib.request.build_opener(urllib.request.ProxyHandler({})).open(request, timeout=SECONDS) as reply:

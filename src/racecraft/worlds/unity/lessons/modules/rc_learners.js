@@ -10,9 +10,9 @@ class LearnersFigure extends Figure {
     const runs = data.runs.filter(one => !learner || one.learner === learner), learners = [...new Set(runs.map(one => one.learner))];
     const name = one => t("{learner}, seed {seed}", one), curves = chart(t("Mean return of 20 greedy episodes while training"));
     const select = element("select", { onchange: () => this.choose(runs[+select.value]) }, ...runs.map((one, at) => element("option", { value: at }, name(one))));
-    this.told = element("div", { "aria-live": "polite" });
+    this.panel = element("div", { "aria-live": "polite" });
     this.tools = element("div", { class: "tools" });
-    this.append(element("label", {}, `${t("training")} `, select), this.told, this.tools, curves);
+    this.append(element("label", {}, `${t("training")} `, select), this.panel, this.tools, curves);
     curves.lines(t("steps"), t("mean return"), runs.map(one => [name(one), one.steps, one.means, one.means.length === 1 ? "dots" : one.seed === 1 ? "line" : "dashed", 1 + (learner ? one.seed - 1 : learners.indexOf(one.learner))]));
     this.choose(runs[0]);
   }
@@ -24,7 +24,7 @@ class LearnersFigure extends Figure {
 
   show({ acts, means, steps }, at) {
     const row = acts[at].map(act => element("span", { role: "img", "aria-label": NAMES[act] }, ARROWS[act]));
-    this.told.replaceChildren(
+    this.panel.replaceChildren(
       facts([[steps[at].toLocaleString(), t("steps so far")], [figure(means[at]), t("mean return")], [NAMES[acts[at][START - FIRST]], t("at the start, place {place}", { place: START })]]),
       table(t("What the policy does at each place"), row.map((_, k) => FIRST + k), [row]),
     );

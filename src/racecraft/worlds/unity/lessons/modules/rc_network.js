@@ -9,8 +9,8 @@ const NAMES = [t("stay"), t("left"), t("right")];
 class NetworkFigure extends Figure {
   begin({ data }) {
     this.layers = data.network;
-    this.told = element("div", { "aria-live": "polite" });
-    this.append(this.told, element("div", { class: "tools" }, button(t("Take its step"), () => this.step()), button(t("New episode"), () => this.show([]), "plain")));
+    this.panel = element("div", { "aria-live": "polite" });
+    this.append(this.panel, element("div", { class: "tools" }, button(t("Take its step"), () => this.step()), button(t("New episode"), () => this.show([]), "plain")));
     this.show([]);
   }
 
@@ -24,7 +24,7 @@ class NetworkFigure extends Figure {
     this.actions = actions;
     this.decided = scores.indexOf(Math.max(...scores));
     const marked = scores.map((score, k) => k === this.decided ? element("b", {}, figure(score)) : figure(score));
-    this.told.replaceChildren(
+    this.panel.replaceChildren(
       facts([[place, t("place: input {place} is 1, all others 0", { place })], [ended ? t("ended") : NAMES[this.decided], t("decision")], [steps, t("steps")], [figure(total), t("return so far")]]),
       table(t("Eight inner numbers"), inner.map((_, k) => t("number {k}", { k: k + 1 })), [inner.map(figure)]),
       table(t("Three scores"), NAMES, [marked]),

@@ -10,17 +10,17 @@ class ScheduleFigure extends Figure {
   begin() {
     this.at = 250 * THOUSAND;
     this.last = 500 * THOUSAND;
-    this.told = element("div", { "aria-live": "polite" });
+    this.panel = element("div", { "aria-live": "polite" });
     this.chart = chart(t("Share of its first value that each has left"));
     const sliders = [["at", t("steps done, in thousands")], ["last", t("max_steps, in thousands")]].map(([name, text]) =>
       slider(text, { low: 10, high: 1000, step: 10, value: this[name] / THOUSAND, digits: 0 }, value => { this[name] = THOUSAND * value; this.draw(); }));
-    this.append(this.told, element("div", { class: "tools" }, ...sliders), this.chart);
+    this.append(this.panel, element("div", { class: "tools" }, ...sliders), this.chart);
     this.draw();
   }
 
   draw() {
     const names = Object.keys(STARTS), done = this.at / this.last;
-    this.told.replaceChildren(facts(names.map(name => [scheduled(name, done).toPrecision(3), name])));
+    this.panel.replaceChildren(facts(names.map(name => [scheduled(name, done).toPrecision(3), name])));
     this.chart.lines(t("steps"), t("share"), names.map(name => [name, POINTS.map(one => one * this.last), POINTS.map(one => scheduled(name, one) / STARTS[name])]), { low: 0 });
   }
 }
