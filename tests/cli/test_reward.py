@@ -53,6 +53,19 @@ def test_the_lines_of_a_log_are_explained_by_any_reward(racecraft, car):
     assert "reward = 1.0" in said.out
 
 
+def test_rows_are_explained_from_an_episodes_beginning_and_those_that_fail_are_named(racecraft, car):
+    text = (
+        "class Kept:\n    begun = None\ndef reward_function(params):\n    if params['steps'] <= 2:\n"
+        "        Kept.begun = 1.0\n    if params['steps'] == 50:\n        raise ValueError('fifty')\n"
+        "    return Kept.begun * 2\n"
+    )
+    said = racecraft("reward", "explain", LOG, "--reward", car(text) + "/reward_function.py")
+    assert said.code == 0, said.err
+    assert "line 7: raised ValueError: fifty" in said.out
+    assert "TypeError" not in said.out
+    assert "rows failed and are counted as 0" in said.out
+
+
 def test_cases_hold_or_end_with_1(racecraft, car):
     cases = "[[case]]\nname = 'on the line'\npays = {}\n"
     assert racecraft("reward", "test", car(read_sample("constant"), cases.format("1"))).code == 0

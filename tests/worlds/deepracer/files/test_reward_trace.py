@@ -1,12 +1,13 @@
 """How a reward came about: each number that a line of the racer's file assigned, and no others."""
 
+import json
 import sys
 
 import pytest
 
 from racecraft.contract.errors import RewardError
 from racecraft.worlds.deepracer.files.reward_file import load_reward_function
-from racecraft.worlds.deepracer.files.reward_trace import RewardTrace, Term, line_of
+from racecraft.worlds.deepracer.files.reward_trace import RewardTrace, Term, Traced, line_of
 
 TEXT = """\
 from helper_traced import twice
@@ -38,11 +39,12 @@ def test_every_number_that_a_line_gave_is_kept_by_line_and_name(trace):
     before = sys.gettrace()
     assert trace.call({"speed": 2.0}) == 11.0
     assert sys.gettrace() is before
-    assert trace.terms == {
+    assert trace.traced.terms == {
         Term(3, "y"): 3, Term(6, "speed"): 2, Term(8, "pay"): 1, Term(9, "k"): 2, Term(10, "pay"): 4,
         Term(11, "total"): 6, Term(12, "pay"): 11, Term(13, "same"): 11, Term(13, "same_again"): 11,
     }  # fmt: skip
-    assert [(term.line, term.name) for term in trace.terms] == sorted((term.line, term.name) for term in trace.terms)
+    assert trace.traced.values["pay"] == 11
+    assert trace.traced == Traced.of(json.loads(json.dumps(trace.traced.as_list())))
 
 
 def test_a_term_is_shown_with_its_line(trace):
@@ -55,7 +57,7 @@ def test_a_reward_that_fails_has_told_what_it_reached(trace):
     with pytest.raises(RewardError, match="KeyError"):
         trace.call({})
     assert sys.gettrace() is before
-    assert trace.terms == {}
+    assert trace.traced.terms == {}
 
 
 def test_a_number_that_no_float_holds_is_left_out(tmp_path):
@@ -63,4 +65,4 @@ def test_a_number_that_no_float_holds_is_left_out(tmp_path):
     (tmp_path / "reward_function.py").write_text(text)
     trace = RewardTrace(load_reward_function(tmp_path / "reward_function.py"))
     assert trace.call({}) == 2.0
-    assert trace.terms == {Term(3, "pay"): 2.0}
+    assert trace.traced.terms == {Term(3, "pay"): 2.0}

@@ -31,7 +31,8 @@ PAGE = "Write one page (.html) that works offline."
 PICTURE = "Draw it into this file (.png, .svg or .pdf)."
 PAGE_SPEED = 2.0
 """m/s, of the map on the page."""
-MAX_TRACED = 4000
+MAX_TRACED = 2000
+"""Rows that are explained: the latest whole episodes, as a reward may keep what an episode began with."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -332,6 +333,8 @@ def explain_reward(request: ExplainRewardRequest, progress: Progress = quiet) ->
 
         racecraft reward explain model.tar.gz --reward reward_function.py --json
     """
+    import numpy as np
+
     from racecraft.formats.run_folder import REWARD_FUNCTION
     from racecraft.worlds.deepracer.driving.reward.lines_paid import lines_paid
     from racecraft.worlds.deepracer.driving.reward.rescore import rows_of
@@ -339,7 +342,10 @@ def explain_reward(request: ExplainRewardRequest, progress: Progress = quiet) ->
     payer = _payer(request.reward or request.run / REWARD_FUNCTION)
     ticks, track = _ticks((request.run,), request.track)
     rows, has_reward = rows_of(ticks, track)
-    return ExplainedReward(track, lines_paid(payer, track, rows[has_reward][-MAX_TRACED:]))
+    paid = rows[has_reward]
+    late = np.flatnonzero(np.diff(ticks["unique_episode"].to_numpy()[has_reward], prepend=-1))
+    late = late[len(paid) - late <= MAX_TRACED]
+    return ExplainedReward(track, lines_paid(payer, track, paid[late[0] if len(late) else -MAX_TRACED :]))
 
 
 @action

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -22,6 +23,9 @@ from racecraft.worlds.deepracer.actions.reward import (
     reward_samples,
     run_reward_cases,
 )
+
+if TYPE_CHECKING:
+    from racecraft.worlds.deepracer.driving.reward.paying import Failure
 
 MAX_LAPS, MAX_LINES = 20, 15
 
@@ -65,10 +69,7 @@ def _show_rescored(done: RescoredLaps) -> None:
             moved = "" if old == new else f"  {'up' if new < old else 'down'} {abs(new - old)}"
             pays = f"{figure(lap.old):>10} {figure(lap.new):>10}"
             print(f"{lap.episode:8} {lap.seconds:6.2f} s {pays}  {old} → {new}{moved}")
-    for failure in found.failures[:5]:
-        print(f"row {failure.row}: line {failure.line}: {failure.message}")
-    if found.failures:
-        print(f"{len(found.failures)} rows failed and are counted as 0.")
+    _show_failures(found.failures)
     _show_files(done.files)
 
 
@@ -85,6 +86,7 @@ def _show_lines(explained: ExplainedReward) -> None:
         print(f"{one.line:5} {figure(one.total):>12} {100 * one.share:4.0f} %  {where}   {one.text}")
     if found.values:
         print("Other numbers, on average: " + ", ".join(f"{name} {value:.4g}" for name, value in found.values.items()))
+    _show_failures(found.failures)
 
 
 def _show_map(done: MappedReward) -> None:
@@ -112,6 +114,16 @@ def _show_samples(found: RewardSamples) -> None:
     print(found.text, end="")
     for name, sentence in found.samples.items():
         print(f"{name:18} {sentence}")
+
+
+def _show_failures(failures: Sequence[Failure]) -> None:
+    from racecraft.worlds.deepracer.driving.reward.paying import MAX_FAILURES
+
+    for failure in failures[:5]:
+        print(f"row {failure.row}: line {failure.line}: {failure.message}")
+    if failures:
+        end = ", and the rows behind the last of them were not tried" if len(failures) == MAX_FAILURES else ""
+        print(f"{len(failures)} rows failed and are counted as 0{end}.")
 
 
 def _show_files(files: Mapping[str, str]) -> None:

@@ -24,7 +24,7 @@ from racecraft.worlds.deepracer.env.reward_params import ObjectReports
 from racecraft.worlds.deepracer.files.reward_examples import Params
 from racecraft.worlds.deepracer.files.reward_file import MAX_REWARD
 from racecraft.worlds.deepracer.files.reward_source import RewardSource, read_reward_source
-from racecraft.worlds.deepracer.files.reward_trace import Term
+from racecraft.worlds.deepracer.files.reward_trace import Term, Traced
 
 CALL_SECONDS = 5.0
 """How long a call may last where nothing else is said; AWS's validator had the same limit."""
@@ -245,16 +245,15 @@ class RewardCopies(CarRewards):
             rewards[cars[: len(error.paid)]] = error.paid[: len(cars)]
             raise RewardError(str(error)) from None
         if self.is_traced:
-            steps = reply.get("traces", [[]])[-1]
-            self.terms = dict(sorted((Term(int(line), str(name)), float(value)) for line, name, _, value in steps))
+            traces = reply.get("traces")
+            self.terms = dict(sorted(Traced.of(traces[-1]).terms.items())) if traces else {}
 
     def ask(
         self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """Return the rewards of the rows, float64 (R,), and notes; arguments as in `CarRewards.compute_rewards`.
 
-        Traced, "traces" holds what each row's lines did, as `RewardTrace.steps`, "last_lines" where each returned, and
-        "lines" which lines ran.
+        Traced, "traces" holds how each row's reward came about, for `Traced.of`, and "lines" which lines ran.
 
         Raises:
             FailedRowError: A row failed.

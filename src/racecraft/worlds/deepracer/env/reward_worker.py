@@ -9,7 +9,7 @@
     {"call": {…}}, waypoints           pays for one dictionary                 → reward, float64 (1,)
 
 Any answer may also hold "printed", what the function printed; "error", why it failed, after as many rewards as went
-before; with {"trace": 1}, "traces", "last_lines" and "lines" (`reward_trace.py`). While an answer takes long,
+before; with {"trace": 1}, "traces" and "lines" (`reward_trace.py`). While an answer takes long,
 {"alive": k} tells after which car.
 """
 
@@ -111,8 +111,7 @@ class Worker:
                 try:
                     paid.append(trace.call(params))
                 finally:
-                    reply.setdefault("traces", []).append(trace.steps)
-                    reply.setdefault("last_lines", []).append(trace.last_line)
+                    reply.setdefault("traces", []).append(trace.traced.as_list())
                     reply["lines"] = sorted(trace.lines.union(reply.get("lines", ())))
             else:
                 paid.append(copies[car].call(params))

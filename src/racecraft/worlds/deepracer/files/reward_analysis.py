@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from racecraft.contract.loading import imported_names
+from racecraft.worlds.deepracer.files.reward_syntax import key_of, text_of
 
 STATELESS_MODULES = sys.stdlib_module_names | {"numpy", "scipy", "shapely"}
 """Modules that keep nothing of a car: there is one of each in a process, however many copies of a reward there are."""
@@ -56,18 +57,20 @@ def _state(tree: ast.Module) -> Iterator[Remark]:
     """Yield every place where something may be kept."""
     for statement in tree.body:
         if not _keeps_nothing(statement):
-            yield Remark(statement.lineno, f"`{_text(statement)}`")
+            yield Remark(statement.lineno, f"`{text_of(statement)}`")
     for node in ast.walk(tree):
         if isinstance(node, ast.Global | ast.Nonlocal):
-            yield Remark(node.lineno, f"`{_text(node)}`")
+            yield Remark(node.lineno, f"`{text_of(node)}`")
         elif isinstance(node, ast.Attribute) and not isinstance(node.ctx, ast.Load):
-            yield Remark(node.lineno, f"`{_text(node)}` is set")
+            yield Remark(node.lineno, f"`{text_of(node)}` is set")
         elif isinstance(node, ast.Name) and node.id in REACHES_ANYTHING:
             yield Remark(node.lineno, f"`{node.id}`")
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             defaults = [*node.args.defaults, *(value for value in node.args.kw_defaults if value is not None)]
-            yield from (Remark(value.lineno, f"the default `{_text(value)}`") for value in defaults if _mutable(value))
-            yield from (Remark(part.lineno, f"`@{_text(part)}`") for part in getattr(node, "decorator_list", ()))
+            yield from (
+                Remark(value.lineno, f"the default `{text_of(value)}`") for value in defaults if _mutable(value)
+            )
+            yield from (Remark(part.lineno, f"`@{text_of(part)}`") for part in getattr(node, "decorator_list", ()))
     for name in sorted(imported_names(tree) - STATELESS_MODULES):
         yield Remark(_line_of_import(tree, name), f"the module `{name}`")
 
@@ -81,7 +84,7 @@ def _keeps_nothing(statement: ast.stmt) -> bool:
         return True  # modules and functions are looked at by themselves
     if isinstance(statement, ast.ClassDef):
         return not (statement.decorator_list or statement.keywords) and all(map(_keeps_nothing, statement.body))
-    if isinstance(statement, ast.If) and _text(statement.test) in _NOT_IMPORTED:
+    if isinstance(statement, ast.If) and text_of(statement.test) in _NOT_IMPORTED:
         return not statement.orelse
     if isinstance(statement, ast.Expr):
         return isinstance(statement.value, ast.Constant)
@@ -103,7 +106,7 @@ def _mutable(value: ast.expr) -> bool:
 
 def _vain_steps(tree: ast.Module) -> Iterator[Remark]:
     """Yield comparisons of `steps` that hold at no call, because the first call already sees 2."""
-    names = {"steps"} | {_text(target) for node in ast.walk(tree) for target in _takes_steps(node)}
+    names = {"steps"} | {text_of(target) for node in ast.walk(tree) for target in _takes_steps(node)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
             left, right = node.left, node.comparators[0]
@@ -112,7 +115,7 @@ def _vain_steps(tree: ast.Module) -> Iterator[Remark]:
             if vain:
                 yield Remark(
                     node.lineno,
-                    f"`{_text(node)}` never holds: `steps` is {FIRST_STEPS} at the first call of an episode, here as "
+                    f"`{text_of(node)}` never holds: `steps` is {FIRST_STEPS} at the first call of an episode, here as "
                     f"at AWS; for the first call ask `steps <= {FIRST_STEPS:g}`",
                 )
 
@@ -128,19 +131,9 @@ def _takes_steps(node: ast.AST) -> list[ast.expr]:
 
 def _is_steps(node: ast.expr, names: set[str]) -> bool:
     """Tell whether an expression is the parameter `steps`, or a name of it."""
-    if isinstance(node, ast.Call) and _text(node.func) in ("int", "float", "round") and len(node.args) == 1:
+    if isinstance(node, ast.Call) and text_of(node.func) in ("int", "float", "round") and len(node.args) == 1:
         return _is_steps(node.args[0], names)
-    return _key(node) == "steps" or (isinstance(node, ast.Name | ast.Attribute) and _text(node) in names)
-
-
-def _key(node: ast.AST) -> str | None:
-    """Return the text that something is looked up by: `params["steps"]`, `params.get("steps", 0)`."""
-    found: ast.expr | None = None
-    if isinstance(node, ast.Subscript):
-        found = node.slice
-    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "get" and node.args:
-        found = node.args[0]
-    return found.value if isinstance(found, ast.Constant) and isinstance(found.value, str) else None
+    return key_of(node) == "steps" or (isinstance(node, ast.Name | ast.Attribute) and text_of(node) in names)
 
 
 _MIRRORED: dict[type[ast.cmpop], ast.cmpop] = {ast.Eq: ast.Eq(), ast.Gt: ast.Lt(), ast.GtE: ast.LtE()}
@@ -162,7 +155,7 @@ def _objects(tree: ast.Module) -> Iterator[Remark]:
     """Yield one remark about what is read of objects: there are none in a time trial."""
     read: dict[str, int] = {}
     for node in ast.walk(tree):
-        key = _key(node)
+        key = key_of(node)
         if key is not None and (key.startswith("objects_") or key in OBJECT_KEYS):
             read.setdefault(key, getattr(node, "lineno", 1))
     if read:
@@ -176,8 +169,3 @@ def _objects(tree: ast.Module) -> Iterator[Remark]:
 def _line_of_import(tree: ast.Module, name: str) -> int:
     nodes = (node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom))
     return min(node.lineno for node in nodes if name in imported_names(node))
-
-
-def _text(node: ast.AST) -> str:
-    text = ast.unparse(node).split("\n")[0]
-    return text if len(text) <= 60 else f"{text[:57]}..."

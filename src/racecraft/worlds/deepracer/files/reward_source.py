@@ -42,6 +42,11 @@ class RewardSource:
     """The modules beside it that it needs: texts by name, such as "racing_line.py" and "helpers/a.py"."""
 
     @property
+    def tree(self) -> ast.Module:
+        """The file, parsed anew."""
+        return ast.parse(self.text.removeprefix("\ufeff"))
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """What is worth telling its author, a clause each."""
         return tuple(f"{self.path.name}:{remark.line}: {remark.text}" for remark in self.analysis.remarks)

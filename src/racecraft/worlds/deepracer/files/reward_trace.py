@@ -7,7 +7,7 @@ line changed is seen at the next one.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from types import FrameType
@@ -15,6 +15,7 @@ from typing import Any
 
 from racecraft.worlds.deepracer.files.reward_examples import Params
 from racecraft.worlds.deepracer.files.reward_file import RewardFunction
+from racecraft.worlds.deepracer.files.reward_flow import Call, Step, flow_of
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 
 
@@ -28,8 +29,35 @@ class Term:
     """Of the variable."""
 
 
-Step = tuple[int, str, float | None, float]
-"""A line, a variable, what it held before the line ran (None: no number) and after."""
+@dataclass(frozen=True)
+class Traced:
+    """How a reward came about; its size grows with the file, not with how often a line ran."""
+
+    terms: Mapping[Term, float]
+    """What each line gave each variable last, the latest at the end."""
+    by_line: Mapping[int, float]
+    """What each line paid of the reward; see `reward_flow.py`."""
+    built_up: frozenset[str]
+    """The variables that several lines built up."""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The last number of each variable."""
+        return {term.name: value for term, value in self.terms.items()}
+
+    def as_list(self) -> list[Any]:
+        """Return it as JSON takes it."""
+        terms = [[term.line, term.name, value] for term, value in self.terms.items()]
+        return [terms, list(self.by_line.items()), sorted(self.built_up)]
+
+    @classmethod
+    def of(cls, told: Sequence[Any]) -> Traced:
+        """Return what `as_list` returned elsewhere."""
+        terms, by_line, built_up = told
+        return cls(
+            {Term(int(line), str(name)): float(value) for line, name, value in terms},
+            {int(line): float(paid) for line, paid in by_line}, frozenset(map(str, built_up)),
+        )  # fmt: skip
 
 
 class RewardTrace:
@@ -45,13 +73,19 @@ class RewardTrace:
         """Of the last call, in the order in which they ran."""
         self.lines: set[int] = set()
         """Which lines the last call ran."""
-        self.last_line = 0
-        """The line at which the last call returned; 0 where it is not of the file."""
+        self.calls: list[Call] = []
+        """Of functions of the file, in the order in which they began; the first is the reward function itself."""
+        self.open: list[_Lines] = []
+        """Calls that have not returned."""
 
     @property
-    def terms(self) -> dict[Term, float]:
-        """What each line gave each variable last, in the order of lines."""
-        return dict(sorted((Term(line, name), value) for line, name, _, value in self.steps))
+    def traced(self) -> Traced:
+        """How the last answer came about."""
+        latest: dict[Term, float] = {}
+        for line, name, _, value, _ in reversed(self.steps):
+            latest.setdefault(Term(line, name), value)
+        parts = flow_of(self.reward.source.text).follow(self.steps, self.calls)
+        return Traced(dict(reversed(latest.items())), dict(parts.by_line), frozenset(parts.built_up))
 
     def call(self, params: Params) -> float:
         """Return the reward of one tick, as `RewardFunction.call` does.
@@ -59,7 +93,7 @@ class RewardTrace:
         Raises:
             RewardError: The function failed.
         """
-        self.steps, self.lines, self.last_line = [], set(), 0
+        self.steps, self.lines, self.calls, self.open = [], set(), [], []
         before = sys.gettrace()
         sys.settrace(self._tracer())
         try:
@@ -88,27 +122,38 @@ class _Lines:
     """Sees one frame's lines and keeps what each of them changed."""
 
     def __init__(self, frame: FrameType, trace: RewardTrace) -> None:
-        self._trace, self._line = trace, frame.f_lineno
+        self._trace, self._line, self._number = trace, frame.f_lineno, len(trace.calls)
         self._before = _numbers(frame.f_locals)
+        parent = trace.open[-1] if trace.open else None
+        place = (-1, 0) if parent is None else (parent._number, parent._line)
+        trace.calls.append(Call(*place, frame.f_code.co_name, 0, None, 0))
+        trace.open.append(self)
 
     def see(self, frame: FrameType, event: str, arg: Any) -> Any:
-        """Keep what the line before this one changed."""
+        """Keep what the line before this one changed, and what the function returns."""
         if event not in ("line", "return"):
             return self.see
-        if event == "line":
-            self._trace.lines.add(frame.f_lineno)
-        else:
-            self._trace.last_line = frame.f_lineno
-        now = _numbers(frame.f_locals)
+        trace, now = self._trace, _numbers(frame.f_locals)
         for name, value in now.items():
             if (before := self._before.get(name)) != value:
-                self._trace.steps.append((self._line, name, before, value))
+                trace.steps.append((self._line, name, before, value, self._number))
         self._before, self._line = now, frame.f_lineno
+        if event == "line":
+            trace.lines.add(frame.f_lineno)
+        else:
+            returned = _number(arg) if isinstance(arg, Real) else None
+            trace.calls[self._number] = trace.calls[self._number]._replace(
+                last_line=frame.f_lineno, value=returned, steps=len(trace.steps)
+            )
+            trace.open.remove(self)
         return self.see
 
 
 def _numbers(names: Mapping[str, Any]) -> dict[str, float]:
-    found = {name: _number(value) for name, value in names.items() if isinstance(value, Real)}
+    """Return the variables that hold numbers, and the fields of `self` that do."""
+    fields = getattr(names.get("self"), "__dict__", {})
+    named = [*names.items(), *((f"self.{name}", value) for name, value in fields.items())]
+    found = {name: _number(value) for name, value in named if isinstance(value, Real)}
     return {name: value for name, value in found.items() if value is not None}
 
 

@@ -97,8 +97,54 @@ def test_the_lines_of_a_row_add_up_to_its_pay(payer):
     assert found.variable == "reward"
     paid = {one.line: one.total for one in found.lines}
     fast, off = rows["speed"] > 1.5, rows["is_off"]
-    assert paid[2] == len(rows)
-    assert paid[4] == 2.0 * fast.sum()
-    assert paid[7] == pytest.approx(sum(-7.0 - (1.5 if one else 0.5) for one in fast[off]))
+    assert paid[2] == (~off).sum()
+    assert paid[4] == 2.0 * (fast & ~off).sum()
+    assert paid[7] == -7.0 * off.sum()
     assert sum(paid.values()) == pytest.approx(found.total)
     assert all(one.by_part.sum() == pytest.approx(one.total) for one in found.lines)
+
+
+CLASS = """\
+WEIGHT = 0.5
+class Reward:
+    def speed(self, params):
+        return params["speed"]
+    def twice(self, value):
+        twice = 2 * value
+        return twice
+    def add(self, amount):
+        self.total += amount
+    def pay(self, params):
+        if params["steps"] < 0:
+            return 0.0
+        return (WEIGHT * self.speed(params)
+                + self.twice(3.0) - 1.0)
+    def built_up(self, params):
+        self.total = 0.5
+        self.add(2.0)
+        self.total += self.speed(params)
+        return self.total
+def reward_function(params):
+"""
+HALF = "def half(x):\n    y = x / 2\n    return y\ndef reward_function(params):\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (CLASS + "    return Reward().pay(params)\n", {4: 1.0, 6: 6.0, 13: -1.0}),
+        (CLASS + "    return Reward().built_up(params)\n", {16: 0.5, 9: 2.0, 4: 2.0}),
+        (HALF + "    a = half(4.0)\n    b = half(6.0)\n    return float(a + 2 * b - half(1.0))\n", {2: 7.5}),
+        (HALF + "    p = 1\n    p += half(4)\n    p -= 0.25\n    return max(p, 1e-3)\n", {5: 1.0, 2: 2.0, 7: -0.25}),
+        (HALF + "    p = 1\n    p = p + half(4)\n    p *= 2\n    return p\n", {5: 1.0, 2: 2.0, 7: 3.0}),
+        (HALF + "    p = 0\n    for k in range(3):\n        p += half(k)\n    return p\n", {2: 1.5}),
+        (HALF + "    p = 5\n    p = half(4)\n    return p if p > 1 else 0\n", {2: 2.0}),
+        (HALF + "    p = half(4) * half(6)\n    return p\n", {5: 6.0}),
+    ],
+)
+def test_pay_is_followed_into_functions_and_methods(payer, text, expected):
+    rows = DRIVES[0].reports[:1].copy()
+    rows["speed"] = 2.0
+    found = lines_paid(payer(text), DRIVES[0].track, rows)
+    assert {one.line: one.total for one in found.lines} == pytest.approx(expected)
+    assert sum(expected.values()) == pytest.approx(found.total)

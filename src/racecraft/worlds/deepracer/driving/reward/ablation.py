@@ -18,6 +18,7 @@ from racecraft.contract.errors import RewardError, RewardFileError
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.reward.findings import NOTE, Finding
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
+from racecraft.worlds.deepracer.files.reward_syntax import text_of
 
 DROWNS = 100.0
 MAX_CUTS = 40
@@ -86,7 +87,7 @@ def ablation_findings(cuts: list[Cut], as_it_is: Array) -> list[Finding]:
 
 def _variants(source: RewardSource, lines: frozenset[int]) -> Iterator[tuple[_Place, ast.Module]]:
     """Yield each part and the tree without it."""
-    tree = ast.parse(source.text.removeprefix("\ufeff"))
+    tree = source.tree
     places = [place for place in _places(tree) if place.line in lines][:MAX_CUTS]
     for place in places:
         cut = copy.deepcopy(tree)
@@ -185,7 +186,12 @@ def _terms(value: ast.expr) -> Iterator[ast.expr]:
 
 
 def _place(node: ast.stmt | ast.expr) -> _Place:
-    text = ast.unparse(node).split("\n")[0].rstrip(":")
-    text = text if len(text) <= 60 else f"{text[:57]}…"
     adds = isinstance(node, ast.AugAssign) and isinstance(node.op, ast.Add | ast.Sub)
-    return _Place(node.lineno, node.col_offset, (node.end_lineno, node.end_col_offset), type(node), text, adds)
+    return _Place(
+        node.lineno,
+        node.col_offset,
+        (node.end_lineno, node.end_col_offset),
+        type(node),
+        text_of(node).rstrip(":"),
+        adds,
+    )

@@ -9,6 +9,7 @@ import ast
 from collections.abc import Iterator
 
 from racecraft.worlds.deepracer.driving.reward.findings import FAULT, Finding
+from racecraft.worlds.deepracer.files.reward_syntax import constants_of, number_of
 
 Condition = tuple[str, type[ast.cmpop], float]
 """What is compared, how, and with which number."""
@@ -24,7 +25,7 @@ MIRRORED: dict[type[ast.cmpop], type[ast.cmpop]] = {
 
 def dead_branches(tree: ast.Module) -> list[Finding]:
     """Return the branches of a parsed file that never run, because one above takes every case of theirs."""
-    constants = _constants(tree)
+    constants = constants_of(tree)
     inside = {id(node.orelse[0]) for node in ast.walk(tree) if isinstance(node, ast.If) and _is_elif(node)}
     found: list[Finding] = []
     for node in ast.walk(tree):
@@ -55,19 +56,6 @@ def _is_elif(node: ast.If) -> bool:
     return len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If)
 
 
-def _constants(tree: ast.Module) -> dict[str, float]:
-    """Return the names that are set once in the whole file, and to a number."""
-    stores = [node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
-    once = {node.id for node in stores if sum(other.id == node.id for other in stores) == 1}
-    found: dict[str, float] = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id in once:
-            value = _number(node.value, {})
-            if value is not None:
-                found[node.targets[0].id] = value
-    return found
-
-
 def _conditions(test: ast.expr, constants: dict[str, float]) -> list[Condition] | None:
     """Return the comparisons with numbers that a test joins by `and`; None where it is anything else."""
     parts = test.values if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) else [test]
@@ -76,19 +64,13 @@ def _conditions(test: ast.expr, constants: dict[str, float]) -> list[Condition] 
         if not (isinstance(part, ast.Compare) and len(part.ops) == 1):
             return None
         left, right, how = part.left, part.comparators[0], type(part.ops[0])
-        if _number(left, constants) is not None:
+        if number_of(left, constants) is not None:
             left, right, how = right, left, MIRRORED.get(how, how)
-        bound = _number(right, constants)
+        bound = number_of(right, constants)
         if bound is None:
             return None
         found.append((ast.unparse(left), how, bound))
     return found
-
-
-def _number(node: ast.expr, constants: dict[str, float]) -> float | None:
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
-        return float(node.value)
-    return constants.get(node.id) if isinstance(node, ast.Name) else None
 
 
 def _implies(one: Condition, other: Condition) -> bool:

@@ -10,7 +10,6 @@ ablation    lines without effect, lines that drown others
 
 from __future__ import annotations
 
-import ast
 import io
 import time
 import types
@@ -194,7 +193,7 @@ class _Checking:
 
     def _text(self) -> None:
         """Read the text alone."""
-        tree = ast.parse(self._source.text.removeprefix("\ufeff"))
+        tree = self._source.tree
         self._findings += [*unit_slips(tree), *dead_branches(tree)]
         for remark in self._source.analysis.remarks:
             level = FAULT if "never holds" in remark.text else NOTE

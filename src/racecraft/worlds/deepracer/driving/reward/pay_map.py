@@ -119,7 +119,7 @@ def pay_map(
     values: Array = paid.rewards[1::2]
     terms: tuple[str, ...] = ()
     if paid.traces:
-        last = [{name: value for _, name, _, value in steps} for steps in paid.traces[1::2]]
+        last = [one.values for one in paid.traces[1::2]]
         terms = tuple(sorted(set().union(*last)))
         if term is not None:
             values = np.array([one.get(term, np.nan) for one in last])

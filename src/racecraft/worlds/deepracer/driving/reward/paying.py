@@ -15,7 +15,7 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.reward_caller import PaidCourse
 from racecraft.worlds.deepracer.env.reward_process import FailedRowError, RewardCopies, RewardProcess
-from racecraft.worlds.deepracer.files.reward_trace import Step
+from racecraft.worlds.deepracer.files.reward_trace import Traced
 from racecraft.worlds.deepracer.tracks.track import Track
 
 MAX_FAILURES = 20
@@ -41,10 +41,8 @@ class Pay:
     rewards: Array
     """float64 (T,); NaN where a row failed or was not asked."""
     failures: tuple[Failure, ...] = ()
-    traces: tuple[tuple[Step, ...], ...] = ()
-    """Of each row, where it was traced; see `RewardTrace.steps`."""
-    last_lines: tuple[int, ...] = ()
-    """The line at which each row returned, where it was traced."""
+    traces: tuple[Traced, ...] = ()
+    """How each row's reward came about, where it was traced."""
     lines: frozenset[int] = frozenset()
     """Which lines of the file ran in any row, where rows were traced."""
 
@@ -77,8 +75,7 @@ class Payer:
         course = self._course(track, is_reversed)
         rewards = np.full(len(reports), np.nan)
         failures: list[Failure] = []
-        traces: list[tuple[Step, ...]] = []
-        last_lines: list[int] = []
+        traces: list[Traced] = []
         lines: set[int] = set()
         self._copies.is_traced = is_traced
         most = TRACED_ROWS_A_MESSAGE if is_traced else ROWS_A_MESSAGE
@@ -93,11 +90,10 @@ class Payer:
                 paid, reply, count = error.paid, dict(error.told), len(error.paid) + 1
                 failures.append(_failure(first + len(paid), str(error)))
             rewards[first : first + len(paid)] = paid
-            traces += [tuple((int(a), str(b), c, float(d)) for a, b, c, d in row) for row in reply.get("traces", ())]
-            last_lines += [int(line) for line in reply.get("last_lines", ())]
+            traces += map(Traced.of, reply.get("traces", ()))
             lines.update(reply.get("lines", ()))
             first += count
-        return Pay(rewards, tuple(failures), tuple(traces), tuple(last_lines), frozenset(lines))
+        return Pay(rewards, tuple(failures), tuple(traces), frozenset(lines))
 
     def call(self, situations: Iterator[dict[str, Any]]) -> Pay:
         """Return what made-up dictionaries earned; for what rows cannot hold, such as objects.

@@ -6,7 +6,7 @@ it has them. A log says nothing of boxes and bots, so lists of objects are empty
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,13 +90,13 @@ class Rescored:
         return {
             "track": self.track.name,
             "rows": len(self.rewards),
-            "episodes": [one.__dict__ for one in self.episodes],
+            "episodes": [asdict(one) for one in self.episodes],
             "agreement": self.agreement,
             "lap_time_rank_old": before,
             "lap_time_rank_new": after,
             "laps": [{"episode": lap.episode, "seconds": lap.seconds, "place_old": old, "place_new": new}
                      for lap, old, new in self.places()],
-            "failures": [{"row": one.row, "line": one.line, "message": one.message} for one in self.failures],
+            "failures": [asdict(one) for one in self.failures],
         }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator
 
 from racecraft.worlds.deepracer.driving.reward.findings import FAULT, Finding
+from racecraft.worlds.deepracer.files.reward_syntax import key_of, name_of, number_of, text_of
 
 DEGREES, RADIANS, PERCENT = "degrees", "radians", "per cent"
 PARAMETER_UNITS = {"heading": DEGREES, "steering_angle": DEGREES, "progress": PERCENT}
@@ -102,24 +103,24 @@ class _Reader:
         units = {self._unit(left), self._unit(right)}
         if units == {DEGREES, RADIANS}:
             self._add(
-                node, f"`{_text(node)}` mixes degrees and radians",
+                node, f"`{text_of(node)}` mixes degrees and radians",
                 "`heading` and `steering_angle` are degrees, angles of `math` radians: convert with `math.degrees`.",
             )  # fmt: skip
 
     def _call(self, node: ast.Call) -> None:
-        name = _name(node.func)
+        name = name_of(node)
         if not node.args:
             return
         unit = self._unit(node.args[0])
         if name in TAKE_RADIANS and unit == DEGREES:
             hint = "It is degrees already." if name in RETURN_DEGREES else "Write `math.radians(…)` around it."
-            self._add(node, f"`{_text(node)}` takes radians and is given degrees", hint)
+            self._add(node, f"`{text_of(node)}` takes radians and is given degrees", hint)
         elif name in TAKE_DEGREES and unit == RADIANS:
-            self._add(node, f"`{_text(node)}` takes degrees and is given radians", "It is radians already.")
+            self._add(node, f"`{text_of(node)}` takes degrees and is given radians", "It is radians already.")
 
     def _compare(self, node: ast.Compare, side: ast.expr, other: ast.expr) -> None:
         """Judge a parameter that is compared with a number."""
-        bound, parameter = _number(other), self._parameter(side)
+        bound, parameter = number_of(other), self._parameter(side)
         if bound is None or parameter is None:
             return
         low, high = RANGES[parameter]
@@ -127,23 +128,24 @@ class _Reader:
         beyond = not low <= bound <= high or (bound == high and _asks_for_more(node, side))
         if PARAMETER_UNITS.get(parameter) == DEGREES and 0.0 < abs(bound) < SMALL_ANGLE:
             self._add(
-                node, f"`{_text(node)}` compares degrees with {bound:g}, which is {abs(bound) * DEGREES_A_RADIAN:.0f} "
-                f"degrees in radians; as written it tells only whether `{parameter}` is 0",
+                node, f"`{text_of(node)}` compares degrees with {bound:g}, which is "
+                f"{abs(bound) * DEGREES_A_RADIAN:.0f} degrees in radians; as written it tells only whether "
+                f"`{parameter}` is 0",
                 f"`{parameter}` is in degrees, from {low:g} to {high:g}.",
             )  # fmt: skip
         elif parameter == "progress" and 0.0 < abs(bound) <= 1.0 and not isinstance(node.ops[0], ast.Gt | ast.GtE):
-            self._add(node, f"`{_text(node)}` compares per cent with a share", "`progress` runs from 0 to 100.")
+            self._add(node, f"`{text_of(node)}` compares per cent with a share", "`progress` runs from 0 to 100.")
         elif parameter == "progress" and 0.5 <= abs(bound) <= 1.0:
-            self._add(node, f"`{_text(node)}` holds from {bound:g} % of the lap on", "`progress` runs from 0 to 100.")
+            self._add(node, f"`{text_of(node)}` holds from {bound:g} % of the lap on", "`progress` runs from 0 to 100.")
         elif beyond:
             self._add(
-                node, f"`{_text(node)}` is always the same: `{parameter}` lies between {low:g} and {high:g}",
+                node, f"`{text_of(node)}` is always the same: `{parameter}` lies between {low:g} and {high:g}",
                 "Look at the unit: metres, metres a second, degrees.",
             )  # fmt: skip
 
     def _unit(self, node: ast.expr) -> str | None:
         """Return the unit of an expression; None where it cannot be told."""
-        parameter = _key(node)
+        parameter = key_of(node)
         if parameter is not None:
             return PARAMETER_UNITS.get(parameter)
         if isinstance(node, ast.Name):
@@ -151,7 +153,7 @@ class _Reader:
         if isinstance(node, ast.UnaryOp):
             return self._unit(node.operand)
         if isinstance(node, ast.Call):
-            name = _name(node.func)
+            name = name_of(node)
             if name in RETURN_RADIANS:
                 return RADIANS
             if name in RETURN_DEGREES:
@@ -172,7 +174,7 @@ class _Reader:
             return None
         factors, angle = 1.0, None
         for part, power in _factors(node):
-            unit, number = self._unit(part), _number(part)
+            unit, number = self._unit(part), number_of(part)
             if number is not None and (number or power > 0):
                 factors *= number**power
             elif unit in (DEGREES, RADIANS) and angle is None and power == 1:
@@ -189,11 +191,11 @@ class _Reader:
         """Return the parameter that an expression is, without a change of scale."""
         if isinstance(node, ast.Name):
             return self._parameters.get(node.id)
-        if isinstance(node, ast.Call) and _name(node.func) in KEEP_UNIT and len(node.args) == 1:
+        if isinstance(node, ast.Call) and name_of(node) in KEEP_UNIT and len(node.args) == 1:
             return self._parameter(node.args[0])
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
             return self._parameter(node.operand)
-        key = _key(node)
+        key = key_of(node)
         return key if key in RANGES else None
 
     def _add(self, node: ast.expr, text: str, hint: str) -> None:
@@ -202,7 +204,7 @@ class _Reader:
 
 def _is_size(node: ast.expr) -> bool:
     """Tell whether an expression is `abs(…)`."""
-    return isinstance(node, ast.Call) and _name(node.func) in ("abs", "fabs", "absolute")
+    return isinstance(node, ast.Call) and name_of(node) in ("abs", "fabs", "absolute")
 
 
 def _asks_for_more(node: ast.Compare, side: ast.expr) -> bool:
@@ -231,39 +233,3 @@ def _set(names: dict[str, str], name: str, value: str | None) -> None:
     names.pop(name, None)
     if value is not None:
         names[name] = value
-
-
-def _number(node: ast.expr) -> float | None:
-    """Return the value of an expression of numbers and pi; None of another."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
-        return float(node.value)
-    if isinstance(node, ast.Attribute) and node.attr == "pi":
-        return math.pi
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        inner = _number(node.operand)
-        return None if inner is None else -inner
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
-        left, right = _number(node.left), _number(node.right)
-        if left is None or right is None or (isinstance(node.op, ast.Div) and right == 0.0):
-            return None
-        return left * right if isinstance(node.op, ast.Mult) else left / right
-    return None
-
-
-def _key(node: ast.AST) -> str | None:
-    """Return the name in `params["name"]` or `params.get("name")`; None of anything else."""
-    found: ast.expr | None = None
-    if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name):
-        found = node.slice
-    elif isinstance(node, ast.Call) and _name(node.func) == "get" and node.args:
-        found = node.args[0]
-    return found.value if isinstance(found, ast.Constant) and isinstance(found.value, str) else None
-
-
-def _name(node: ast.expr) -> str:
-    return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
-
-
-def _text(node: ast.AST) -> str:
-    text = ast.unparse(node).split("\n")[0]
-    return text if len(text) <= 70 else f"{text[:67]}…"
