@@ -72,4 +72,6 @@ export class Figure extends HTMLElement {
     this.settings = JSON.parse(this.querySelector("script").textContent);
     this.begin(this.settings);
   }
+
+  begin(_settings) {}
 }

@@ -20,7 +20,7 @@ class SightFigure extends Figure {
     this.draw();
   }
 
-  /* The patch within the picture; null: none. */
+  /** The patch within the picture; null: none. @returns {[number, number, number, number] | null} */
   get cover() {
     const [top, left, height, width] = this.patch, { rows, columns } = this.data;
     return height ? [top, left, Math.min(height, rows - top), Math.min(width, columns - left)] : null;
