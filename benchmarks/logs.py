@@ -1,9 +1,10 @@
 """A million rows of logs beside deepracer-utils: the same folder, the same questions, in turns in one process.
 
-    python benchmarks/logs.py FOLDER [--rows 1000000] [--repeats 3]
+    python benchmarks/logs.py FOLDER [--rows 1000000] [--repeats 3] [--only fresh]
 
-FOLDER is a real training, such as a DeepRacer for Cloud prefix; its traces are repeated with new episode numbers until
-there are enough rows. The last line of the output is one JSON object.
+Behind them stand the same in a fresh process each, imports and loading of compiled code included, and what the command
+takes. FOLDER is a real training, such as a DeepRacer for Cloud prefix; its traces are repeated with new episode numbers
+until there are enough rows. The last line of the output is one JSON object.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ import argparse
 import contextlib
 import io
 import json
+import os
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -34,6 +38,17 @@ from racecraft.worlds.deepracer.files.simulation_log import trace_lines  # noqa:
 from racecraft.worlds.deepracer.logs import read  # noqa: E402
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace  # noqa: E402
 
+THEIR_PROGRAM = """
+from deepracer.logs import AnalysisUtils, DeepRacerLog
+log = DeepRacerLog({folder!r})
+log.load(ignore_metadata=True)
+AnalysisUtils.simulation_agg(log.df, secondgroup="unique_episode")
+"""
+OUR_PROGRAM = """
+from racecraft.worlds.deepracer.analysis import logs as analysis
+from racecraft.worlds.deepracer.logs import read
+analysis.simulation_agg(read({folder!r}).ticks)
+"""
 HEAT_MAP_ROWS = 100_000
 """Rows of the heat map: theirs walks row by row, and a million would take minutes."""
 
@@ -75,6 +90,39 @@ def seconds(act: Callable[[], object]) -> tuple[float, float]:
         return time.perf_counter() - begun, time.process_time() - used
 
 
+def fresh(*command: str) -> tuple[float, float]:
+    """Return what a process takes from its start to its end: seconds of the clock, and of the CPU."""
+    began = time.perf_counter()
+    process = subprocess.Popen([sys.executable, *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, used = os.wait4(process.pid, 0)
+    if status:
+        raise SystemExit(f"{command}: ended with {os.waitstatus_to_exitcode(status)}; run it by hand to see why.")
+    return time.perf_counter() - began, used.ru_utime + used.ru_stime
+
+
+def measured_fresh(folder: Path, repeats: int) -> dict[str, list[float | None]]:
+    """Return the same of fresh processes; theirs has no command, so ours stand alone (None)."""
+    name, page = str(folder), str(folder.parent / "page.html")
+    rows: dict[str, tuple[tuple[str, ...] | None, tuple[str, ...]]] = {
+        "fresh process: read a folder, table of episodes": (
+            ("-c", THEIR_PROGRAM.format(folder=name)), ("-c", OUR_PROGRAM.format(folder=name)),
+        ),
+        "fresh process: racecraft logs FOLDER": (None, ("-m", "racecraft", "logs", name)),
+        "fresh process: racecraft logs FOLDER --page": (None, ("-m", "racecraft", "logs", name, "--page", page)),
+    }  # fmt: skip
+    taken: dict[str, list[list[tuple[float, float]]]] = {row: [[], []] for row in rows}
+    for _ in range(repeats):
+        for row, commands in rows.items():
+            for command, kept in zip(commands, taken[row], strict=True):
+                kept += [] if command is None else [fresh(*command)]
+    return {row: medians(sides) for row, sides in taken.items()}
+
+
+def medians(sides: Sequence[list[tuple[float, float]]]) -> list[float | None]:
+    """Return theirs and ours by the clock, then theirs and ours by the CPU; None where nothing was measured."""
+    return [statistics.median(turn[kind] for turn in side) if side else None for kind in (0, 1) for side in sides]
+
+
 def their_heat_map(frame, track) -> None:
     PlottingUtils.plot_track(frame, TheirTrack(track.name, np.asarray(track.rows)))
     plt.close("all")
@@ -85,21 +133,31 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rows", type=int, default=1_000_000)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--only", choices=("warm", "fresh"), help="measure one of the two parts")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         folder, log = Path(place) / "model", Path(place) / "sim.log"
         rows = repeated(asked.folder, folder, asked.rows)
-        as_log(folder, log)
-        figures = measured(folder, log, asked.repeats)
+        figures: dict[str, list[float | None]] = {}
+        if asked.only != "fresh":
+            as_log(folder, log)
+            figures |= measured(folder, log, asked.repeats)
+        if asked.only != "warm":
+            figures |= measured_fresh(folder, asked.repeats)
     print(f"{rows:,} rows; medians of {asked.repeats} turns, theirs and ours by turns")
     print(f"{'':52}{'theirs':>10}{'ours':>10}{'times':>8}   {'CPU':>9}{'ours':>10}{'times':>8}")
     for name, (theirs, ours, their_cpu, our_cpu) in figures.items():
-        clock = f"{theirs:9.2f}s{ours:9.3f}s{theirs / ours:7.1f}x"
-        print(f"{name:52}{clock}   {their_cpu:8.2f}s{our_cpu:9.3f}s{their_cpu / our_cpu:7.1f}x")
+        print(f"{name:52}{_pair(theirs, ours)}   {_pair(their_cpu, our_cpu)}")
     print(json.dumps({"rows": rows, "seconds": figures}))
 
 
-def measured(folder: Path, log: Path, repeats: int) -> dict[str, list[float]]:
+def _pair(theirs: float | None, ours: float) -> str:
+    if theirs is None:
+        return f"{'–':>10}{ours:9.3f}s{'–':>8}"
+    return f"{theirs:9.2f}s{ours:9.3f}s{theirs / ours:7.1f}x"
+
+
+def measured(folder: Path, log: Path, repeats: int) -> dict[str, list[float | None]]:
     """Return theirs and ours by the clock, then theirs and ours in CPU time, s, for each question; medians."""
     loaded = DeepRacerLog(str(folder))
     with contextlib.redirect_stdout(io.StringIO()):
@@ -162,10 +220,7 @@ def measured(folder: Path, log: Path, repeats: int) -> dict[str, list[float]]:
         for name, pair in turns.items():
             for act, kept in zip(pair, taken[name], strict=True):
                 kept.append(seconds(act))
-    return {
-        name: [statistics.median(turn[kind] for turn in side) for kind in (0, 1) for side in sides]
-        for name, sides in taken.items()
-    }
+    return {name: medians(sides) for name, sides in taken.items()}
 
 
 if __name__ == "__main__":
