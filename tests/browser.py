@@ -105,7 +105,7 @@ class Browser:
         """Return what a script says."""
         return self.page.evaluate(script)
 
-    def until(self, script: str, seconds: float = 10.0) -> None:
+    def until(self, script: str, seconds: float = 60.0) -> None:
         """Wait until a script says yes."""
         end = time.monotonic() + seconds
         while not self.value(script):

@@ -102,7 +102,7 @@ def test_with_one_thread_both_go_on_in_the_one_that_calls(two_threads):
 
 
 def test_both_go_on_at_the_same_time_each_with_its_share_of_the_threads(two_threads):
-    meeting = threading.Barrier(2, timeout=20)
+    meeting = threading.Barrier(2, timeout=60)
 
     def steps(name):
         for number in range(3):
@@ -126,7 +126,7 @@ def test_where_one_fails_the_other_is_left_and_the_error_is_told(two_threads, wh
         raise ValueError("no number")
 
     def endless():
-        failed.wait(20)
+        failed.wait(60)
         while len(made) < 10**6:
             made.append(1)
             yield 1

@@ -140,7 +140,7 @@ def test_a_secondary_waits_while_its_primary_trains(tmp_path, monkeypatch, capsy
     waiting.join(1.0)
     assert waiting.is_alive()
     lock.release()
-    waiting.join(10.0)
+    waiting.join(60.0)
     assert ended == [None]
 
 

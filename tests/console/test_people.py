@@ -44,7 +44,7 @@ class Browser:
 
     def ask(self, path, fields=None, *, method="", form_token=None, body=None, **headers):
         """Return (status, headers, text)."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         named = {"Accept": "text/html", **{name.replace("_", "-"): value for name, value in headers.items()}}
         if self.cookie:
             named.setdefault("Cookie", self.cookie)

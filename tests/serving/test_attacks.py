@@ -130,7 +130,7 @@ def ports(tmp_path_factory):
 
 def send(port, data, then=b""):
     """Send bytes, then more; return status, name of the error and body of what comes back."""
-    with socket.create_connection(("127.0.0.1", port), timeout=20) as other:
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as other:
         other.sendall(data)
         if then:
             time.sleep(0.05)

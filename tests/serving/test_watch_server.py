@@ -230,7 +230,7 @@ class Page(Browser):
         """Return what an expression in `cars`, `parts` and `map` says."""
         return self.value(f"(() => {{ {CARS} return {expression}; }})()")
 
-    def waits_for(self, expression, seconds=10.0):
+    def waits_for(self, expression, seconds=60.0):
         """Wait until such an expression says yes."""
         self.until(
             f"(() => {{ if (!document.querySelector('rc-cars')?.map) return; {CARS} return {expression}; }})()", seconds

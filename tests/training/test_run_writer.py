@@ -58,7 +58,7 @@ def training(tmp_path):
 def gate(monkeypatch):
     """A disk that takes nothing until the gate opens."""
     opened, really = threading.Event(), run_writer.metrics_row
-    monkeypatch.setattr(run_writer, "metrics_row", lambda report: (opened.wait(10), really(report))[1])
+    monkeypatch.setattr(run_writer, "metrics_row", lambda report: (opened.wait(60), really(report))[1])
     yield opened
     opened.set()
 
@@ -134,7 +134,7 @@ def test_where_collecting_takes_long_the_disk_does_not_wait_for_its_end(tmp_path
     training.writer.close()
 
 
-def soon(holds, seconds=20.0):
+def soon(holds, seconds=60.0):
     """Tell whether something holds before the seconds are over."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:

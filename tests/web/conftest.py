@@ -15,7 +15,7 @@ class Client:
 
     def ask(self, path="/", method="GET", body=None, **headers):
         """Return (status, headers, body); a header is named with _ for -."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         named = {name.replace("_", "-"): value for name, value in headers.items()}
         connection.request(method, path, body, named, encode_chunked="Transfer-Encoding" in named)
         answer = connection.getresponse()

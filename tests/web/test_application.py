@@ -157,7 +157,7 @@ def test_a_body_has_an_end_whatever_it_says_of_its_length(client):
 
 def raw(port, data, pause=0.0):
     """Send bytes, wait, return all that comes back."""
-    with socket.create_connection(("127.0.0.1", port), timeout=10) as other:
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as other:
         other.sendall(data)
         time.sleep(pause)
         other.shutdown(socket.SHUT_WR)
@@ -177,7 +177,7 @@ def test_a_head_has_an_end(client, data, status):
 def test_who_does_not_go_on_is_not_waited_for(served, monkeypatch):
     monkeypatch.setattr("racecraft.web.limits.SECONDS_FOR_A_HEAD", 0.2)
     monkeypatch.setattr("racecraft.web.limits.SECONDS_FOR_A_BODY", 0.2)
-    with served(ROUTES) as client, socket.create_connection(("127.0.0.1", client.port), timeout=5) as silent:
+    with served(ROUTES) as client, socket.create_connection(("127.0.0.1", client.port), timeout=60) as silent:
         assert raw(client.port, b"GET / HT", 0.4).startswith(b"HTTP/1.1 408")
         half = b"POST /size HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\nhalf"
         assert raw(client.port, half, 0.4).startswith(b"HTTP/1.1 408")

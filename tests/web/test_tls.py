@@ -30,13 +30,13 @@ def test_with_a_certificate_only_https_is_answered_and_cookies_are_secure(tls):
     server = ServerThread(make_application([], opened("token")), "tls", tls)
     port = server.start("127.0.0.1", 0)
     trusting = ssl.create_default_context(cafile=str(tls.certificate))
-    connection = http.client.HTTPSConnection("127.0.0.1", port, context=trusting, timeout=10)
+    connection = http.client.HTTPSConnection("127.0.0.1", port, context=trusting, timeout=60)
     connection.request("GET", "/?token=token")
     answer = connection.getresponse()
     assert answer.status == 303
     assert "Secure" in answer.headers["set-cookie"]
     connection.close()
-    plain = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    plain = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
     plain.request("GET", "/?token=token")
     with pytest.raises((http.client.HTTPException, OSError)):
         plain.getresponse()

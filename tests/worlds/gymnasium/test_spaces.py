@@ -128,7 +128,7 @@ def test_minutes_hold_within_an_evaluation(tmp_path, monkeypatch):
     )
     trained = train(request, Quiet(), say=lambda _: None)
     assert trained.outcome.reason == "minutes=0.01"
-    assert trained.outcome.seconds < 10
+    assert trained.outcome.seconds < 60
 
 
 def test_evaluations_take_a_fifth_of_the_steps_where_no_vector_version_judges_quickly():
