@@ -53,6 +53,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/models/{name}/export": MODELS,
     "/models/{name}/files": MODELS,
     "/models/{name}/files/{path:path}": MODELS,
+    "/models/{name}/laps/lap.csv": MODELS,
     "/models/{name}/note": MODELS,
     "/models/{name}/rename": MODELS,
     "/models/{name}/resume": MODELS,
