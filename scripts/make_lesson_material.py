@@ -4,6 +4,7 @@
     tracks.json     cars trained on one track or three, each judged on five tracks from five starts (lesson 11)
     drive.json      one of them with what was commanded and what was driven (lesson 7)
     sight.json      what a car's network decides at pictures of its lap, whole, partly covered and mirrored (lesson 8)
+    shapes.json     centre lines of eight tracks, turned at random (lesson 11)
     real.json       a car's laps under each disturbance by itself (lesson 12)
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
     basic.json      three learners of Unity's Basic with three seeds each, and the numbers of one network (U2, U5, U6)
@@ -86,6 +87,12 @@ JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "
 MATRIX_ITERATIONS = {"three tracks": 60}
 SMALL = "PPO, 8 units"
 LEARNERS = {"PPO": [], SMALL: ["--set", "network.hidden_units=8"], "DQN": ["--algorithm", "dqn"]}
+SHAPES = (
+    "reInvent2019_track", "2024_reinvent_champ_cw", "Vegas_track", "China_track", "Oval_track", "Tokyo_Training_track",
+    "2022_summit_speedway", "New_York_Track",
+)  # fmt: skip
+"""The second and the seventh are one road, driven the other way and narrower."""
+SHAPE_POINTS = 48
 STARTS = 5
 TRIES = 20
 PICTURES = 8
@@ -100,6 +107,7 @@ def main() -> None:
     write("curves.json", curves(folder))
     write("learning.json", learning(folder / f"rate-{RATES[1]}-1"))
     write("drive.json", driven(folder / f"rate-{RATES[1]}-1"))
+    write("shapes.json", shapes())
     write("tracks.json", tracks(folder))
     write("real.json", real(folder / "on-reinvent_base"))
     write("sight.json", sight(folder / "on-reinvent_base"))
@@ -177,6 +185,22 @@ def tracks(folder: Path) -> dict[str, Any]:
             "progress": [round(judged[one]["mean_progress_percent"], 1) for one in JUDGED],
         })  # fmt: skip
     return {"columns": JUDGED, "starts": STARTS, "rows": rows}
+
+
+def shapes() -> dict[str, Any]:
+    """Return of each of SHAPES letter, length, width, and its centre line turned at random: points in cm."""
+    rng, found = np.random.default_rng(11), []
+    for letter, name in zip("abcdefgh", SHAPES, strict=True):
+        track = load_track(name)
+        steps = np.hypot(*np.diff(track.centre, axis=0).T)
+        arc = np.concatenate([[0.0], np.cumsum(steps)])
+        at = np.linspace(0, arc[-1], SHAPE_POINTS, endpoint=False)
+        line = np.interp(at, arc, track.centre[:, 0]) + 1j * np.interp(at, arc, track.centre[:, 1])
+        turned = 100 * (line - line.mean()) * np.exp(1j * rng.uniform(0, 2 * math.pi))
+        points = np.column_stack([turned.real, turned.imag]).round().astype(int)
+        found.append({"letter": letter, "name": name, "length": round(float(arc[-1]), 2),
+                      "width": round(track.width_mean, 2), "points": points.tolist()})  # fmt: skip
+    return {"tracks": found}
 
 
 def real(run: Path) -> dict[str, Any]:

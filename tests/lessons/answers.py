@@ -4,7 +4,10 @@
 """
 
 from racecraft.lessons.course import course
+from racecraft.worlds.deepracer.lessons import checks
 
+TRAINED = checks.facts()
+"""What the recorded training came to."""
 ROAD = {"columns": 7, "pays": "centre", "moves": "ahead", "changed": []}
 
 
@@ -17,6 +20,10 @@ REWARD = "def reward_function(p):\n    return {}"
 
 def claim(parameter, way, pay):
     return {"parameter": parameter, "way": way, "code": REWARD.format(pay)}
+
+
+def long_road(drives):
+    return {"drives": drives, "epsilon": "0.3", "gamma": "0.9"}
 
 
 PAY = "def pay(row, column):\n    return {}"
@@ -134,7 +141,10 @@ RIGHT = {
     "grid/turn-an-arrow": {"grid": ROAD | {"changed": [[1, 3, 2.1]]}},
     "reward/goal-fails": {"columns": "20", "reason": "never_paid"},
     "reward/first-reward": {"drives": "27"},
+    "reward/long-road": long_road("600"),
     "explore/better-epsilon": {"better": "none", "reason": "never_tries"},
+    "explore/converged": {"a": "100", "b": "150", "c": "0"},
+    "hyperparameters/better-or-luck": {"better": "yes", "seeds": "10", "reason": "open"},
     "explore/schedule": {"first": "1", "last": "0"},
     "discount/the-turn": {"gamma": "0.58"},
     "discount/end-of-lap": {"weight": "0.05"},
@@ -143,8 +153,14 @@ RIGHT = {
     "gradient/points-away": {"batch": AWAY},
     "gradient/drives-needed": {"drives": "18"},
     "gradient/own-weights": {"code": "def weights(r):\n    m = sum(r) / len(r)\n    return [one - m for one in r]"},
-    "car/first-lap": {"iteration": "14"},
-    "car/left-the-road": {"count": "15"},
+    "car/first-lap": {"iteration": str(TRAINED["first_lap"])},
+    "car/left-the-road": {"count": str(TRAINED["left_road"])},
+    "reward-function/heads-north": {"x": str(TRAINED["north_x"]), "y": str(TRAINED["north_y"])},
+    "reward-function/as-expected": {"before": "first", "own": "faster", "expected": "nearer", "reason": "otherwise"},
+    "tracks/new-road": {"car": "faster", "track": "China_track"},
+    "tracks/same-road": dict(zip(("one", "other"), TRAINED["same_road"].lower().split(" and "), strict=True)),
+    "real/varied-car": {"plain": "first", "varied": "faster"},
+    "real/packed-car": {"car": "first", "same": "most", "reason": "same_numbers"},
     "reward-function/slow-lap": {"slow": "531", "fast": "66"},
     "reward-function/second-reward": {"reward": "32"},
     "reward-function/nearer-is-more": {"code": REWARD.format("1 - p['distance_from_center'] / p['track_width']")},
@@ -196,6 +212,23 @@ RIGHT = {
     "unity-penalty/without-penalty": {"strolls": "same", "reason": "discount"},
 }
 CASES = {
+    "reward/long-road": {
+        "not_longer": long_road("300") | {"epsilon": "0.9"},
+        "few": long_road("400"),
+        "more_than_needed": long_road("900"),
+    },
+    "explore/converged": {
+        "too_early": {"a": "10", "b": "150", "c": "0"},
+        "too_late": {"a": "350", "b": "150", "c": "0"},
+        "flat_below": {"a": "0", "b": "150", "c": "0"},
+        "still_climbs": {"a": "100", "b": "150", "c": "350"},
+    },
+    "hyperparameters/better-or-luck": {
+        "run": {"better": "yes"},
+        "few_seeds": {"better": "yes", "seeds": "4", "reason": "open"},
+        "shown": {"better": "yes", "seeds": "10", "reason": "shown"},
+        "same": {"better": "luck", "seeds": "10", "reason": "same"},
+    },
     "real/worst-disturbance": {
         "run": {"worst": "latency"},
         "too_dark": {"worst": "light", "reason": "too_dark"},
@@ -387,7 +420,37 @@ CASES = {
         "as_fast": {"first": "first", "own": "as fast"},
     },
     "car/first-lap": {"before": {"iteration": "3"}, "behind": {"iteration": "19"}},
-    "car/left-the-road": {"laps": {"count": "5"}, "other": {"count": "30"}},
+    "car/left-the-road": {"laps": {"count": str(TRAINED["whole_laps"])}, "other": {"count": "30"}},
+    "reward-function/heads-north": {
+        "off_centre": {"x": "4", "y": "2.5"},
+        "opposite": {"x": "0.9", "y": "2.8"},
+        "other_heading": {"x": "4", "y": "0.7"},
+    },
+    "reward-function/as-expected": {
+        "run": {"before": "first", "own": "faster", "expected": "faster"},
+        "as_expected": {"before": "first", "own": "lost", "expected": "faster", "reason": "as_expected"},
+        "otherwise": {"before": "first", "own": "faster", "expected": "calmer", "reason": "otherwise"},
+        "same": {"before": "first", "own": "faster", "expected": "calmer", "reason": "same"},
+    },
+    "tracks/new-road": {
+        "trained_here": {"car": "faster", "track": "Oval_track"},
+        "few_tracks": {"car": "first", "track": "China_track"},
+        "few": {"car": "lost", "track": "China_track"},
+    },
+    "tracks/same-road": {
+        "twice": {"one": "a", "other": "a"},
+        "lengths": {"one": "b", "other": "c"},
+        "shapes": {"one": "c", "other": "f"},
+    },
+    "real/varied-car": {
+        "both_lap": {"plain": "as fast", "varied": "first"},
+        "fewer": {"plain": "first", "varied": "lost"},
+    },
+    "real/packed-car": {
+        "run": {"car": "first", "same": "all"},
+        "compressed": {"car": "first", "same": "most", "reason": "compressed"},
+        "learns_on": {"car": "first", "same": "most", "reason": "learns_on"},
+    },
     "reward-function/slow-lap": {
         "exchanged": {"slow": "66", "fast": "531"},
         "same": {"slow": "100", "fast": "100"},

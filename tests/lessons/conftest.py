@@ -7,7 +7,7 @@ import pytest
 from racecraft.lessons.course import course
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import Lessons, checked
-from racecraft.worlds.deepracer.lessons import racing
+from racecraft.worlds.deepracer.lessons import disturbed, racing
 from racecraft.worlds.unity.lessons import trained
 
 CARS = {
@@ -25,6 +25,16 @@ SCENES = {
     "idle dqn": trained.Judged(-2.0, "dqn"),
 }
 """What a pupil's models of Basic reach in episodes that are not played here."""
+DRIVEN = {
+    "first": racing.Driven(1.5, 0.1, 4.0), "as fast": racing.Driven(1.51, 0.1, 4.0),
+    "faster": racing.Driven(2.0, 0.2, 3.0), "lost": racing.Driven(1.0, 0.3, 9.0),
+}  # fmt: skip
+LATE = {"first": [20, 30, 40, 50, 60], "as fast": [100] * 5, "faster": [30, 40, 50, 60, 50], "lost": [9] * 5}
+THREE = ["reinvent_base", "Oval_track", "Bowtie_track"]
+ON_TRACK = {
+    "first": (["reinvent_base"], [9.0] * 5), "as fast": (THREE, [50.0] * 5),
+    "faster": (THREE, [100.0, 100.0, 100.0, 40.0, 50.0]), "lost": (THREE, [9.0] * 5),
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -38,6 +48,10 @@ def models(monkeypatch):
     monkeypatch.setattr(racing, "raced", lambda cars: {name: CARS[run.name] for name, run in cars.items()})
     monkeypatch.setattr(trained, "judged", lambda run: SCENES[run.name])
     monkeypatch.setattr(trained, "compared", lambda run: trained.Compared(50, 50, "Connection refused"))
+    monkeypatch.setattr(racing, "driven", lambda run: DRIVEN[run.name])
+    monkeypatch.setattr(disturbed, "late_drives", lambda run: LATE[run.name])
+    monkeypatch.setattr(disturbed, "on_track", lambda run, track: ON_TRACK[run.name])
+    monkeypatch.setattr(disturbed, "pack", lambda run: {"checked_on": 20, "small_frames_alike": 0.9})
     return {name: Path(name) for name in (*CARS, *SCENES)}
 
 

@@ -39,7 +39,7 @@ KINDS = {where: {field.kind for field in one.fields} for where, one in EXERCISES
 TASKS = [where for where, one in EXERCISES.items() if one.kind == "task" and "model" not in KINDS[where]]
 """A trained car is nothing that can be drawn at random."""
 HEAVY = {where for where in TASKS if "code" in KINDS[where]}
-HEAVY |= {"explore/schedule", "gradient/drives-needed"}
+HEAVY |= {"explore/schedule", "gradient/drives-needed", "reward/long-road"}
 """Each try runs for long: their chances are the long tests'."""
 
 

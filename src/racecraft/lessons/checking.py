@@ -6,9 +6,12 @@ the words for it. No check reads the text of code, and none compares with one ri
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -125,6 +128,13 @@ class Answer:
 
 
 Check = Callable[[Answer], Verdict]
+
+
+@cache
+def material(package: str, name: str) -> dict[str, Any]:
+    """Return what was trained for a package's lessons: a JSON file of its folder `material`."""
+    found: dict[str, Any] = json.loads((files(package) / "material" / name).read_text("utf-8"))
+    return found
 
 
 def passed(**values: Any) -> Verdict:

@@ -2,7 +2,8 @@
 
 Lessons about one world stand in that world's package, which `WorldKind.lessons` names::
 
-    CHECKS             modules; each public function of theirs that returns a verdict is the check of its name
+    CHECKS             modules; each public function of theirs that returns a verdict is the check of its name, and
+                       `facts()` gives what their texts say of the material, by the names in braces
     texts/*.md         one a lesson
     modules/rc_*.js    one a kind of figure
     material/*.json    what was trained for the figures
@@ -10,9 +11,9 @@ Lessons about one world stand in that world's package, which `WorldKind.lessons`
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import fields as dataclass_fields
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -22,7 +23,7 @@ from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kinds import kinds
 from racecraft.contract.message import Message
 from racecraft.lessons import own
-from racecraft.lessons.checking import Check
+from racecraft.lessons.checking import Check, material
 from racecraft.lessons.lesson import Exercise, Figure, Lesson
 from racecraft.lessons.reading import read_lesson
 
@@ -111,20 +112,30 @@ def _checks(module: Any) -> Iterator[tuple[str, Check]]:
 
 
 def _with_material(lesson: Lesson, part: Any) -> Lesson:
-    """Return a lesson whose figures hold what was trained for them: their setting `material` names a JSON file."""
+    """Return a lesson with what was trained for it: in figures whose `material` names a file, and in its texts."""
+    facts = {name: str(value) for module in part.CHECKS
+             for name, value in getattr(module, "facts", dict)().items()}  # fmt: skip
     blocks = [
-        replace(
-            block,
-            settings={
-                **block.settings,
-                "data": json.loads((files(part.__package__) / "material" / name).read_text("utf-8")),
-            },
-        )
+        replace(block, settings={**block.settings, "data": material(part.__package__, name)})
         if isinstance(block, Figure) and (name := block.settings.get("material"))
-        else block
+        else _told(block, facts)
         for block in lesson.blocks
     ]
     return replace(lesson, blocks=tuple(blocks))
+
+
+def _told(part: Any, facts: Mapping[str, str]) -> Any:
+    """Return a part of a lesson with facts in place of their names in braces, however deep they stand."""
+    if isinstance(part, str):
+        for name, value in facts.items():
+            part = part.replace(f"{{{name}}}", value)
+    elif isinstance(part, Mapping):
+        return {key: _told(value, facts) for key, value in part.items()}
+    elif isinstance(part, tuple):
+        return tuple(_told(one, facts) for one in part)
+    elif is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{one.name: _told(getattr(part, one.name), facts) for one in dataclass_fields(part)})
+    return part
 
 
 def _files(part: Any, folder: str, ending: str) -> list[Traversable]:

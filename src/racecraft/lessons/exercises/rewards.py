@@ -1,4 +1,4 @@
-"""Checks of lessons 3 to 5: what a reward teaches, exploring, and how far ahead a car looks."""
+"""Checks of lessons 3 to 5 and 9 on the grid: what a reward teaches, exploring, how far ahead a car looks."""
 
 from __future__ import annotations
 
@@ -28,6 +28,17 @@ from racecraft.lessons.models.grid import (
 SEEDS, FIRST_SEED = 20, 1000
 LATE_TOTAL = 11.2
 LENGTHS = (10, 14, 17, 20, 25)
+ENOUGH, LONG_ROAD = 16, 19
+CURVES = {
+    "a": Learning(epsilon=0.6, drives=600), "b": Learning(epsilon=0.3, drives=600),
+    "c": Learning(epsilon=0.6, epsilon_last=0.0, drives=600),
+}  # fmt: skip
+"""What rc_converged.js lets 20 cars learn by; the third has not converged where its curve breaks off."""
+SHOWN, WINDOW, LEVEL = 400, 50, 0.4
+"""Drives that a curve shows, and drives whose mean has converged that stays within so much of the last one."""
+RATE_A, RATE_B, SEED_A, SEED_B = 0.5, 0.8, 4000, 5060
+SURE = 0.05
+"""Share of luck below which a difference counts."""
 
 
 def reached(columns: int, pays: str, learning: Learning, seeds: int = SEEDS, goal: float = 2.0) -> int:
@@ -74,6 +85,84 @@ def two_numbers(answer: Answer) -> Verdict:
         return tried("many", count=numbers)
     found = reached_on(grid, Learning(epsilon=0.1), SEEDS)
     return passed(found=found) if found >= 18 else tried("few", found=found, seeds=SEEDS)
+
+
+def long_road(answer: Answer) -> Verdict:
+    """As few drives as it takes for 16 of 20 cars to learn a road of 19 columns whose goal alone pays."""
+    drives = round(answer.number("drives"))
+    learning = Learning(epsilon=answer.number("epsilon"), gamma=answer.number("gamma"), drives=drives)
+    found = reached(LONG_ROAD, "goal", learning)
+    if found < ENOUGH:
+        return tried("few" if drives > Learning.drives else "not_longer", found=found, drives=drives)
+    fewer = reached(LONG_ROAD, "goal", replace(learning, drives=round(0.8 * drives)))
+    if fewer >= ENOUGH:
+        return tried("more_than_needed", found=fewer, drives=drives)
+    return passed(found=found, fewer=fewer, drives=drives)
+
+
+@cache
+def mean_totals(curve: str) -> Sequence[float]:
+    """Return the mean total of 20 cars over the WINDOW drives from each drive on."""
+    trained = [learn(make_grid(), CURVES[curve], Chance(FIRST_SEED + seed))[1] for seed in range(SEEDS)]
+    means = [sum(row) / SEEDS for row in zip(*trained, strict=True)]
+    return [sum(means[at : at + WINDOW]) / WINDOW for at in range(len(means) - WINDOW + 1)]
+
+
+def converged_at(curve: str) -> int:
+    """Return the drive from which on every mean stays within LEVEL of the last one."""
+    totals = mean_totals(curve)
+    return next(at for at in range(len(totals)) if max(abs(one - totals[-1]) for one in totals[at:]) < LEVEL)
+
+
+def converged(answer: Answer) -> Verdict:
+    """From which drive on two of three curves have converged; 0 says that a curve has not."""
+    marks = {curve: round(answer.number(curve)) for curve in CURVES}
+    table = (
+        ("curve", "at the mark", "at drive 400", "at drive 600"),
+        [
+            (curve.upper(), *(mean_totals(curve)[at] for at in (min(mark, SHOWN), SHOWN - WINDOW, -1)))
+            for curve, mark in marks.items()
+        ],
+    )
+    case = next((case for curve, mark in marks.items() if (case := _misjudged(curve, mark))), "")
+    values = {f"of_{curve}": converged_at(curve) for curve in CURVES}
+    return Verdict("tried" if case else "passed", case, values, table)
+
+
+def _misjudged(curve: str, mark: int) -> str:
+    right = converged_at(curve)
+    if right > SHOWN:
+        return "still_climbs" if mark else ""
+    if not mark:
+        return "flat_below"
+    return "too_early" if mark < right - 20 else "too_late" if mark > right + 150 else ""
+
+
+@cache
+def late_means(rate: float, first: int) -> Sequence[float]:
+    """Return the mean total of the last 50 of 200 drives, for ten seeds."""
+    learning = Learning(alpha=rate, epsilon=0.2, drives=200)
+    return [sum(learn(make_grid(), learning, Chance(first + seed))[1][-50:]) / 50 for seed in range(10)]
+
+
+@cache
+def luck(seeds: int) -> float:
+    """Return the share of ways to part the seeds in which the second group leads as clearly, as `compare` tests it."""
+    from racecraft.evaluation.seed_statistics import compare_groups
+
+    return compare_groups(late_means(RATE_B, SEED_B)[:seeds], late_means(RATE_A, SEED_A)[:seeds], False).luck
+
+
+def better_or_luck(answer: Answer) -> Verdict:
+    """A prediction: is a step of 0.8 better than one of 0.5, or was it luck? As many seeds are run as are asked for."""
+    answer.choice("better")
+    seeds = round(answer.number("seeds")) if answer.has("seeds") else 3
+    groups = [(rate, late_means(rate, first)[:seeds]) for rate, first in ((RATE_A, SEED_A), (RATE_B, SEED_B))]
+    rows = [(rate, seeds, sum(row) / seeds, min(row), max(row)) for rate, row in groups]
+    table, values = (("step", "seeds", "mean", "lowest", "highest"), rows), {"seeds": seeds, "luck": 100 * luck(seeds)}
+    if answer.has("reason") and seeds < 10:
+        return Verdict("run", "few_seeds", values, table)
+    return predicted(answer, "reason", "shown" if luck(seeds) < SURE else "open", table, **values)
 
 
 def finishes(answer: Answer) -> Verdict:

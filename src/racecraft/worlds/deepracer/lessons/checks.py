@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import json
+import cmath
+import math
 import random
-from functools import cache
-from importlib.resources import files
+from collections.abc import Sequence
+from itertools import combinations, pairwise
 from typing import Any
 
-from racecraft.lessons.checking import Answer, Verdict, compared, passed, predicted, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, material, passed, predicted, tried
 from racecraft.lessons.functions import call_function
 
 LAP_M, HERTZ = 17.71, 15
 """Of re:Invent 2018, and decisions a second."""
 SLOW_MPS, FAST_MPS = 0.5, 4.0
+NEAR_M, NEAR_DEGREES = 0.1, 10
+"""How near the centre line, and north, a place has to be."""
+SAME_SHAPE_M = 0.15
 SECOND_SAMPLE = """
 def reward_function(params):
     reward = 0.1
@@ -33,17 +37,26 @@ MOMENT = {"distance_from_center": 0.0, "track_width": 0.76, "is_offtrack": False
           "steering_angle": 20.0, "speed": 2.0}  # fmt: skip
 
 
-@cache
-def material(name: str) -> dict[str, Any]:
-    """Return what was trained for the lessons."""
-    found: dict[str, Any] = json.loads((files(__package__) / "material" / name).read_text("utf-8"))
-    return found
+def facts() -> dict[str, Any]:
+    """Return what the recorded training of lesson 1 came to, and a place where its road leads north."""
+    drives = material(__package__, "learning.json")["drives"]
+    north = next(one for one in material(__package__, "drive.json")["centre"]
+                 if abs(_of_road(*one)[1] - 90) <= NEAR_DEGREES)  # fmt: skip
+    shapes = material(__package__, "shapes.json")["tracks"]
+    alike = (two for two in combinations(shapes, 2) if abs(two[0]["length"] - two[1]["length"]) < 1)
+    same = min(alike, key=lambda two: shape_distance(two[0]["points"], two[1]["points"]))
+    laps = [one["iteration"] for one in drives if one["progress"] >= 100]
+    return {
+        "first_lap": laps[0], "whole_laps": len(laps), "left_road": sum(one["status"] == "off_track" for one in drives),
+        "under_half": next(at for at, one in enumerate(drives) if one["progress"] >= 50),
+        "later_without": len(drives) - laps[0] + 1 - len(laps), "drives": len(drives), "north_x": north[0],
+        "north_y": north[1], "same_road": " and ".join(one["letter"].upper() for one in same),
+    }  # fmt: skip
 
 
 def first_lap(answer: Answer) -> Verdict:
     """The first iteration whose recorded drive is a whole lap."""
-    drives = material("learning.json")["drives"]
-    right = next(one["iteration"] for one in drives if one["progress"] >= 100)
+    drives, right = material(__package__, "learning.json")["drives"], facts()["first_lap"]
     given = round(answer.number("iteration"))
     drive = next((one for one in drives if one["iteration"] == given), drives[-1])
     if given != right:
@@ -53,13 +66,8 @@ def first_lap(answer: Answer) -> Verdict:
 
 def drives_off(answer: Answer) -> Verdict:
     """In how many of the recorded drives the car left the road."""
-    drives = material("learning.json")["drives"]
-    off = sum(one["status"] == "off_track" for one in drives)
-    laps = sum(one["progress"] >= 100 for one in drives)
-    given = round(answer.number("count"))
-    if given == off:
-        return passed(count=off, all=len(drives))
-    return tried("laps" if given == laps else "other", count=given, all=len(drives))
+    told, given = facts(), answer.number("count")
+    return compared(given, told["left_road"], 0.5, {"laps": told["whole_laps"]}, count=round(given), all=told["drives"])
 
 
 def slow_lap(answer: Answer) -> Verdict:
@@ -143,6 +151,59 @@ def clipped(answer: Answer) -> Verdict:
 def worst_track(answer: Answer) -> Verdict:
     """A prediction: where the car trained on re:Invent 2018 alone gets least far."""
     answer.choice("worst")
-    tracks = material("tracks.json")
+    tracks = material(__package__, "tracks.json")
     table = (("trained on", *tracks["columns"]), [[row["trained"], *row["progress"]] for row in tracks["rows"]])
     return predicted(answer, "reason", "road_alone", table)
+
+
+def heads_north(answer: Answer) -> Verdict:
+    """A place on the centre line where the road leads north: `distance_from_center` 0 and `heading` 90."""
+    distance, heading = _of_road(answer.number("x"), answer.number("y"))
+    told = {"distance": distance, "heading": heading}
+    if distance > NEAR_M:
+        return tried("off_centre", **told)
+    if abs(heading - 90) <= NEAR_DEGREES:
+        return passed(**told)
+    return tried("opposite" if -135 < heading < -45 else "other_heading", **told)
+
+
+def _of_road(x: float, y: float) -> tuple[float, float]:
+    """Return distance from the recorded drive's centre line, m, and the line's heading there, -180 to 180 degrees."""
+    centre, found = material(__package__, "drive.json")["centre"], (math.inf, 0.0)
+    for (at_x, at_y), (to_x, to_y) in pairwise(centre):
+        along = complex(to_x - at_x, to_y - at_y)
+        if along:
+            from_start = complex(x - at_x, y - at_y) / along
+            share = min(1.0, max(0.0, from_start.real))
+            found = min(found, (abs(from_start - share) * abs(along), math.degrees(cmath.phase(along))))
+    return found
+
+
+def same_road(answer: Answer) -> Verdict:
+    """Which two of eight outlines are one road: turned, shifted and driven the other way, their points lie nearest."""
+    tracks = {one["letter"]: one for one in material(__package__, "shapes.json")["tracks"]}
+    one, other = (tracks[answer.choice(name)] for name in ("one", "other"))
+    if one is other:
+        return tried("twice")
+    told = {"apart": shape_distance(one["points"], other["points"]), "names": f"{one['name']}, {other['name']}"}
+    if told["apart"] < SAME_SHAPE_M:
+        return passed(**told)
+    return tried("lengths" if abs(one["length"] - other["length"]) > 1 else "shapes", **told)
+
+
+def shape_distance(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> float:
+    """Return how far two closed lines of equally many points, cm, lie apart on average, m, where they fit best."""
+    a, b = (_centred(points) for points in (one, other))
+    best = math.inf
+    for way in (b, b[::-1]):
+        for at in range(len(way)):
+            moved = way[at:] + way[:at]
+            turn = sum(p * q.conjugate() for p, q in zip(a, moved, strict=True))
+            turn /= abs(turn) or 1.0
+            best = min(best, sum(abs(p - turn * q) for p, q in zip(a, moved, strict=True)) / len(a) / 100)
+    return best
+
+
+def _centred(points: Sequence[Sequence[float]]) -> list[complex]:
+    middle = sum(complex(*one) for one in points) / len(points)
+    return [complex(*one) - middle for one in points]

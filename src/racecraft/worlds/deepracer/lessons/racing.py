@@ -1,4 +1,4 @@
-"""Checks of lesson 13, from an idea to a race: they run a pupil's reward function and race a pupil's own cars.
+"""Checks of lessons 7 and 13 with a pupil's own cars: they run a reward function, and drive and race cars.
 
 What simulates is imported where it is needed: the first page of the course shall not wait for it.
 """
@@ -23,6 +23,8 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "progress": (1.0, 99.0),
 }
 """In which a claim's parameter is moved; an angle on both sides."""
+EXPECTED = {"faster": ("speed", 1), "nearer": ("distance", -1), "calmer": ("steering", -1)}
+"""What of `Driven` a word is about, and the sign of the change that it expects."""
 PLACES = 200
 LAPS = 3
 NEAR = 0.02
@@ -149,6 +151,47 @@ def one_change(answer: Answer) -> Verdict:
     before, after = rows["before"], rows["after"]
     right = "keep" if after.is_better(before) else "undo" if before.is_better(after) else "open"
     return predicted(answer, "reason", right, _table(rows))
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a car did over one lap as it drives by itself."""
+
+    speed: float
+    """Mean, m/s."""
+    distance: float
+    """Mean from the centre line, m."""
+    steering: float
+    """Mean change of the commanded wheel angle from step to step, degrees."""
+
+
+def driven(run: Path) -> Driven:
+    """Return how a car drives its own track, from the start line as far as it comes."""
+    import numpy as np
+
+    from racecraft.worlds.deepracer.analysis.drive import Drive
+    from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
+    from racecraft.worlds.deepracer.evaluation.laps import judge_laps
+    from racecraft.worlds.deepracer.players.trained_car import load_trained_car
+
+    car, keeper = load_trained_car(run), DriveKeeper()
+    judge_laps(car.policy, car.world(car.trained_on, num_cars=1, start_shares=[0.0]), 1, [keeper])
+    drive = Drive.from_reports(keeper.drive)
+    aside = car.trained_on.locate(np.column_stack([drive.x_m, drive.y_m])).distance
+    turned = np.abs(np.diff(np.degrees(drive.steering_rad)))
+    return Driven(float(drive.driven_mps.mean()), float(np.abs(aside).mean()), float(turned.mean()))
+
+
+def as_expected(answer: Answer) -> Verdict:
+    """A prediction: does a pupil's own reward change the driving as it was meant to? Two of the pupil's cars drive."""
+    name = answer.choice("expected")
+    cars = {which: driven(run) for which, run in _two(answer, "before", "own").items()}
+    values = {which: getattr(one, EXPECTED[name][0]) for which, one in cars.items()}
+    change = EXPECTED[name][1] * (values["own"] - values["before"]) / max(abs(values["before"]), 1e-9)
+    right = "same" if abs(change) < NEAR else "as_expected" if change > 0 else "otherwise"
+    rows = [(which, one.speed, one.distance, one.steering) for which, one in cars.items()]
+    table = ("car", "speed, m/s", "from the centre, m", "steering change, °"), rows
+    return predicted(answer, "reason", right, table, **values, change=100 * change)
 
 
 def beats_first(answer: Answer) -> Verdict:

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
-from racecraft.worlds.deepracer.lessons.checks import material
+from racecraft.lessons.checking import Answer, AnswerError, Verdict, material, passed, predicted, tried
 
 Patch = tuple[int, int, int, int]
 """Top, left, height, width, in squares of the picture."""
@@ -35,7 +34,7 @@ def patches(rows: int, columns: int) -> tuple[Patch, ...]:
 
 def patch_changes(answer: Answer) -> Verdict:
     """A small patch on one picture after which the network chooses another action."""
-    seen = material("sight.json")
+    seen = material(__package__, "sight.json")
     number, patch = _covered(answer.taken("patch"), seen)
     asked, most = int(answer.arguments["picture"]), int(answer.arguments["most"])
     if number != asked:
@@ -53,7 +52,7 @@ def patch_changes(answer: Answer) -> Verdict:
 
 def undecided(answer: Answer) -> Verdict:
     """A step of the lap at which the two likeliest actions are nearly as likely."""
-    seen = material("sight.json")
+    seen = material(__package__, "sight.json")
     step = round(answer.number("step"))
     best, second, share, other = seen["steps"][step - 1]
     gap = share - other
@@ -67,7 +66,7 @@ def undecided(answer: Answer) -> Verdict:
 def hottest(answer: Answer) -> Verdict:
     """A prediction: at how many pictures does a patch over the hottest place change the choice?"""
     answer.choice("changes")
-    seen = material("sight.json")
+    seen = material(__package__, "sight.json")
     rows = [_hottest_covered(seen, picture) for picture in seen["pictures"]]
     heads = ("step", "heat under the patch, %", "chosen", "chosen when it is covered")
     count = sum(row[2] != row[3] for row in rows)
@@ -77,7 +76,7 @@ def hottest(answer: Answer) -> Verdict:
 def mirrored(answer: Answer) -> Verdict:
     """A prediction: where does the network steer if a picture is mirrored?"""
     answer.choice("steers")
-    seen = material("sight.json")
+    seen = material(__package__, "sight.json")
     rows = [
         [
             picture["step"],
