@@ -9,6 +9,11 @@
     learning.json   a car's drives while it learned: the furthest of each iteration, 15 poses a second (lesson 1)
     basic.json      three learners of Unity's Basic with three seeds each, and the numbers of one network (U2, U5, U6)
 
+and for the lessons about snakes:
+
+    tournament.json four quick snakes, every pair six games, with intervals (lesson S3)
+    runs.json       mean rewards of four ways of collecting, from benchmarks/four-runs.md (lesson S5)
+
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
 is not trained again. About 45 minutes of a core. Versions, machine and seeds are written into each file.
 
@@ -21,9 +26,11 @@ from __future__ import annotations
 import json
 import math
 import platform
+import re
 import subprocess
 import sys
 import tempfile
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +42,7 @@ import racecraft
 from racecraft.algorithms.explainable import Explainable
 from racecraft.analysis.attribution import SeeingPolicy, transparent
 from racecraft.contract.world import Array
+from racecraft.evaluation.rating import wilson
 from racecraft.players.trained import load_policy
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.look import Look, look_at
@@ -45,7 +53,8 @@ from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.unity.env import basic_scene
 
-WORLDS = Path(__file__).resolve().parents[1] / "src/racecraft/worlds"
+ROOT = Path(__file__).resolve().parents[1]
+WORLDS = ROOT / "src/racecraft/worlds"
 RATES, SEEDS, ITERATIONS = ("3e-5", "3e-4", "3e-3"), (1, 2, 3), 20
 REWARD = """
 class Before:
@@ -87,6 +96,7 @@ JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "
 MATRIX_ITERATIONS = {"three tracks": 60}
 SMALL = "PPO, 8 units"
 LEARNERS = {"PPO": [], SMALL: ["--set", "network.hidden_units=8"], "DQN": ["--algorithm", "dqn"]}
+SNAKES = ("area_control", "flood_fill", "hungry", "random_safe")
 SHAPES = (
     "reInvent2019_track", "2024_reinvent_champ_cw", "Vegas_track", "China_track", "Oval_track", "Tokyo_Training_track",
     "2022_summit_speedway", "New_York_Track",
@@ -104,6 +114,8 @@ def main() -> None:
     """Train what is missing, and write the files."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="lesson-material-"))
     folder.mkdir(parents=True, exist_ok=True)
+    write("tournament.json", tournament(), "battlesnake")
+    write("runs.json", four_runs(), "battlesnake")
     write("curves.json", curves(folder))
     write("learning.json", learning(folder / f"rate-{RATES[1]}-1"))
     write("drive.json", driven(folder / f"rate-{RATES[1]}-1"))
@@ -185,6 +197,30 @@ def tracks(folder: Path) -> dict[str, Any]:
             "progress": [round(judged[one]["mean_progress_percent"], 1) for one in JUDGED],
         })  # fmt: skip
     return {"columns": JUDGED, "starts": STARTS, "rows": rows}
+
+
+def tournament() -> dict[str, Any]:
+    """Return of each pair of quick snakes how many games the first won, and the interval of that share, per cent."""
+    words = ("snakes", "tournament", *SNAKES, "--rounds", "3", "--timeout", "1000", "--json")
+    met, rows = racecraft_json(*words)["head_to_head"], []
+    for one, other in combinations(SNAKES, 2):
+        result = met[one][other]
+        games = sum(result.values())
+        low, high = wilson(result["won"] + result["drawn"] / 2, games)
+        rows.append({"pair": f"{one} against {other}", "games": games, "won": result["won"],
+                     "low": round(100 * low), "high": round(100 * high)})  # fmt: skip
+    return {"rows": rows}
+
+
+def four_runs() -> dict[str, Any]:
+    """Return the rewards of three seeds of each row of the article's chart, as the benchmark's page has them."""
+    rows = []
+    for line in (ROOT / "benchmarks/four-runs.md").read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        pairs = [re.fullmatch(r"(-?[\d.]+), \d+", cell) for cell in cells[1:4]]
+        if len(cells) == 5 and all(pairs):
+            rows.append({"training": cells[0], "rewards": [float(pair[1]) for pair in pairs if pair]})
+    return {"source": "benchmarks/four-runs.md", "rows": rows}
 
 
 def shapes() -> dict[str, Any]:

@@ -3,10 +3,14 @@
 `RIGHT` passes; `CASES` fails with the feedback of its case; what is a figure's is written as the figure gives it.
 """
 
+from racecraft.lessons.checking import material
 from racecraft.lessons.course import course
 from racecraft.worlds.deepracer.lessons import checks
 
 TRAINED = checks.facts()
+TOURNAMENT = material("racecraft.worlds.battlesnake.lessons", "tournament.json")["rows"]
+PAIRS = [row["low"] > 50 or row["high"] < 50 for row in TOURNAMENT]
+"""Whether it is sure who of a pair is better."""
 """What the recorded training came to."""
 ROAD = {"columns": 7, "pays": "centre", "moves": "ahead", "changed": []}
 
@@ -32,6 +36,10 @@ CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
 
 def patch(*squares, picture=7):
     return {"patch": {"picture": picture, "patch": list(squares)}}
+
+
+def pairs(*sure):
+    return {f"pair{number}": "sure" if one else "open" for number, one in enumerate(sure, 1)}
 
 
 AWAY = [[1, 1, 1, 1, 1, 1], [0, 2, 1, 1, 1, 1], [2, 0, 1, 1, 1, 1], [0, 2, 1, 1, 1, 0]]
@@ -193,6 +201,11 @@ RIGHT = {
     "snake-board/head-to-head": snake(LONGER),
     "snake-move/beat-random": {"code": ROOMY},
     "snake-move/safe-move": snake_code(f"{ON_BOARD} and at not in body"),
+    "snake-rating/points": {"near": "64", "far": "91"},
+    "snake-rating/undecided": pairs(*PAIRS),
+    "snake-learn/learned-beats": {"snake": "first", "code": ROOMY},
+    "snake-collectors/four-runs": {"most": "apart", "reason": "ties"},
+    "snake-search/search-in-front": {"snake": "first", "wins": "half", "reason": "replies"},
     "unity-basic/best": {"actions": [2] * 7},
     "unity-basic/fresh-agent": {"earns": "high", "reason": "near_and_long"},
     "unity-learn/own-step": step_code("[place, -0.01 + (prize or 0), prize is not None]"),
@@ -212,6 +225,28 @@ RIGHT = {
     "unity-penalty/without-penalty": {"strolls": "same", "reason": "discount"},
 }
 CASES = {
+    "snake-rating/points": {
+        "near_low": {"near": "55", "far": "91"},
+        "near_high": {"near": "90", "far": "91"},
+        "far_low": {"near": "64", "far": "80"},
+        "far_high": {"near": "64", "far": "100"},
+    },
+    "snake-rating/undecided": {"not_sure": pairs(*[True] * 6), "sure": pairs(*[False] * 6)},
+    "snake-learn/learned-beats": {
+        "fails": {"snake": "lost", "code": ROOMY},
+        "few": {"snake": "as fast", "code": ROOMY},
+        "weaker": {"snake": "faster", "code": ROOMY},
+    },
+    "snake-collectors/four-runs": {
+        "run": {"most": "hand"},
+        "order": {"most": "apart", "reason": "order"},
+        "cores": {"most": "all", "reason": "cores"},
+    },
+    "snake-search/search-in-front": {
+        "run": {"snake": "first", "wins": "more"},
+        "learns": {"snake": "first", "wins": "most", "reason": "learns"},
+        "faster": {"snake": "first", "wins": "most", "reason": "faster"},
+    },
     "reward/long-road": {
         "not_longer": long_road("300") | {"epsilon": "0.9"},
         "few": long_road("400"),

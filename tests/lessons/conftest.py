@@ -7,6 +7,8 @@ import pytest
 from racecraft.lessons.course import course
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import Lessons, checked
+from racecraft.worlds.battlesnake.lessons import matches
+from racecraft.worlds.battlesnake.lessons.duel import Duel
 from racecraft.worlds.deepracer.lessons import disturbed, racing
 from racecraft.worlds.unity.lessons import trained
 
@@ -30,6 +32,10 @@ DRIVEN = {
     "faster": racing.Driven(2.0, 0.2, 3.0), "lost": racing.Driven(1.0, 0.3, 9.0),
 }  # fmt: skip
 LATE = {"first": [20, 30, 40, 50, 60], "as fast": [100] * 5, "faster": [30, 40, 50, 60, 50], "lost": [9] * 5}
+DUELS = {
+    "first": Duel(2, 18, 2000, 0, ""), "as fast": Duel(9, 11, 2000, 0, ""), "faster": Duel(15, 5, 2000, 0, ""),
+    "lost": Duel(0, 20, 100, 9, "no move"),
+}  # fmt: skip
 THREE = ["reinvent_base", "Oval_track", "Bowtie_track"]
 ON_TRACK = {
     "first": (["reinvent_base"], [9.0] * 5), "as fast": (THREE, [50.0] * 5),
@@ -51,6 +57,8 @@ def models(monkeypatch):
     monkeypatch.setattr(racing, "driven", lambda run: DRIVEN[run.name])
     monkeypatch.setattr(disturbed, "late_drives", lambda run: LATE[run.name])
     monkeypatch.setattr(disturbed, "on_track", lambda run, track: ON_TRACK[run.name])
+    monkeypatch.setattr(matches, "learned_duel", lambda code, run: DUELS[run.name])
+    monkeypatch.setattr(matches, "searched", lambda run: [(30, 3), (120, 4)])
     monkeypatch.setattr(disturbed, "pack", lambda run: {"checked_on": 20, "small_frames_alike": 0.9})
     return {name: Path(name) for name in (*CARS, *SCENES)}
 

@@ -34,7 +34,7 @@ PATHS: Mapping[str, tuple[Message, Message]] = {
     ),
     "snake": (
         Message("Battlesnake"),
-        Message("The rules of the board by playing and losing, then a snake in ten lines of code."),
+        Message("The rules of the board, a snake in ten lines of code, one that learns, and how good they are."),
     ),
     "unity": (
         Message("A Unity scene"),

@@ -37,7 +37,7 @@ _NAME = re.compile(r"\{(\w+)\}\s*(.*)")
 _ENTRY = re.compile(r"([a-z]+(?: [\w.-]+)*):(?: (.*))?$")
 _RANGE = re.compile(r"(-?[\d.]+)\.\.(-?[\d.]+)$")
 READ_BY_PEOPLE = (
-    "ask", "hint", "worked", "why", "when", "label", "option", "number", "choice", "code", "model", "answer",
+    "ask", "hint", "worked", "why", "when", "label", "heads", "option", "number", "choice", "code", "model", "answer",
 )  # fmt: skip
 """Keys whose values are sentences."""
 
@@ -140,8 +140,9 @@ def _block(kind: str, name: str, token: Token, path: str, number: str) -> Block:
     entries = _entries(token, path)
     by_key = {entry.keys[0]: entry.value for entry in entries}
     if kind == "figure":
-        label = translate(by_key.pop("label", ""))
-        return Figure(name, by_key.pop("name", name), {key: _plain(value) for key, value in by_key.items()}, label)
+        told = {key: translate(value) if key in READ_BY_PEOPLE else _plain(value) for key, value in by_key.items()}
+        label = told.pop("label", "")
+        return Figure(name, told.pop("name", name), told, label)
     if kind == "recall":
         return Recall(translate(by_key["ask"]), translate(by_key["answer"]))
     if kind == "exercise":

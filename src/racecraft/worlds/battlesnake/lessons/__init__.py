@@ -1,5 +1,5 @@
 """The lessons about snakes: texts, checks and figures."""
 
-from racecraft.worlds.battlesnake.lessons import checks
+from racecraft.worlds.battlesnake.lessons import checks, matches
 
-CHECKS = (checks,)
+CHECKS = (checks, matches)
