@@ -17,17 +17,48 @@ OWN = {
     "race/own-lap": {"car": "newest"},
     "race/one-change": {"before": "first", "after": "newest", "expected": "undo", "reason": "keep"},
     "race/beat-the-first": {"first": "first", "own": "newest"},
+    "reward-function/as-expected": {
+        "before": "first",
+        "own": "newest",
+        "expected": "faster",
+        "reason": "as_expected",
+    },
+    "tracks/new-road": {"car": "wide", "track": "reInvent2019_track"},
+    "real/varied-car": {"plain": "newest", "varied": "varied"},
+    "real/packed-car": {"car": "one-frame", "same": "all", "reason": "same_numbers"},
+    "snake-learn/learned-beats": {"snake": "learned", "code": "def move(data):\n    return 'up'"},
+    "snake-search/search-in-front": {"snake": "learned", "wins": "most", "reason": "replies"},
     "unity-learn/first-training": {"model": "basic"},
     "unity-back/same-decisions": {"model": "basic", "differ": "few", "reason": "same"},
     "unity-other/dqn": {"model": "basic-dqn"},
 }
 """Answers that name models which a pupil trained."""
+THREE = "reinvent_base,Oval_track,Bowtie_track"
 TRAINED = {
     "car": {
         "first": ("train", "--stop", "iterations=2", "--no-pictures"),
+        "wide": (
+            "train",
+            "--tracks",
+            "reinvent_base,Oval_track,Bowtie_track",
+            "--stop",
+            "iterations=60",
+            "--no-pictures",
+        ),
+        "one-frame": ("train", "--stop", "iterations=2", "--no-pictures", "--set", "network.stack_size=1"),
         "newest": ("train", "--stop", "iterations=30", "--no-pictures"),
+        "varied": (
+            "train",
+            "--from",
+            "runs/newest",
+            "--stop",
+            "iterations=30",
+            "--no-pictures",
+            "--set",
+            "variation.level=light",
+        ),
     },
-    "snake": {},
+    "snake": {"learned": ("snakes", "train", "--snakes", "2", "--stop", "minutes=1")},
     "unity": {
         "basic": ("unity", "train", "builtin:Basic"),
         "basic-dqn": ("unity", "train", "builtin:Basic", "--algorithm", "dqn"),

@@ -18,6 +18,10 @@ def test_every_exercise_has_a_right_answer_and_one_for_each_misconception():
         assert set(CASES.get(where, {})) == set(exercise.cases), where
 
 
+def test_every_check_belongs_to_an_exercise():
+    assert {exercise.check for exercise in EXERCISES.values()} == set(course().checks)
+
+
 @pytest.mark.parametrize("where", EXERCISES)
 def test_a_right_answer_passes(answer, where):
     told = answer(where, **RIGHT[where])

@@ -107,7 +107,8 @@ def course() -> Course:
 
 def _checks(module: Any) -> Iterator[tuple[str, Check]]:
     for name, one in vars(module).items():
-        if getattr(one, "__module__", "") == module.__name__ and one.__annotations__.get("return") == "Verdict":
+        is_own = getattr(one, "__module__", "") == module.__name__ and not name.startswith("_")
+        if is_own and one.__annotations__.get("return") == "Verdict":
             yield name, one
 
 

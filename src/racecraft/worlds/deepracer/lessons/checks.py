@@ -185,10 +185,10 @@ def same_road(answer: Answer) -> Verdict:
     one, other = (tracks[answer.choice(name)] for name in ("one", "other"))
     if one is other:
         return tried("twice")
-    told = {"apart": shape_distance(one["points"], other["points"]), "names": f"{one['name']}, {other['name']}"}
-    if told["apart"] < SAME_SHAPE_M:
-        return passed(**told)
-    return tried("lengths" if abs(one["length"] - other["length"]) > 1 else "shapes", **told)
+    apart = shape_distance(one["points"], other["points"])
+    if apart < SAME_SHAPE_M:
+        return passed(apart=apart, names=f"{one['name']}, {other['name']}")
+    return tried("lengths" if abs(one["length"] - other["length"]) > 1 else "shapes", apart=apart)
 
 
 def shape_distance(one: Sequence[Sequence[float]], other: Sequence[Sequence[float]]) -> float:
