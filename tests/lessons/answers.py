@@ -298,7 +298,7 @@ CASES = {
         "no_list": step_code("place"),
         "moves": step_code("[place + 1, -0.01, False]"),
         "penalty": step_code("[place, prize or -0.01, prize is not None]"),
-        "pays": step_code("[place, 5.0, prize is not None]"),
+        "pays": step_code("[place, float('nan'), prize is not None]"),
         "ends": step_code("[place, -0.01 + (prize or 0), prize == 1.0]"),
     },
     "unity-learn/first-training": {"near_prize": {"model": "left"}, "not_yet": {"model": "idle"}},
@@ -312,7 +312,7 @@ CASES = {
         "sums_alone": act_code("0", "v"),
         "no_bias": act_code("0"),
         "no_tanh": act_code(bend="v"),
-        "other": act_code(choice="0"),
+        "other": act_code(choice="0.0"),
     },
     "unity-back/same-decisions": {
         "run": {"model": "right", "differ": "none"},

@@ -63,7 +63,7 @@ def _unlike(place: int, action: int, found: Any) -> Verdict | None:
         return tried("no_list", given=str(found)[:30], **at)
     if found[0] != after.place:
         return tried("moves", given=found[0], right=after.place, **at)
-    if abs(found[1] - reward) > CLOSE:
+    if not abs(found[1] - reward) <= CLOSE:  # NaN is near nothing
         case = "penalty" if abs(found[1] + STEP_REWARD - reward) <= CLOSE else "pays"
         return tried(case, given=float(found[1]), right=reward, **at)
     if found[2] != after.ended:
@@ -74,11 +74,15 @@ def _unlike(place: int, action: int, found: Any) -> Verdict | None:
 
 def solves_basic(answer: Answer) -> Verdict:
     """A pupil's model reaches 0.92 in the mean of 20 greedy episodes."""
+    found = _judged(answer)
+    if found["mean"] >= SOLVED:
+        return passed(**found)
+    return tried("near_prize" if 0 < found["mean"] < NEAR else "not_yet", **found)
+
+
+def _judged(answer: Answer) -> dict[str, Any]:
     found = trained.judged(answer.model("model"))
-    values = {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
-    if found.mean >= SOLVED:
-        return passed(**values)
-    return tried("near_prize" if 0 < found.mean < NEAR else "not_yet", **values)
+    return {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
 
 
 def first_prize(answer: Answer) -> Verdict:
@@ -100,7 +104,7 @@ def own_forward(answer: Answer) -> Verdict:
     right = [decision(seen, layers) for seen, layers in calls]
     if given == right:
         return passed(all=NETWORKS)
-    counts = {"count": sum(map(int.__eq__, given, right)), "all": NETWORKS}
+    counts = {"count": sum(one == other for one, other in zip(given, right, strict=True)), "all": NETWORKS}
     for case, recipe in RECIPES.items():
         if given == [decision(seen, layers, **recipe) for seen, layers in calls]:
             return tried(case, **counts)
@@ -150,11 +154,10 @@ def own_question(answer: Answer) -> Verdict:
 
 def another_algorithm(answer: Answer) -> Verdict:
     """A pupil's model solves Basic, and something other than PPO has learned it."""
-    found = trained.judged(answer.model("model"))
-    values = {"mean": found.mean, "episodes": trained.EPISODES, "algorithm": found.algorithm}
-    if found.algorithm == "ppo":
-        return tried("same", **values)
-    return passed(**values) if found.mean >= SOLVED else tried("not_yet", **values)
+    found = _judged(answer)
+    if found["algorithm"] == "ppo":
+        return tried("same", **found)
+    return passed(**found) if found["mean"] >= SOLVED else tried("not_yet", **found)
 
 
 def fewest_steps(answer: Answer) -> Verdict:

@@ -55,6 +55,7 @@ def _algorithm_in_basic(run: Path) -> str:
         AnswerError: It did not learn Basic.
     """
     from racecraft.formats.run_folder import RunFolder
+    from racecraft.training.request import DEFAULT_ALGORITHM
 
     job = RunFolder.open(run).read_job()
     if job["asked"].get("build") != BASIC:
@@ -62,7 +63,7 @@ def _algorithm_in_basic(run: Path) -> str:
             "{run}: found a {kind} training; expected one in Basic. Train it: racecraft unity train builtin:Basic",
             run=run.name, kind=job["kind"],
         )  # fmt: skip
-    return str(job["algorithm"])
+    return str(job.get("algorithm", DEFAULT_ALGORITHM))
 
 
 @dataclass(frozen=True)
