@@ -13,7 +13,7 @@ from racecraft.console.application import make_console
 from racecraft.console.pages import create, garage
 from racecraft.formats.tensor_file import write_tensors
 from racecraft.jobs.job_paths import JobPaths
-from racecraft.league.race import Drive, Entry, Outcome, Race, Result
+from racecraft.league.race import Drive, Driving, Entry, Outcome, Race, Result
 from racecraft.league.store import League
 from racecraft.web.access import opened
 from racecraft.web.server import ServerThread
@@ -114,6 +114,11 @@ def test_an_audience_sees_a_new_drive_and_then_the_board_goes_to_its_result(open
     page.wait_for_selector("svg .car")
     assert page.locator("td.racer").all_inner_texts() == ["Mia", "Jun"]
     assert browser.shut_out() == []
+    league.save_driving(race.id, Driving(racers=("Jun",), share=0.5, text="lap 2 of 3"))
+    page.wait_for_selector("[data-driving] >> text=Jun lap 2 of 3")
+    assert page.locator("[data-driving] progress").evaluate("one => one.value") == 0.5
+    league.save_driving(race.id, None)
+    page.wait_for_selector("[data-driving]", state="hidden")
     drive(league, race, 2, 9.25)
     page.wait_for_function("document.getElementById('who').textContent === 'Jun'")
     page.wait_for_selector("tr.fresh td:has-text('Jun')")

@@ -1,9 +1,10 @@
 """A board moves because the console looks at the league's folder."""
 
+import os
 import time
 
-from racecraft.console.race_watch import RaceWatch
-from racecraft.league.race import Entry, Race, Result
+from racecraft.console.race_watch import LEFT_SECONDS, RaceWatch
+from racecraft.league.race import Driving, Entry, Race, Result
 from racecraft.league.store import League
 
 
@@ -23,3 +24,18 @@ def test_whoever_writes_an_entry_or_a_result_the_race_is_named_once(tmp_path):
     assert named() == ([race.id], None)
     league.save_result(other.id, Result(heat="00001", entries=(1,), drives=(), judged=1.0), {})
     assert named() == ([other.id], None)
+
+
+def test_a_heat_is_told_while_it_is_driven_and_forgotten_when_its_judge_is_no_more(tmp_path):
+    league = League.open_or_create(tmp_path / "league")
+    race = league.add_race(Race(id="", title="Club", kind="deepracer", tracks=("Oval_track",), rules={})).id
+    watch = RaceWatch(tmp_path / "league")
+    assert watch.driving() == {}
+    league.save_driving(race, Driving(racers=("Mia",), share=0.5, text="lap 2 of 3, 50 %"))
+    assert watch.driving() == {race: {"racers": ("Mia",), "share": 0.5, "text": "lap 2 of 3, 50 %"}}
+    assert RaceWatch(tmp_path / "league", "another").driving() == {}
+    long_ago = time.time() - LEFT_SECONDS - 1.0
+    os.utime(league.folder(race) / "driving.json", (long_ago, long_ago))
+    assert watch.driving() == {}
+    league.save_driving(race, None)
+    assert not (league.folder(race) / "driving.json").exists()

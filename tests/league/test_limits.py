@@ -25,7 +25,7 @@ class Tricks:
     def is_alone(self, order):
         return order.rules.get("is_alone", True)
 
-    def drive(self, order):
+    def drive(self, order, tell):
         try:
             done = repr(eval(order.track, {"model": order.models[0], **order.rules}))
         except Exception as error:

@@ -102,14 +102,17 @@ def make_console(
     entries = tuple(sorted((one for one in sections if one.label), key=lambda one: one.order))
     helper, workers = Helper(), ThreadPoolExecutor(COMMANDS_AT_ONCE, thread_name_prefix="racecraft-console-task")
 
-    races = Topic("races", RaceWatch(root.path / LEAGUE).changed, LOOK_SECONDS)
+    watch = RaceWatch(root.path / LEAGUE)
+    races, drives = Topic("races", watch.changed, LOOK_SECONDS), Topic("drives", watch.driving, LOOK_SECONDS)
 
     def open_console(person: Person) -> Console:
         workspace = Workspace.open(workspace_of(root.path, person)) if person.owned else root
         index = Index(workspace, None if person.owned else database or None)
         own_home = replace(home, person=person.owned)
         watcher = Watcher(index, own_home)
-        console = Console(workspace, index, watcher, own_home, entries, accounts, root.path, races, helper=helper)
+        console = Console(
+            workspace, index, watcher, own_home, entries, accounts, root.path, races, drives, helper=helper
+        )
         console.tasks = Tasks(lambda name: console.news.publish({"changed": [name], "version": index.version}), workers)
         watcher.told = lambda names: console.news.publish({"changed": names, "version": index.version})
         return console
@@ -150,7 +153,7 @@ def _routes(console: Console, sections: Sequence[Section]) -> list[BaseRoute]:
         return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": "public, max-age=86400"})
 
     async def events(request: Request) -> Response:
-        return events_answer(request, [console.news, console.races])
+        return events_answer(request, [console.news, console.races, console.drives])
 
     return [
         *(route for section in sections for route in section.routes(console)),

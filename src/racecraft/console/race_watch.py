@@ -1,14 +1,20 @@
-"""Which races changed since one looked last, by the times of their folders. Begin with `RaceWatch`."""
+"""Which races changed since one looked last, and what is driven in them, by their files. Begin with `RaceWatch`."""
 
 from __future__ import annotations
 
+import contextlib
 import os
+import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from racecraft.league.store import ENTRIES, RACE, RACES, RESULTS
+from racecraft.league.race import Driving
+from racecraft.league.store import DRIVING, ENTRIES, RACE, RACES, RESULTS, LeagueError, read_kept
 
 LOOK_SECONDS = 0.5
+LEFT_SECONDS = 10.0
+"""A heat of which nothing was told for so long was left by a judge that is no more."""
 
 
 class RaceWatch:
@@ -31,6 +37,15 @@ class RaceWatch:
             return None
         names = sorted({name for name in now.keys() | before.keys() if now.get(name) != before.get(name)})
         return {"changed": names, "times": [now.get(name) for name in names]}
+
+    def driving(self) -> dict[str, Any]:
+        """Return the heats that are driven now, by the ids of their races."""
+        found = {}
+        for file in (self._races / name / DRIVING for name in self._names()):
+            with contextlib.suppress(OSError, LeagueError):
+                if time.time() - file.stat().st_mtime < LEFT_SECONDS:
+                    found[file.parent.name] = asdict(read_kept(file, Driving))
+        return found
 
     def _names(self) -> list[str]:
         if self._only:

@@ -68,6 +68,8 @@ class Console:
     """The owner's workspace, in which races lie that all people see; None: this one."""
     races: Topic = field(default_factory=lambda: Topic("races"))
     """Ids of the races whose entries or results changed."""
+    drives: Topic = field(default_factory=lambda: Topic("drives"))
+    """What is driven now, by race."""
     news: Topic = field(default_factory=lambda: Topic("models"))
     """Names of the models whose rows changed."""
     tasks: Tasks = field(default_factory=Tasks)

@@ -18,7 +18,7 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,7 +88,9 @@ class CodeProcess:
         watch = threading.Thread(target=_watch, args=(self._process, self._deadline), daemon=True)
         watch.start()
 
-    def ask(self, head: bytes, body: bytes, seconds: float) -> tuple[dict[str, Any], bytes]:
+    def ask(
+        self, head: bytes, body: bytes, seconds: float, told: Callable[[Any], None] = lambda value: None
+    ) -> tuple[dict[str, Any], bytes]:
         """Send a message and return the answer's head and body.
 
         Args:
@@ -96,6 +98,7 @@ class CodeProcess:
             body: Bytes.
             seconds: How long the answer may take; an answer {"alive": k} begins the time anew, and the process may be
                 late by ALIVE_SHARE.
+            told: Is called with what the process says before its answer, {"told": value}, which gains it no time.
 
         Raises:
             EndedError: There is none; the process is ended.
@@ -105,11 +108,11 @@ class CodeProcess:
                 raise EndedError("has ended before")
             try:
                 if self._owes:  # whoever asked before did not wait, as after Ctrl-C
-                    self._answer(seconds)
+                    self._answer(seconds, lambda value: None)
                 self._due_in(seconds)
                 self._owes = True
                 self._channel.send(head, body)
-                return self._answer(seconds)
+                return self._answer(seconds, told)
             except (EOFError, OSError, ChannelError) as error:
                 raise self._ended(error) from None
             finally:
@@ -119,12 +122,16 @@ class CodeProcess:
         """End the process."""
         self._end()
 
-    def _answer(self, seconds: float) -> tuple[dict[str, Any], bytes]:
+    def _answer(self, seconds: float, told: Callable[[Any], None]) -> tuple[dict[str, Any], bytes]:
+        self._due_in(seconds)
         while True:
-            self._due_in(seconds)
             head, body = self._channel.receive()
             header = from_head(head)
-            if "alive" not in header:
+            if "told" in header:
+                told(header["told"])
+            elif "alive" in header:
+                self._due_in(seconds)
+            else:
                 self._owes = False
                 return header, body
 

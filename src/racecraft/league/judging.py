@@ -17,7 +17,7 @@ from types import TracebackType
 from racecraft.contract.errors import SettingError
 from racecraft.league.drive_process import DriveError, DriveProcess
 from racecraft.league.heats import Heat, next_heat, remaining
-from racecraft.league.race import Drive, Race, Result
+from racecraft.league.race import Drive, Driving, Race, Result
 from racecraft.league.store import TRACKS, League
 from racecraft.league.world_part import DriveOrder
 
@@ -117,7 +117,13 @@ def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -
     started, entries = time.perf_counter(), league.entries(race.id)
     names = tuple(entries[number].racer for number in heat.entries)
     models = tuple(str(league.model(race.id, number).resolve()) for number in heat.entries)
-    drives, files, failure = [], {}, ""
+    drives: list[Drive] = []
+    files, failure = {}, ""
+
+    def tell(share: float, text: str) -> None:
+        league.save_driving(race.id, Driving(racers=names, share=(len(drives) + share) / len(race.tracks), text=text))
+
+    tell(0.0, "")
     try:
         for index, track in enumerate(race.tracks):
             seed = league.seed(race.id, heat.name, index)
@@ -125,11 +131,13 @@ def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -
                 rules=race.rules, track=league.track(race.id, track), seed=seed, models=models, names=names,
                 files=(str((league.folder(race.id) / TRACKS).resolve()),),
             )  # fmt: skip
-            driven = process.drive(order)
+            driven = process.drive(order, tell=tell)
             drives.append(Drive(track=track, seed=seed, outcomes=driven.outcomes, folder=f"drives/{heat.name}-{index}"))
             files[index] = driven.files
     except DriveError as error:
         drives, files, failure = [], {}, str(error)
+    finally:
+        league.save_driving(race.id, None)
     result = Result(
         heat=heat.name,
         entries=heat.entries,

@@ -174,6 +174,17 @@ class Result:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Driving:
+    """A heat that is being driven."""
+
+    racers: tuple[str, ...]
+    share: float = 0.0
+    """How much of it is driven, 0 to 1."""
+    text: str = ""
+    """The same for people: "lap 2 of 3, 45 %"."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Season:
     """Several races whose places give points."""
 

@@ -8,6 +8,7 @@
     races/ID/entries/NNNNN/            entry.json, and model/ as the world has copied it
     races/ID/results/HEAT.json         of a judged heat; written last, whole or not at all
     races/ID/drives/HEAT-K/            replay, trace, log and metrics of the heat on track K
+    races/ID/driving.json              the heat that is driven now, while it is
     races/ID/withdrawn/, past/         entries that were taken back; results before a reset
 
 A result, once written, stays as it is; a reader reads each file once.
@@ -15,6 +16,7 @@ A result, once written, stays as it is; a reader reads each file once.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import hmac
 import os
@@ -37,12 +39,12 @@ from racecraft.contract.message import Message
 from racecraft.formats.atomic import OutputFileError, atomic_file, make_folder, output_error, write_atomic
 from racecraft.formats.run_lock import FileLock
 from racecraft.formats.user_file import read_regular
-from racecraft.league.race import Entry, Race, Result, Season
+from racecraft.league.race import Driving, Entry, Race, Result, Season
 
 MARK, SECRET = "league.json", "secret"
 RACE, ENTRY, MODEL = "race.json", "entry.json", "model"
 RACES, SEASONS, ENTRIES, RESULTS, DRIVES = "races", "seasons", "entries", "results", "drives"
-WITHDRAWN, PAST, TRACKS = "withdrawn", "past", "tracks"
+WITHDRAWN, PAST, TRACKS, DRIVING = "withdrawn", "past", "tracks", "driving.json"
 VERSION = 1
 MAX_ENTRIES = 99_999
 SETTLED_NS = 100_000_000
@@ -277,6 +279,14 @@ class League:
                 shutil.rmtree(target, ignore_errors=True)  # of a judge that was killed before it wrote the result
                 _move(Path(draft), target)
         write_atomic(folder / RESULTS / f"{result.heat}.json", _as_json(result))
+
+    def save_driving(self, race: str, driving: Driving | None) -> None:
+        """Say which heat is driven now, and how far; None: none is. Nothing but what pages show depends on it."""
+        with contextlib.suppress(OutputFileError, OSError):
+            if driving is None:
+                (self.folder(race) / DRIVING).unlink(missing_ok=True)
+            else:
+                write_atomic(self.folder(race) / DRIVING, _as_json(driving))
 
     def reset(self, race: str, heat: str | None = None) -> int:
         """Put results aside, so that their entries are judged again; return how many.

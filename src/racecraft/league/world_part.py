@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Protocol
@@ -39,6 +39,10 @@ class Driven:
     """What is kept of it, by path below the folder of the drive."""
 
 
+Tell = Callable[[float, str], None]
+"""Is told how much of a heat is driven, 0 to 1, and the same for people."""
+
+
 class LeagueWorld(Protocol):
     """A world in a league."""
 
@@ -61,8 +65,8 @@ class LeagueWorld(Protocol):
     def warm_up(self) -> None:
         """Import and compile what a drive needs, before there is one."""
 
-    def drive(self, order: DriveOrder) -> Driven:
-        """Let the models drive."""
+    def drive(self, order: DriveOrder, tell: Tell) -> Driven:
+        """Let the models drive, and tell how far they are as often as one likes."""
 
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Drive again by the actions that a drive has recorded in its folder."""

@@ -8,6 +8,8 @@
 
    While a part has `data-soon`, something comes of which no event tells: the page looks every other second. With
    `data-soon="page"` it is loaded anew when that has come. */
+import { showDriving } from "racecraft.console/driving.js";
+
 const parts = () => document.querySelectorAll("[data-live]");
 let stream = null, hidden = null, due = null, lost = null;
 
@@ -104,6 +106,7 @@ function listen() {
     const only = document.querySelector("[data-race]")?.getAttribute("data-race");
     if (only !== undefined && (!only || JSON.parse(event.data).changed.includes(only)) && !due) due = setTimeout(refresh, 300);
   });
+  stream.addEventListener("drives", event => showDriving(JSON.parse(event.data)));
   stream.onopen = () => { lost = null; showLost(); if (!due) due = setTimeout(refresh, 50); };
   stream.onerror = () => { lost ||= new Date(); setTimeout(showLost, 2500); };
 }

@@ -1,5 +1,7 @@
 /* A race for an audience. A drive that was judged is shown from above first; then the board moves to its result.
    Without news the leader's drive is shown again. */
+import { showDriving } from "racecraft.console/driving.js";
+
 const SVG = "http://www.w3.org/2000/svg", PAUSE_MS = 4000, FRESH_MS = 8000, TRAIL_TICKS = 30, MOST_WAITING = 3;
 const map = /** @type {any} */ (document.getElementById("map")), who = document.getElementById("who");
 const clock = document.getElementById("clock"), lost = document.getElementById("lost");
@@ -108,6 +110,7 @@ async function look() {
 
 const stream = new EventSource(told.events);
 stream.addEventListener("races", event => { if (JSON.parse(event.data).changed.includes(told.race)) look(); });
+stream.addEventListener("drives", event => showDriving(JSON.parse(event.data)));
 stream.onopen = () => { lost.hidden = true; look(); };
 stream.onerror = () => { lost.hidden = false; };
 navigator.wakeLock?.request("screen").catch(() => {});

@@ -62,7 +62,9 @@ def screen_routes(console: Console) -> list[BaseRoute]:
 
     def events(request: Request) -> Response:
         race = require_link(console, request)
-        return events_answer(request, [Topic("races", RaceWatch(console.league, race.id).changed, LOOK_SECONDS)])
+        watch = RaceWatch(console.league, race.id)
+        topics = [Topic("races", watch.changed, LOOK_SECONDS), Topic("drives", watch.driving, LOOK_SECONDS)]
+        return events_answer(request, topics)
 
     return [
         Route(SCREEN + "{id}/{token}", page),

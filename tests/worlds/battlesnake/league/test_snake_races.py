@@ -41,10 +41,10 @@ class InProcess:
     def close(self):
         pass
 
-    def drive(self, order, recorded=None):
+    def drive(self, order, recorded=None, tell=lambda share, text: None):
         world = league_world(self.kind)
         try:
-            return world.drive(order) if recorded is None else world.redrive(order, recorded)
+            return world.drive(order, tell) if recorded is None else world.redrive(order, recorded)
         except UserInputError as error:
             raise DriveError(str(error)) from error
 

@@ -49,9 +49,9 @@ class InProcess:
     def close(self):
         pass
 
-    def drive(self, order, recorded=None):
+    def drive(self, order, recorded=None, tell=lambda share, text: None):
         world = league_world(self.kind)
-        return world.drive(order) if recorded is None else world.redrive(order, recorded)
+        return world.drive(order, tell) if recorded is None else world.redrive(order, recorded)
 
 
 @pytest.fixture
@@ -68,12 +68,18 @@ def league(tmp_path):
 SHORT = {"laps": 1, "max_resets": 1, "track": ["Oval_track"]}
 
 
-def test_a_race_is_judged_in_a_fresh_process_and_driven_again_to_the_bit(run, league):
+def test_a_race_is_judged_in_a_fresh_process_and_driven_again_to_the_bit(run, league, monkeypatch):
+    told = []
+    monkeypatch.setattr(League, "save_driving", lambda self, race, driving: told.append(driving))
     race = rc.create_race("Club evening", league=league, **SHORT).race
     entered = rc.enter_race(race.id, run, racer="Mia", league=league).entry
     assert entered.facts["sensors"] == ["FRONT_FACING_CAMERA"]
     (result,) = rc.judge_race(race.id, league=league).results
     assert result.failure == ""
+    assert [told[0].racers, told[-1]] == [("Mia",), None]
+    shares = [one.share for one in told[:-1]]
+    assert 0.0 <= shares[0] <= shares[-1] <= 1.0
+    assert told[-2].text.startswith("lap 1 of 1, ")
     assert not can_isolate() or "seccomp" in result.limits
     audit = rc.audit_races(league=league)
     assert [(one.heat, one.is_equal) for one in audit.heats] == [("00001", True)]

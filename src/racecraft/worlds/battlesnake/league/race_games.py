@@ -21,6 +21,7 @@ from racecraft.contract.errors import InputFileError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.formats.user_file import read_regular
 from racecraft.league.race import Outcome
+from racecraft.league.world_part import Tell
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
@@ -46,7 +47,9 @@ class HeatGame:
     """Moves that came late or were none, seat by seat."""
 
 
-def play_heat(seats: Sequence[Seat], settings: GameSettings, rules: SnakeRules, seed: int) -> list[HeatGame]:
+def play_heat(
+    seats: Sequence[Seat], settings: GameSettings, rules: SnakeRules, seed: int, tell: Tell
+) -> list[HeatGame]:
     """Let players meet: as many games as players, each of which sits once on every seat.
 
     Args:
@@ -54,8 +57,13 @@ def play_heat(seats: Sequence[Seat], settings: GameSettings, rules: SnakeRules, 
         settings: Of a game.
         rules: Of the race.
         seed: Of all chance.
+        tell: Is told before each game how many were played.
     """
-    return [_play(seats, seated, settings, rules, seed) for seated in _rotations(len(seats))]
+    games: list[HeatGame] = []
+    for seated in _rotations(len(seats)):
+        tell(len(games) / len(seats), f"game {len(games) + 1} of {len(seats)}")
+        games.append(_play(seats, seated, settings, rules, seed))
+    return games
 
 
 def replay_heat(folder: Path, settings: GameSettings, rules: SnakeRules, seed: int) -> list[HeatGame]:

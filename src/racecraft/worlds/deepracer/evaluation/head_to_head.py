@@ -12,7 +12,7 @@ front, so that none keeps a better place; after as many races as there are drive
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -149,7 +149,12 @@ def summed(name: str, showings: Sequence[DriverResult]) -> dict[str, Any]:
 
 
 def race_head_to_head(
-    drivers: Sequence[Driver], track: Track, rules: HeadToHead, config: RaceConfig | None = None, seed: int = 0
+    drivers: Sequence[Driver],
+    track: Track,
+    rules: HeadToHead,
+    config: RaceConfig | None = None,
+    seed: int = 0,
+    watch: Callable[[float], None] = lambda share: None,
 ) -> RaceResult:
     """Let drivers race each other, greedily.
 
@@ -159,6 +164,7 @@ def race_head_to_head(
         rules: How it is judged.
         config: How the world is: fidelity, direction, time; None: as usual.
         seed: Of what chance does to the cars, where it does.
+        watch: Called after each tick with the share that is driven, 0 to 1.
 
     Raises:
         SettingError: Too few or too many drivers, or one that cannot see in this company.
@@ -168,6 +174,7 @@ def race_head_to_head(
     field.place_on_grid(seed)
     while not field.is_over:
         field.tick()
+        watch(field.share)
     return field.result()
 
 
@@ -221,6 +228,12 @@ class _Field:
     def is_over(self) -> bool:
         """Nobody drives any more."""
         return bool(self._out.all())
+
+    @property
+    def share(self) -> float:
+        """How much of all races is driven, 0 to 1."""
+        whole = self._rules.laps * self._world.track.length
+        return float(np.where(self._out, 1.0, np.clip(self._driven / whole, 0.0, 1.0)).mean())
 
     def place_on_grid(self, seed: int) -> None:
         """Put every car on its grid."""

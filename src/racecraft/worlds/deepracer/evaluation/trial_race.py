@@ -11,7 +11,7 @@ The world knows none of this: it ends the episode, and is told to go on from ano
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -182,7 +182,13 @@ class RaceRecord:
         }
 
 
-def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: int = 0) -> RaceRecord:
+def judge_race(
+    policy: Policy,
+    world: RaceWorld,
+    rules: TrialRaceRules,
+    seed: int = 0,
+    watch: Callable[[int, float, int], None] = lambda trials, progress_percent, ticks: None,
+) -> RaceRecord:
     """Let a policy drive a race.
 
     Args:
@@ -190,6 +196,8 @@ def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: in
         world: One car, made with `rules.race_config` and `laps=rules.laps_in_one`, its start share 0.
         rules: How it is judged.
         seed: Of what chance does to the car, where it does.
+        watch: Called after each tick with the trials that are over, the progress of the one that is driven, per cent,
+            and the number of ticks.
     """
     marshal, resets = _Marshal(world, rules), rules.box_resets()
     buffers = allocate(world.spec)
@@ -206,6 +214,7 @@ def judge_race(policy: Policy, world: RaceWorld, rules: TrialRaceRules, seed: in
                 crashed = int(world.reports[0, 0]["status"]) == race.CRASHED
                 set_back(world, before, crashed, resets, marshal.held_ticks, buffers)
                 policy.reset_state(np.ones(1, bool))
+            watch(len(marshal.trials), float(world.reports[0, 0]["progress"]), marshal.ticks)
     return marshal.record()
 
 
@@ -293,6 +302,11 @@ class _Marshal:
         """Return how many ticks a mishap costs."""
         seconds = {race.IMMOBILISED: 0.0, race.CRASHED: self.rules.collision_penalty}
         return round(seconds.get(status, self.rules.off_track_penalty) * TICKS_PER_SECOND)
+
+    @property
+    def ticks(self) -> int:
+        """How many were judged."""
+        return len(self._rows)
 
     def record(self) -> RaceRecord:
         """Return the race."""

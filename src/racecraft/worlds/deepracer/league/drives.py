@@ -15,6 +15,7 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.formats.tensor_file import digest
 from racecraft.league.race import Outcome
+from racecraft.league.world_part import Tell
 from racecraft.settings.composition import Settings
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.settings import race_groups
@@ -98,6 +99,7 @@ def drive_cars(
     rules: CarRules,
     seed: int,
     recorded: Sequence[Mapping[str, Array]] | None = None,
+    tell: Tell = lambda share, text: None,
 ) -> list[CarDrive]:
     """Let cars drive a heat.
 
@@ -108,6 +110,7 @@ def drive_cars(
         rules: How.
         seed: Of what chance does: places of boxes, lane changes of bots.
         recorded: Actions of an earlier drive, car by car, which are driven again; None: the policies choose.
+        tell: Is told in each tick how far they are.
 
     Raises:
         SettingError: A car cannot see in this company.
@@ -116,15 +119,24 @@ def drive_cars(
         [Recorder(car.policy) for car in cars] if recorded is None else [Player(one) for one in recorded]
     )
     if rules.is_meeting:
-        return _meeting(cars, names, track, rules, seed, actors)
-    return [_alone(cars[0], track, rules, seed, actors[0])]
+        return _meeting(cars, names, track, rules, seed, actors, tell)
+    return [_alone(cars[0], track, rules, seed, actors[0], tell)]
 
 
-def _alone(car: TrainedCar, track: Track, rules: CarRules, seed: int, actor: Recorder | Player) -> CarDrive:
+def _alone(car: TrainedCar, track: Track, rules: CarRules, seed: int, actor: Recorder | Player, tell: Tell) -> CarDrive:
     trial_rules = rules.trial_rules()
     car = in_race(car, rules)
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=trial_rules.laps_in_one)
-    record = judge_race(actor, world, trial_rules, seed)
+    laps_in_all = trial_rules.number_of_trials
+
+    def watch(laps: int, progress_percent: float, ticks: int) -> None:
+        share = (laps + progress_percent / 100.0) / laps_in_all
+        if rules.race_seconds is not None:
+            share = ticks * TICK_SECONDS / rules.race_seconds
+        of = f" of {rules.laps}" if rules.race_seconds is None else ""
+        tell(min(max(share, 0.0), 1.0), f"lap {min(laps + 1, laps_in_all)}{of}, {max(progress_percent, 0.0):.0f} %")
+
+    record = judge_race(actor, world, trial_rules, seed, watch)
     last = None if rules.race_seconds is None else round(rules.race_seconds * TICKS_PER_SECOND)
     laps = tuple(one.seconds if last is None or one.end < last else None for one in record.trials)
     end = record.trials[-1]
@@ -161,13 +173,15 @@ def _meeting(
     rules: CarRules,
     seed: int,
     actors: Sequence[Recorder | Player],
+    tell: Tell,
 ) -> list[CarDrive]:
     drivers = [
         replace(driver_of(car, name), policy=actor) for car, name, actor in zip(cars, names, actors, strict=True)
     ]
     result = race_head_to_head(
-        drivers, track, rules.meeting_rules(), rules.race_config(cars[0].settings.race.car), seed
-    )
+        drivers, track, rules.meeting_rules(), rules.race_config(cars[0].settings.race.car), seed,
+        lambda share: tell(share, f"{100.0 * share:.0f} % of their races"),
+    )  # fmt: skip
     places = _places(result)
     driven = track.reversed() if rules.reverse else track
     outcomes = [_met(result, index, place) for index, place in enumerate(places)]

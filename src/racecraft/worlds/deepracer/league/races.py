@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.league.race import Race
-from racecraft.league.world_part import Driven, DriveOrder
+from racecraft.league.world_part import Driven, DriveOrder, Tell
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.league.drives import CarDrive
@@ -66,9 +66,9 @@ class CarLeague:
 
         warm_up()
 
-    def drive(self, order: DriveOrder) -> Driven:
+    def drive(self, order: DriveOrder, tell: Tell = lambda share, text: None) -> Driven:
         """Let the cars drive."""
-        return self._driven(order, None)
+        return self._driven(order, None, tell)
 
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Drive again by recorded actions."""
@@ -80,13 +80,15 @@ class CarLeague:
 
         film_cars(self._drives(order, folder), order.names, video, seen_from)
 
-    def _driven(self, order: DriveOrder, recorded: Path | None) -> Driven:
+    def _driven(self, order: DriveOrder, recorded: Path | None, tell: Tell = lambda share, text: None) -> Driven:
         from racecraft.worlds.deepracer.league.files import files_of
 
-        drives = self._drives(order, recorded)
+        drives = self._drives(order, recorded, tell)
         return Driven(tuple(one.outcome for one in drives), {} if recorded else files_of(drives))
 
-    def _drives(self, order: DriveOrder, recorded: Path | None) -> list[CarDrive]:
+    def _drives(
+        self, order: DriveOrder, recorded: Path | None, tell: Tell = lambda share, text: None
+    ) -> list[CarDrive]:
         from racecraft.worlds.deepracer.league.drives import drive_cars
         from racecraft.worlds.deepracer.league.files import recorded_in
         from racecraft.worlds.deepracer.league.rules import CarRules
@@ -96,4 +98,4 @@ class CarLeague:
         cars = [load_trained_car(model) for model in order.models]
         actions = None if recorded is None else recorded_in(recorded, len(cars))
         rules = CarRules.from_dictionary(order.rules)
-        return drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions)
+        return drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions, tell)
