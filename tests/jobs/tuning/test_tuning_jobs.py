@@ -4,7 +4,7 @@ import json
 import sqlite3
 
 import pytest
-from tests.jobs.conftest import home  # noqa: F401 - a fixture
+from tests.jobs.conftest import end_supervisor, home  # noqa: F401 - a fixture
 from typer.testing import CliRunner
 
 from racecraft.cli.app import app
@@ -21,6 +21,7 @@ from racecraft.estimator import (
     WarmStartTypes,
 )
 from racecraft.formats.run_folder import RunFolder
+from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.tuning.dry_run import require_understood
 from racecraft.jobs.tuning.space import read_parameter
 from racecraft.jobs.tuning.study import TuningError
@@ -133,11 +134,26 @@ def test_where_one_corner_can_be_trained_there_is_something_to_find(tmp_path, mo
     assert list(tmp_path.iterdir()) == [], "nothing is written by reading"
 
 
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory):
+    """A folder with the script, and one home of jobs for all who tune it."""
+    folder = tmp_path_factory.mktemp("workplace")
+    (folder / "train.py").write_text(SCRIPT)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("RACECRAFT_JOB_STORE", raising=False)
+        patch.setenv("RACECRAFT_JOBS", str(folder / "jobs"))
+        yield folder
+        end_supervisor(JobPaths.of_user())
+
+
+def estimator_of(script):
+    return RLEstimator(script, RLToolkit.RAY, "1.6.0", "pytorch", role="r", hyperparameters={"lr": 9.0}, cores=1)
+
+
 @pytest.fixture
-def estimator(home, tmp_path, monkeypatch):  # noqa: F811
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "train.py").write_text(SCRIPT)
-    return RLEstimator("train.py", RLToolkit.RAY, "1.6.0", "pytorch", role="r", hyperparameters={"lr": 9.0}, cores=1)
+def estimator(workplace, monkeypatch):
+    monkeypatch.chdir(workplace)
+    return estimator_of("train.py")
 
 
 def test_an_estimator_is_tuned_as_sagemakers_is(estimator, capsys):
@@ -175,12 +191,20 @@ def test_words_that_no_tuner_takes_are_named(estimator):
 METRIC = "episode_reward_mean"
 
 
-@pytest.fixture
-def parent(estimator):
+@pytest.fixture(scope="module")
+def tuned(workplace):
+    """One search, which others begin with."""
     ranges = {"lr": ContinuousParameter(0.0, 1.0), "layers": CategoricalParameter([3])}
-    tuner = HyperparameterTuner(estimator, METRIC, ranges, max_jobs=2, max_parallel_jobs=2)
-    tuner.fit(job_name="parent")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(workplace)
+        tuner = HyperparameterTuner(estimator_of("train.py"), METRIC, ranges, max_jobs=2, max_parallel_jobs=2)
+        tuner.fit(job_name="parent")
     return tuner
+
+
+@pytest.fixture
+def parent(estimator, tuned):
+    return tuned
 
 
 def test_a_search_begins_with_the_jobs_of_an_earlier_one(parent, capsys):
@@ -229,19 +253,19 @@ def test_an_earlier_search_is_attached_and_analysed_by_its_name(parent):
     assert limits == {"MaxNumberOfTrainingJobs": 2, "MaxParallelTrainingJobs": 2}
 
 
-def test_what_a_search_cannot_begin_with_is_named(parent, estimator, tmp_path):
+def test_what_a_search_cannot_begin_with_is_named(parent, estimator, workplace):
     ranges, kinds = {"lr": ContinuousParameter(0.0, 1.0)}, WarmStartTypes
 
     def begun(kind, parents, estimator=estimator, **words):
         config = WarmStartConfig(kind, parents)
         return HyperparameterTuner(estimator, METRIC, ranges, warm_start_config=config, **words)
 
-    with pytest.raises(SettingError, match=r"No search is named 'parnet'.*There are parent\. Did you mean 'parent'"):
+    with pytest.raises(SettingError, match=r"No search is named 'parnet'.*There are .*parent.* Did you mean 'parent'"):
         begun(kinds.TRANSFER_LEARNING, {"parnet"})
     with pytest.raises(SettingError, match="had objective_type 'Maximize' and this one has 'Minimize'"):
         begun(kinds.TRANSFER_LEARNING, {"parent"}, objective_type="Minimize")
-    (tmp_path / "other.py").write_text(SCRIPT)
-    other = RLEstimator("other.py", RLToolkit.RAY, "1.6.0", "pytorch", role="r", cores=1)
+    (workplace / "other.py").write_text(SCRIPT)
+    other = estimator_of("other.py")
     with pytest.raises(SettingError, match=r"trained .*train.py and this one trains .*other.py"):
         begun(kinds.IDENTICAL_DATA_AND_ALGORITHM, {"parent"}, other)
     assert begun(kinds.TRANSFER_LEARNING, {"parent"}, other).estimator is other
