@@ -10,6 +10,7 @@ import pytest
 import racecraft
 from racecraft.contract.world import allocate
 from racecraft.settings.table import rows_of
+from racecraft.training.callbacks import EvaluationResult
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
 from racecraft.worlds.deepracer.env.fidelity import (
@@ -24,6 +25,7 @@ from racecraft.worlds.deepracer.env.fidelity import (
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import PROFILES, TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.training.evaluator import CarEvaluator
 
@@ -126,6 +128,19 @@ def test_the_episodes_of_an_evaluation_at_aws_begin_alike_and_end_apart():
     assert len({lap["progress_percent"] for lap in first.details["laps"]}) >= 3
     trained_in._cars["episode"] += 20  # whole laps of starts on
     assert CarEvaluator(judged, Straight(), trained_in).evaluate() != first
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_of_equal_checkpoints_the_newest_is_best_at_aws_and_else_the_fastest(fidelity):
+    judge = CarEvaluator(make_world(fidelity), Straight())
+
+    def judged(seconds):
+        report = LapReport((Lap(0, 100.0, seconds, "lap_complete", 100),))
+        return EvaluationResult(100.0, True, selection=judge._selection(report))
+
+    fast, slow = judged(8.0), judged(9.0)
+    assert slow.takes_the_place_of(fast) is (fidelity == "aws")
+    assert fast.takes_the_place_of(slow)
 
 
 def test_a_tick_is_as_long_as_the_seed_says_and_a_fifteenth_of_a_second_on_average():

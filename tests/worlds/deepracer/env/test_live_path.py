@@ -226,15 +226,17 @@ def test_the_files_tell_the_speed_that_a_car_had_and_the_one_it_was_told():
     )
 
 
-def test_a_command_beyond_the_car_is_told_as_written_and_driven_as_sent():
-    """45 degrees at 5 m/s: the reward function and the files see them, the car drives 30 degrees at 4 m/s."""
+@pytest.mark.parametrize(("fidelity", "seen"), [("sane", (30.0, 4.0)), ("aws", (45.0, 5.0))])
+def test_a_command_beyond_the_car_is_driven_and_seen_as_sent_and_at_aws_seen_as_written(fidelity, seen):
+    """45 degrees at 5 m/s: the car drives 30 degrees at 4 m/s."""
     fastest = ActionTable.of([(math.radians(30), 4.0)])
     stories = []
     for actions, choice in ((ACTIONS, BEYOND), (fastest, 0)):
         listener, recorder = Listener(), EpisodeRecorder()
         world = RaceWorld(
-            load_track("reinvent_base"), actions, listener, camera_config=CameraConfig(16, 12), start_shares=[0.0]
-        )
+            load_track("reinvent_base"), actions, listener, camera_config=CameraConfig(16, 12), start_shares=[0.0],
+            race_config=RaceConfig(fidelity=fidelity),
+        )  # fmt: skip
         buffers, told = allocate(world.spec), np.array([[choice]])
         world.reset(buffers, 0)
         for _ in range(6):
@@ -242,9 +244,9 @@ def test_a_command_beyond_the_car_is_told_as_written_and_driven_as_sent():
             recorder(world, buffers, told)
         stories.append((listener.told, recorder.take(1)))
     (heard, files), (plain, plain_files) = stories
-    assert {(params["steering_angle"], params["speed"]) for params in heard} == {(45.0, 5.0)}
+    assert {(params["steering_angle"], params["speed"]) for params in heard} == {seen}
     assert {(params["steering_angle"], params["speed"]) for params in plain} == {(30.0, 4.0)}
-    np.testing.assert_allclose(np.degrees(files["steering_rad"]), 45.0)
-    assert set(files["speed_mps"]) == {5.0}
+    np.testing.assert_allclose(np.degrees(files["steering_rad"]), seen[0])
+    assert set(files["speed_mps"]) == {seen[1]}
     for name in ("x_m", "y_m", "yaw_rad", "velocity_mps"):
         assert files[name].tobytes() == plain_files[name].tobytes(), name

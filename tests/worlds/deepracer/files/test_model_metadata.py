@@ -152,7 +152,8 @@ def test_what_aws_took_is_taken_and_said_once(tmp_path):
     (told,) = metadata.notes
     assert told == (
         "3 of 5 actions (right 45°, 0 m/s; left 45°, 12 m/s; straight, -1 m/s) reach beyond what is sent to a car and "
-        "are clipped there to ±30° and 0.1 to 4 m/s; the reward function and the traces see them as written"
+        "are clipped there to ±30° and 0.1 to 4 m/s: the reward function and the traces see them so, with "
+        "--fidelity aws as written"
     )
     assert not read_model_metadata(car_file(tmp_path)).notes
 

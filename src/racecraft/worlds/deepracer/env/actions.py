@@ -4,8 +4,8 @@ Two kinds stand side by side behind the same two verbs: `ActionTable` for a disc
 number, and `ActionBox` for a continuous one, where it is the command itself. `spec` is what the world promises its
 policies; `commands` translates a whole tick's choices at once.
 
-A command is kept as it was *chosen*, which reward functions and traces see, and as it is *sent*: held within what the
-original sends to a car, whatever its action space says (`clip_commands`).
+A command is kept as it was *chosen* and as it is *sent*: held within what the original sends to a car, whatever its
+action space says (`clip_commands`). Reward functions and traces see what is sent; with fidelity aws what was chosen.
 """
 
 from __future__ import annotations

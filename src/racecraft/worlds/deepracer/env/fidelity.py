@@ -48,6 +48,8 @@ class AwsQuirks:
     lap_is_an_end: bool
     memory_is_finite: bool
     evaluation_follows_training: bool
+    newest_of_equals: bool
+    commands_are_as_written: bool
     ticks_jitter: bool
     wheels_wander: bool
     wheels_keep_their_angle: bool
@@ -111,6 +113,19 @@ DEPARTURES = (
         "Every episode of an evaluation starts where training's next episode would.",
         "Starts are spread evenly round the track and are the same in every evaluation.",
         "worlds/deepracer/training/evaluator.py",
+    ),
+    Quirk(
+        "newest_of_equals",
+        "Of checkpoints with the same mean progress, reward or lap time the newest is the best.",
+        "The one with the fastest lap is; of those that are equal in that, too, the newest.",
+        "worlds/deepracer/training/evaluator.py",
+    ),
+    Quirk(
+        "commands_are_as_written",
+        "The reward function and the traces see speed and angle as the action table has them, also where the car is "
+        "held to 0.1 to 4 m/s and 30 degrees.",
+        "They see what the car is sent.",
+        "worlds/deepracer/env/world.py",
     ),
     Quirk(
         "ticks_jitter",
@@ -179,7 +194,7 @@ DEPARTURES = (
 KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",
     "`steps` is a float that a racer first sees as 2.0, so that a reward which waits for 1 (or 0) waits for ever; "
-    "`x`, `y` are the front of the car; `speed` and `steering_angle` are commands.",
+    "`x`, `y` are the front of the car; `speed` and `steering_angle` are commands, not what the car does.",
     "`objects_heading` is in rad, 0 of what stands; `objects_speed` is what bots were told, penalty or not.",
     "In a time trial the lists of objects are empty and `closest_objects` is [0, 0].",
     "Globals, class state and function attributes of a reward belong to one car, as they did to one worker, and last "

@@ -124,7 +124,7 @@ TICK_REPORT = np.dtype(
         ("x", "f8"), ("y", "f8"), ("yaw", "f8"),  # base_link at the moment the action was chosen, m and rad
         ("front_x", "f8"), ("front_y", "f8"),
         ("action", "i8"),  # number of the action chosen; -1 where actions are continuous
-        ("speed", "f8"), ("steering", "f8"),  # commanded, as it was chosen and before it is clipped: m/s and rad
+        ("speed", "f8"), ("steering", "f8"),  # commanded, as `RaceWorld.as_reported` has it: m/s and rad
         ("driven_speed", "f8"), ("driven_steering", "f8"),  # what the car did at that moment
         ("progress", "f8"), ("arc", "f8"), ("centre_distance", "f8"), ("track_width", "f8"),
         ("waypoint_before", "i8"), ("waypoint_after", "i8"), ("waypoint_nearest", "i8"),

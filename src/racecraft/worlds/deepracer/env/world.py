@@ -309,7 +309,7 @@ class RaceWorld:
                 actions_2=self.actions,
                 action_shape=self._action_shape,
             )
-        commands = self.actions.commands(actions.reshape(self._action_shape))
+        commands = self.as_reported(self.actions.commands(actions.reshape(self._action_shape)))
         self._paying.keep(is_asked=self.has_reward)
         with at_most(self._threads):
             kernels.tick(*self.of_a_tick(commands, buffers))
@@ -324,6 +324,10 @@ class RaceWorld:
         if self.reward is not None:
             self._paying.compute_rewards(self.reward, self.reports, buffers.reward)
         self._keep_episodes(buffers.reward)
+
+    def as_reported(self, commands: Commands) -> Commands:
+        """Return commands whose `chosen` is what rewards and traces see: at AWS as written, else as sent."""
+        return commands if self.habits.commands_are_as_written else commands._replace(chosen=commands.sent)
 
     def of_a_tick(self, commands: Commands, buffers: StepBuffers) -> tuple[Any, ...]:
         """Return what `kernels/race.py` takes for a tick, in its order: for those who drive many in compiled code.

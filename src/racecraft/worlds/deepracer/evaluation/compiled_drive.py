@@ -40,7 +40,8 @@ class CompiledDrive:
 
     def __init__(self, look: CompiledPolicy, world: RaceWorld, actions: ActionTable) -> None:
         self._world, self._buffers = world, allocate(world.spec)
-        count, menu = world.spec.num_worlds, actions.commands(np.arange(len(actions.steering))[:, None])
+        count, choices = world.spec.num_worlds, np.arange(len(actions.steering))
+        menu = world.as_reported(actions.commands(choices[:, None]))
         rooms = np.zeros((count, 3, look.room), np.float32)
         self._driver = (look.layers, look.weights, look.scale, rooms, menu.numbers, menu.chosen, menu.sent)
         self._told = actions.commands(np.zeros((count, 1), np.int64))

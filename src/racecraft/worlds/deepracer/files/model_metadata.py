@@ -354,7 +354,8 @@ def _is_full_range(steering_rad: float, speed_mps: float) -> bool:
 def _clipping(what: str) -> str:
     return (
         f"{what} reach beyond what is sent to a car and are clipped there to ±{MAX_STEERING_DEG:g}° and "
-        f"{MIN_SPEED_MPS:g} to {MAX_SPEED_MPS:g} m/s; the reward function and the traces see them as written"
+        f"{MIN_SPEED_MPS:g} to {MAX_SPEED_MPS:g} m/s: the reward function and the traces see them so, with --fidelity "
+        "aws as written"
     )
 
 

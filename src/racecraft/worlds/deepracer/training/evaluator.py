@@ -41,7 +41,7 @@ class CarEvaluator:
         world: As many cars as starts; no reward.
         policy: The policy, greedy; it follows its learner.
         trained_in: The training's own world; with fidelity aws, evaluations start where its next episode would.
-        best_by: What makes a checkpoint the best: "progress", "reward" or "laptime"; of equals the faster.
+        best_by: What makes a checkpoint the best: "progress", "reward" or "laptime".
         flying: One car on each course that drives FLYING_LAPS laps in one episode, to confirm that it is stable; none:
             no such proof.
         by_track: What is judged, course by course, where there are several; those that are held out stand last and
@@ -106,11 +106,18 @@ class CarEvaluator:
             headline=" | ".join(filter(None, headlines)),
             details=report.as_dictionary() | _table(results),
             steps=sum(lap.steps for lap in every.laps),
-            selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
+            selection=self._selection(report),
             luck=LUCK if self._times_flying and self._best_by == "laptime" else 0.0,
             write_files=partial(_write_generalisation, results),
             by_status=ended_alike((lap.status, lap.reward, lap.progress_percent, _seconds(lap)) for lap in every.laps),
         )
+
+    def _selection(self, report: LapReport) -> tuple[float, ...]:
+        """Return what a checkpoint is best by; of equals the faster is, at AWS the newest (facts: deepracer.md 8.6)."""
+        merit, best = report.merit(self._best_by), report.best_lap_seconds
+        if self._world.habits.newest_of_equals:
+            return (merit,)
+        return (merit, -float("inf") if best is None else -best)
 
     def confirm(self) -> bool:
         """Drive three laps one after the other: what laps from every start need not survive its own finish line."""
