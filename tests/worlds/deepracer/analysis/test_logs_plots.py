@@ -9,6 +9,7 @@ import pytest
 from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
+from racecraft.contract.errors import TrackError
 from racecraft.worlds.deepracer.analysis import logs as analysis
 from racecraft.worlds.deepracer.analysis.logs import PlotError
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
@@ -222,6 +223,15 @@ def test_a_circuit_that_nobody_knows_is_a_letter(tmp_path):
     with pytest.raises(PlotError, match="3.140 m long .* Name it with --track"):
         analysis.find_track(ticks)
     assert analysis.track_or_none(ticks) is None
+
+
+@pytest.mark.parametrize("name", ["Bowtie_track", "reInvent2019_wide", "Spain_track"])
+def test_a_log_is_not_read_on_a_track_that_it_was_not_driven_on(tmp_path, name):
+    """The first is nearly as long, the second lies nearly where the car drove."""
+    ticks = logs_of(tmp_path, makers.joined(*(makers.episode(k, 0.8, 150) for k in range(2))))
+    assert analysis.find_track(ticks, "reinvent_base").name == "reinvent_base"
+    with pytest.raises(TrackError, match=f"{name}: a track of"):
+        analysis.find_track(ticks, name)
 
 
 TRACKS = ["reinvent_base", "Spain_track", "Straight_track"]

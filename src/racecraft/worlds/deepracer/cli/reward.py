@@ -39,8 +39,8 @@ def _show_check(checked: CheckedReward) -> None:
         print(f"{one.level.upper()} {place}: {one.text}.")
         if one.hint:
             print(f"      {one.hint}")
-    print(f"{found.situations} moments pay {figure(found.lowest)} to {figure(found.highest)}; a call takes "
-          f"{found.microseconds:.1f} µs.")  # fmt: skip
+    cost = f"{found.microseconds:.1f} µs" if found.microseconds >= 0.05 else "less than 0.1 µs"
+    print(f"{found.situations} moments pay {figure(found.lowest)} to {figure(found.highest)}; a call takes {cost}.")
     if found.tricks:
         print("What would pay more than lapping?")
         for trick in found.tricks:
@@ -50,8 +50,8 @@ def _show_check(checked: CheckedReward) -> None:
             print(f"  {trick.name:28} {pays:>10} {unit:8}  lap {lap_pays:>10}  {answer}")
     if found.speed is not None and all(one.kind != "speed" for one in found.findings):
         print(f"The reward {found.speed.sentence}.")
-    faults = f"{found.faults} fault{'' if found.faults == 1 else 's'}"
-    print(f"{faults}, {len(found.findings) - found.faults} notes.")
+    notes = len(found.findings) - found.faults
+    print(f"{found.faults} fault{'s' * (found.faults != 1)}, {notes} note{'s' * (notes != 1)}.")
     if checked.page is not None:
         print(f"page: {checked.page}")
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from racecraft.analysis.plot import PlotError
 from racecraft.contract.errors import TrackError
+from racecraft.contract.message import Message
 from racecraft.worlds.deepracer.analysis.logs.plot import require
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names, summary
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 SAMPLE = 1500
 SAME_LENGTH_M = 0.1
 """How much the track length in a log may differ from the catalogue's, whose curves are smooth."""
+MAX_LENGTH_SHARE, MAX_MISFIT = 0.02, 0.6
+"""A named track may differ from the log's length by so large a share, as waypoint files do, and ticks may lie so many
+widths from its centre line on average: a car on the road is within half of one."""
 
 
 def find_track(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> Track:
@@ -33,13 +37,13 @@ def find_track(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> 
 
     Raises:
         PlotError: No circuit of the catalogue fits.
-        TrackError: There is no circuit of the name.
+        TrackError: There is no circuit of the name, or the log was driven on another.
     """
     frame = require(ticks, "x_m", "y_m", "track_length_m")
     length = float(frame["track_length_m"].drop_nulls().median() or 0.0)  # type: ignore[arg-type]
     sample = frame.gather_every(max(1, frame.height // SAMPLE))
     if world is not None:
-        return _counted(_turned(load_track(world), sample), sample)
+        return _counted(_turned(_checked(load_track(world), world, sample, length), sample), sample)
     near = [name for name in names() if abs(summary(name).length - length) < SAME_LENGTH_M]
     fits = sorted(((_misfit(track, sample), track.name, track) for track in map(load_track, near)), key=lambda f: f[:2])
     if not fits or fits[0][0] > 2.0 * fits[0][2].width_mean:
@@ -59,6 +63,24 @@ def track_or_none(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) 
         return track_or_none(ticks) if world is not None else None
     except PlotError:
         return None
+
+
+def _checked(track: Track, world: str, sample: pl.DataFrame, length: float) -> Track:
+    """Return a circuit on which a log can have been driven.
+
+    Raises:
+        TrackError: The log's is of another length, or its ticks lie beside this one.
+    """
+    apart = _misfit(track, sample)
+    if (length and abs(track.length - length) > MAX_LENGTH_SHARE * length) or apart > MAX_MISFIT * track.width_mean:
+        raise TrackError(
+            world,
+            Message("a track of {length:.2f} m, from whose centre line the log's ticks are {apart:.2f} m on average",
+                    length=track.length, apart=apart),
+            Message("the track that was driven, of {length:.2f} m", length=length),
+            "Leave the name out: the track is found by its length and by where the car drove.",
+        )  # fmt: skip
+    return track
 
 
 def _misfit(track: Track, sample: pl.DataFrame) -> float:
