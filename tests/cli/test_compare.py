@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from tests.reference import TRACES
 
 
 @pytest.mark.long
@@ -33,3 +34,5 @@ def test_what_is_no_run_is_named(racecraft):
     said = racecraft("compare", "nowhere")
     assert said.code == 2
     assert "nowhere: there is no such folder" in said.err
+    said = racecraft("compare", str(TRACES / "drfc-1-worker"))
+    assert (said.code, "Logs alone cannot be judged" in said.err) == (2, True)

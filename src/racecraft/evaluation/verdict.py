@@ -154,7 +154,7 @@ def _sentences(
     )
     if comparison.luck <= BY_LUCK:
         return (f"Better: {better} ({gap}).", share, luck)
-    more = "More seeds would tell (--seeds 5)." if min(counts) < 5 else "If there is a difference, it is small."
+    more = f"More seeds would tell (--seeds {max(5, 2 * min(counts))})."
     return (f"No verdict. {better} looks better ({gap}).", share, luck, more)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from racecraft.contract.errors import RunFolderError
 from racecraft.contract.kinds import kinds
 from racecraft.formats.run_folder import JOB, RunFolder
 
@@ -20,4 +21,10 @@ def open_run(source: str | Path) -> RunFolder:
             run: RunFolder | None = opened(str(source)) if opened else None
             if run is not None:
                 return run
+        if Path(source).is_dir():
+            raise RunFolderError(
+                "{path}: holds no {job} and no weights of a model; expected a run folder of racecraft, or a model of "
+                "AWS with its weights. Logs alone cannot be judged.",
+                path=source, job=JOB,
+            )  # fmt: skip
     return RunFolder.open(source)

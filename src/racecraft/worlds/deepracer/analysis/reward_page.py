@@ -15,6 +15,7 @@ from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.chart import Chart, Series
 from racecraft.pages.render import render_file
+from racecraft.worlds.deepracer.analysis.svg_lines import svg_path, svg_view
 from racecraft.worlds.deepracer.driving.reward.check import RewardCheck
 from racecraft.worlds.deepracer.driving.reward.findings import FAULT, Finding
 from racecraft.worlds.deepracer.driving.reward.pay_map import PayMap
@@ -58,7 +59,6 @@ def reward_data(
 def map_data(mapped: PayMap) -> dict[str, Any]:
     """Return the road with every place coloured by its pay, as paths of an SVG; y runs downwards, metres."""
     track = mapped.track
-    x0, y0, x1, y1 = track.bounds
     finite = mapped.pay[np.isfinite(mapped.pay)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     share = np.nan_to_num((mapped.pay - low) / max(high - low, 1e-9), nan=-1.0)
@@ -67,8 +67,8 @@ def map_data(mapped: PayMap) -> dict[str, Any]:
         "words": f"{track.title or track.name}: {mapped.what} from {low:.3g} to {high:.3g}, {mapped.at}",
         "title": f"What it pays: {mapped.what}",
         "about": f"{track.title or track.name}, {mapped.at}",
-        "view": f"{x0 - EDGE_M:.2f} {-y1 - EDGE_M:.2f} {x1 - x0 + 2 * EDGE_M:.2f} {y1 - y0 + 2 * EDGE_M:.2f}",
-        "borders": [_path(line, track.closed) for line in (track.inner, track.outer)],
+        "view": svg_view(track, EDGE_M),
+        "borders": [svg_path(line, track.closed) for line in (track.inner, track.outer)],
         "cells": [(colour + 1, _cells(mapped, level == colour)) for colour in range(COLOURS)],
         "low": f"{low:.3g}",
         "high": f"{high:.3g}",
@@ -131,12 +131,10 @@ def _lines(found: RewardCheck) -> list[dict[str, Any]]:
 def _trick(one: Trick) -> dict[str, Any]:
     """Return a trick with both pays as shares of the larger."""
     size = max(abs(one.pays), abs(one.lap_pays), 1e-9)
-    unit = "in sum" if one.is_sum else "a second"
-    answer = "more" if one.pays_more else "as much" if one.pays_the_same else "less"
     return {
         "name": _capital(one.name), "share": max(0.0, one.pays / size),
-        "lap_share": max(0.0, one.lap_pays / size), "pays": f"{figure(one.pays)} {unit}",
-        "lap": f"{figure(one.lap_pays)} {unit}", "answer": answer,
+        "lap_share": max(0.0, one.lap_pays / size), "pays": f"{figure(one.pays)} {one.unit}",
+        "lap": f"{figure(one.lap_pays)} {one.unit}", "answer": one.answer,
     }  # fmt: skip
 
 
@@ -180,8 +178,3 @@ def _rescored(found: Rescored) -> dict[str, Any]:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def _path(points: Array, closed: bool) -> str:
-    path = "L".join(f"{x:.2f} {-y:.2f}" for x, y in np.asarray(points).tolist())
-    return f"M{path}{'Z' if closed else ''}"

@@ -8,6 +8,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.analysis.ghosts import points_of
+from racecraft.worlds.deepracer.analysis.svg_lines import svg_path, svg_view
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -29,10 +30,10 @@ def lap_map(compared: LapComparison) -> dict[str, Any]:
     length, width = (one * max(1.0, size / 10.0) / 2.0 for one in CAR_M)
     return {
         "words": f"{track.title or track.name}: the lap coloured by speed, the reference dashed, corners numbered",
-        "view": f"{x0 - edge:.2f} {-y1 - edge:.2f} {x1 - x0 + 2 * edge:.2f} {y1 - y0 + 2 * edge:.2f}",
+        "view": svg_view(track, edge),
         "road": _road(track),
-        "start": _path(np.array([track.inner[0], track.outer[0]])),
-        "reference": _path(points_of(compared.reference.offset_m, track), track.closed),
+        "start": svg_path(np.array([track.inner[0], track.outer[0]])),
+        "reference": svg_path(points_of(compared.reference.offset_m, track), track.closed),
         "lap": _coloured(points_of(compared.lap.offset_m, track), speed, track.closed),
         "corners": _corners(compared, size),
         "mark": round(0.022 * size, 3),
@@ -44,8 +45,8 @@ def lap_map(compared: LapComparison) -> dict[str, Any]:
 
 def _road(track: Track) -> str:
     if track.closed:
-        return _path(track.outer, True) + _path(track.inner, True)
-    return _path(np.concatenate([track.outer, track.inner[::-1]]), True)
+        return svg_path(track.outer, True) + svg_path(track.inner, True)
+    return svg_path(np.concatenate([track.outer, track.inner[::-1]]), True)
 
 
 def _coloured(points: Array, speed: Array, closed: bool) -> list[tuple[int, str]]:
@@ -58,7 +59,7 @@ def _coloured(points: Array, speed: Array, closed: bool) -> list[tuple[int, str]
     for first, last in zip(edges.tolist(), ends, strict=True):
         rows = np.arange(first, last + 1)
         rows = rows % len(points) if closed else rows[rows < len(points)]
-        stretches.append((int(level[first]) + 1, _path(points[rows])))
+        stretches.append((int(level[first]) + 1, svg_path(points[rows])))
     return stretches
 
 
@@ -88,8 +89,3 @@ def _filled(speed: Array) -> Array:
     """Return speeds with gaps closed by their neighbours."""
     known = np.isfinite(speed)
     return np.interp(np.arange(len(speed)), np.flatnonzero(known), speed[known])
-
-
-def _path(points: Array, closed: bool = False) -> str:
-    path = "L".join(f"{x:.3f} {-y:.3f}" for x, y in np.asarray(points).tolist())
-    return f"M{path}{'Z' if closed else ''}"

@@ -74,9 +74,9 @@ def telemetry_data(compared: LapComparison, ticks: pl.DataFrame | None = None) -
         "map": lap_map(compared),
         "ghosts": _ghosts(compared),
         "traces": [chart.shown() for chart in _traces(compared)],
-        "corners": {"heads": CORNER_HEADS, "rows": _corner_rows(compared), "words": CORNER_WORDS},
-        "steady": {"heads": STEADY_HEADS, "rows": _steady_rows(compared), "words": STEADY_WORDS},
-        "laps": _lap_rows(compared, names),
+        "corners": corner_table(compared),
+        "steady": steady_table(compared),
+        "laps": lap_table(compared, names),
         "steadiness": _steadiness(compared).shown(),
         "sequences": _sequences(compared, ticks),
     }
@@ -132,7 +132,8 @@ def _marks(compared: LapComparison) -> list[Mark]:
     return marks
 
 
-def _corner_rows(compared: LapComparison) -> list[tuple[str, ...]]:
+def corner_table(compared: LapComparison) -> dict[str, Any]:
+    """Return the lap beside the reference, a row a corner, and what the standing start costs."""
     rows: list[tuple[str, ...]] = [
         (
             zone.name, _figure(zone.seconds), _figure(zone.reference_seconds), _figure(zone.lost_seconds, "+.2f"),
@@ -144,17 +145,20 @@ def _corner_rows(compared: LapComparison) -> list[tuple[str, ...]]:
     if compared.start_seconds:
         blank = ("",) * (len(CORNER_HEADS) - 4)
         rows.append(("standing start", "", "", _figure(compared.start_seconds, "+.2f"), *blank))
-    return rows
+    return {"heads": CORNER_HEADS, "rows": rows, "words": CORNER_WORDS}
 
 
-def _steady_rows(compared: LapComparison) -> list[tuple[str, ...]]:
-    return [
+def steady_table(compared: LapComparison) -> dict[str, Any]:
+    """Return how steadily all laps drive each corner."""
+    rows = [
         (zone.name, _figure(zone.best_seconds), _figure(zone.spread_seconds), _figure(zone.correlation, "+.2f"))
         for zone in compared.zones
     ]
+    return {"heads": STEADY_HEADS, "rows": rows, "words": STEADY_WORDS}
 
 
-def _lap_rows(compared: LapComparison, names: list[str]) -> dict[str, Any]:
+def lap_table(compared: LapComparison, names: list[str]) -> dict[str, Any]:
+    """Return the fastest laps with their sectors, each with whether it is the best of all."""
     timing = compared.timing
     seconds, best = timing.laps.lap_seconds, timing.best_sector_seconds
     order = np.argsort(seconds, kind="stable")

@@ -44,10 +44,8 @@ def _show_check(checked: CheckedReward) -> None:
     if found.tricks:
         print("What would pay more than lapping?")
         for trick in found.tricks:
-            unit = "in sum" if trick.is_sum else "a second"
-            answer = "more" if trick.pays_more else "as much" if trick.pays_the_same else "less"
             pays, lap_pays = figure(trick.pays), figure(trick.lap_pays)
-            print(f"  {trick.name:28} {pays:>10} {unit:8}  lap {lap_pays:>10}  {answer}")
+            print(f"  {trick.name:28} {pays:>10} {trick.unit:8}  lap {lap_pays:>10}  {trick.answer}")
     if found.speed is not None and all(one.kind != "speed" for one in found.findings):
         print(f"The reward {found.speed.sentence}.")
     notes = len(found.findings) - found.faults

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import TrackError
-from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.run_facts import track_of
+from racecraft.worlds.deepracer.analysis.svg_lines import svg_path, svg_view
 from racecraft.worlds.deepracer.tracks.track import Track
 
 FACTS, PAGE = "why.json", "why.html"
@@ -57,7 +57,6 @@ def _place(number: int, facts: dict[str, Any]) -> dict[str, Any]:
 
 def _map(track: Track, why: dict[str, Any]) -> dict[str, Any]:
     """Return road, paths and places as an SVG has them: metres, y downwards."""
-    x0, y0, x1, y1 = track.bounds
     places = []
     for number, one in enumerate(why["places"], 1):
         ends = np.asarray(one["xy"], float).reshape(-1, 2)
@@ -66,14 +65,9 @@ def _map(track: Track, why: dict[str, Any]) -> dict[str, Any]:
             {"number": number, "x": f"{x:.2f}", "y": f"{-y:.2f}", "radius": f"{0.16 + 0.5 * one['share']:.2f}"}
         )
     return {
-        "view": f"{x0 - EDGE_M:.2f} {-y1 - EDGE_M:.2f} {x1 - x0 + 2 * EDGE_M:.2f} {y1 - y0 + 2 * EDGE_M:.2f}",
-        "road": _path(track.outer, track.closed) + _path(track.inner, track.closed),
-        "paths": [_path(np.asarray(path, float).reshape(-1, 2), False) for path in why["paths"]],
+        "view": svg_view(track, EDGE_M),
+        "road": svg_path(track.outer, track.closed) + svg_path(track.inner, track.closed),
+        "paths": [svg_path(np.asarray(path, float).reshape(-1, 2)) for path in why["paths"]],
         "ends": [(f"{x:.2f}", f"{-y:.2f}") for one in why["places"] for x, y in one["xy"]],
         "places": places,
     }
-
-
-def _path(points: Array, closed: bool) -> str:
-    path = "L".join(f"{x:.2f} {-y:.2f}" for x, y in points.tolist())
-    return f"M{path}{'Z' if closed else ''}"

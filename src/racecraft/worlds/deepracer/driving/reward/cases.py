@@ -30,7 +30,7 @@ from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.user_file import read_user_file
 from racecraft.worlds.deepracer.driving.reward.paying import Payer
-from racecraft.worlds.deepracer.driving.reward.poses import place_on_road, reports_of
+from racecraft.worlds.deepracer.driving.reward.poses import one_tick_behind, place_on_road, reports_of
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -65,9 +65,7 @@ class Place:
             track, [self.share * track.length], [self.offset_m], [np.radians(self.heading_degrees)],
             np.radians(self.steering_degrees), self.speed_mps,
         )  # fmt: skip
-        before = now.copy()
-        before[:, :2] -= self.speed_mps * TICK_SECONDS * np.array([np.cos(now[0, 2]), np.sin(now[0, 2])])
-        rows = np.concatenate([reports_of(track, before, laps=False), reports_of(track, now, laps=False)])
+        rows = np.concatenate([reports_of(track, one, laps=False) for one in (one_tick_behind(now), now)])
         rows["steps"] = (self.ticks - 1.0, self.ticks)
         rows["time"] = rows["steps"] * TICK_SECONDS
         return rows

@@ -238,15 +238,14 @@ class _Checking:
         for trick in tricks:
             if not trick.pays_more:
                 continue
-            unit = "" if trick.is_sum else " a second"
             hint = "Pay for what brings the car forward."
             if trick.name == LEAVING_AT_ONCE and trick.lap_pays < 0.0:
                 hint = (
                     "Every tick costs, so the shortest episode is the best: pay for metres, or make leaving cost more."
                 )
             self._findings.append(
-                Finding(FAULT, "trick", f"{trick.name} pays {figure(trick.pays)}{unit}, and the best paid lap "
-                        f"{figure(trick.lap_pays)}{unit}", hint)
+                Finding(FAULT, "trick", f"{trick.name} pays {figure(trick.pays)} {trick.unit}, and the best paid "
+                        f"lap {figure(trick.lap_pays)}", hint)
             )  # fmt: skip
         return tricks
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.reward.paying import Payer
-from racecraft.worlds.deepracer.driving.reward.poses import place_on_road, reports_of
+from racecraft.worlds.deepracer.driving.reward.poses import one_tick_behind, place_on_road, reports_of
 from racecraft.worlds.deepracer.env.actions import ActionTable
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive
 from racecraft.worlds.deepracer.env.race import TICK_REPORT
@@ -112,9 +112,7 @@ def pay_map(
     here = place_on_road(
         track, np.repeat(arcs, LANES), offsets.ravel(), np.full(offsets.size, heading_error), steering, speed
     )
-    before = here.copy()
-    before[:, :2] -= speed * TICK_SECONDS * np.column_stack([np.cos(here[:, 2]), np.sin(here[:, 2])])
-    rows = _pairs(track, before, here, np.repeat(arcs, LANES))
+    rows = _pairs(track, here, np.repeat(arcs, LANES))
     paid = payer.compute_rewards(track, rows, is_traced=with_terms or term is not None, is_reversed=track.is_reversed)
     values: Array = paid.rewards[1::2]
     terms: tuple[str, ...] = ()
@@ -184,10 +182,10 @@ def draw_map(mapped: PayMap, path: Path, title: str) -> None:
     save_picture(figure, path)
 
 
-def _pairs(track: Track, before: Array, here: Array, arcs: Array) -> Array:
+def _pairs(track: Track, here: Array, arcs: Array) -> Array:
     """Return two rows a place, each pair an episode that began one tick earlier at its own place."""
     rows = np.zeros(2 * len(here), TICK_REPORT)
-    rows[0::2], rows[1::2] = reports_of(track, before, laps=False), reports_of(track, here, laps=False)
+    rows[0::2], rows[1::2] = reports_of(track, one_tick_behind(here), laps=False), reports_of(track, here, laps=False)
     gained = (rows["arc"][1::2] - rows["arc"][0::2] + 0.5 * track.length) % track.length - 0.5 * track.length
     rows["progress"][0::2] = 100.0 * arcs / track.length
     rows["progress"][1::2] = rows["progress"][0::2] + 100.0 * gained / track.length

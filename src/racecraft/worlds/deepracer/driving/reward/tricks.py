@@ -50,6 +50,16 @@ class Trick:
         """Whether the trick pays as much as the best paid lap, or nearly."""
         return not self.pays_more and self.pays >= self.lap_pays - MARGIN * abs(self.lap_pays) - 1e-9
 
+    @property
+    def unit(self) -> str:
+        """Of both pays."""
+        return "in sum" if self.is_sum else "a second"
+
+    @property
+    def answer(self) -> str:
+        """Whether the trick pays "more", "as much" or "less"."""
+        return "more" if self.pays_more else "as much" if self.pays_the_same else "less"
+
 
 def try_tricks(payer: Payer, stock: tuple[Drive, ...], sums: list[float]) -> list[Trick]:
     """Return every trick and what it pays.
