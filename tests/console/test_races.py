@@ -10,7 +10,7 @@ from tests.browser import Browser, needs_chromium
 from racecraft.console.application import make_console
 from racecraft.console.pages import races
 from racecraft.jobs.job_paths import JobPaths
-from racecraft.league.race import Drive, Entry, Outcome, Result
+from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 from racecraft.league.store import League
 from racecraft.web.server import ServerThread
 
@@ -85,6 +85,11 @@ def test_a_board_its_season_and_its_organisers_acts(console, browser):
     assert "None of your models is ready" in browser.page.inner_text("main")
     browser.open(f"{address}/races/none")
     assert "has no race 'none'" in browser.page.inner_text("main")
+    league.add_race(Race(id="", title="Home", kind="deepracer", tracks=("home",), rules={}))  # an organiser's own track
+    for page in ("races", "races/home"):
+        browser.open(f"{address}/{page}")
+        assert "/pictures/deepracer/home.svg" not in browser.page.content()
+    assert "Home" in browser.page.inner_text("main")
 
 
 def test_a_race_of_snakes_has_a_form_a_board_and_a_page_for_each_heat(console, browser):

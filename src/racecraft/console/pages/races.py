@@ -86,8 +86,8 @@ def races_page(console: Console, request: Request) -> Page:
             first = next((row for row in board.rows[:1] if row.place == 1), None)
             races.append({
                 "race": asdict(race), "is_open": race.is_open(now),
-                "has_picture": parts_of(race.kind).has_pictures, "closes": race.closes, "racers": len(board.rows),
-                "waiting": board.waiting, "leader": first.racer if first else "",
+                "has_picture": parts_of(race.kind).has_picture(race.tracks[0]), "closes": race.closes,
+                "racers": len(board.rows), "waiting": board.waiting, "leader": first.racer if first else "",
                 "best": score_text(race, first.score) if first else "",
             })  # fmt: skip
         for season in league.seasons():
@@ -133,7 +133,7 @@ def race_page(console: Console, request: Request) -> Page:
         "judge_fault": judge.faults.get(race.id, ""),
         "is_solo": race.format == SOLO,
         "season": _season_title(league, race),
-        "picture": race.tracks[0] if parts_of(race.kind).has_pictures else "",
+        "picture": race.tracks[0] if parts_of(race.kind).has_picture(race.tracks[0]) else "",
         "path": f"/races/{race.id}",
         "own_entries": [{"number": entry.number, "model": entry.model} for entry in mine[:OWN_ENTRIES]],
         "older_entries": max(0, len(mine) - OWN_ENTRIES),

@@ -63,8 +63,6 @@ class CarParts(WorldParts):
         """Return lap time and progress."""
         return [("Lap time while training", "fastest lap, s", "best_lap_seconds"), *super().compared()]
 
-    has_pictures = True
-
     def race_making(self) -> RaceMaking:
         """Return the action that makes a race of cars, and the tracks."""
         from racecraft.worlds.deepracer.actions.create_race import create_race
@@ -122,6 +120,10 @@ class CarParts(WorldParts):
         from racecraft.worlds.deepracer.console import driving, laps, track_pages
 
         return (track_pages.SECTION, driving.SECTION, laps.SECTION)
+
+    def has_picture(self, key: str) -> bool:
+        """Tell whether a track is of the catalogue; racers' own are not kept here."""
+        return known_name(key) is not None
 
     def picture(self, key: str) -> str:
         """Return a track as the text of an SVG file."""
