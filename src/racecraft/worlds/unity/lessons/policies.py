@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import random
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
-from racecraft.lessons.checking import Answer, Verdict, compared, passed, predicted, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, material, passed, predicted, tried
 from racecraft.lessons.functions import call_function
 from racecraft.worlds.unity.lessons import trained
 from racecraft.worlds.unity.lessons.configuration import basic_learner
@@ -26,11 +24,9 @@ RECIPES = {
 }  # fmt: skip
 
 
-@cache
 def trainings() -> list[dict[str, Any]]:
     """Return the recorded trainings in Basic: learner, seed, and by evaluation steps and mean returns."""
-    found = json.loads((files(__package__) / "material/basic.json").read_text("utf-8"))
-    return list(found["runs"])
+    return list(material(__package__, "basic.json")["runs"])
 
 
 def _steps_until(run: dict[str, Any], mean: float) -> int:
@@ -130,8 +126,6 @@ def same_decisions(answer: Answer) -> Verdict:
 
 def own_question(answer: Answer) -> Verdict:
     """The pupil's `question(observation)` is read by the endpoint as what was observed."""
-    import time
-
     import numpy as np
 
     from racecraft.serving.invocations import read_question
@@ -141,7 +135,7 @@ def own_question(answer: Answer) -> Verdict:
     rng = random.Random()
     observation = [round(rng.random(), 3) for _ in range(20)]
     (body,) = call_function(answer.code("code"), "question", [[observation]])
-    request = ApiRequest("POST", "/invocations", json.dumps(body).encode(), time.monotonic(), [])
+    request = ApiRequest("POST", "/invocations", json.dumps(body).encode(), 0.0, [])
     try:
         found = read_question(request, basic_learner().policy_spec)
     except WebError as error:
