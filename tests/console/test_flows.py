@@ -3,6 +3,7 @@
 import contextlib
 import json
 import threading
+from pathlib import Path
 
 import pytest
 from tests.browser import Browser, needs_chromium
@@ -72,6 +73,11 @@ def test_one_click_makes_a_model_and_begins_its_training(console, browser):
     assert begun[0][1][:3] == ["train", ".", "--track=reinvent_base"]
     files = {path.name for path in (workspace.path / "models/first-car").iterdir()}
     assert files >= {"reward_function.py", "model_metadata.json", "model.json"}
+    browser.page.click("text=Show as command")
+    with browser.page.expect_download() as download:
+        browser.page.click("text=As notebook")
+    notebook = json.loads(Path(download.value.path()).read_text())
+    assert notebook["cells"][0]["source"] == f"%%bash\ncd {workspace.path}/models/first-car"
     assert browser.complaints == []
 
 

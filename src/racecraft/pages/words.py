@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import math
 
 UNKNOWN = "–"
@@ -42,4 +44,19 @@ def anchor(text: str) -> str:
     return "-".join("".join(letter if letter.isalnum() else " " for letter in text.lower()).split()) or "section"
 
 
-WORDS = {"number": number, "duration": duration, "anchor": anchor}
+def notebook(command: str, python: str = "") -> str:
+    r"""Return commands, and Python where there is some, as the address of a Jupyter notebook that can be saved.
+
+    >>> json.loads(base64.b64decode(notebook("cd a\nracecraft train").partition(",")[2]))["cells"][0]["source"]
+    '%%bash\ncd a\nracecraft train'
+    """
+    cells = [
+        {"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": [], "source": source}
+        for source in (f"%%bash\n{command}", python.strip())
+        if source
+    ]
+    text = json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 4})
+    return "data:application/x-ipynb+json;base64," + base64.b64encode(text.encode()).decode()
+
+
+WORDS = {"number": number, "duration": duration, "anchor": anchor, "notebook": notebook}
