@@ -52,6 +52,8 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/models/{name}/evaluations": MODELS,
     "/models/{name}/export": MODELS,
     "/models/{name}/files": MODELS,
+    "/models/{name}/games/{number:int}": MODELS,
+    "/models/{name}/laps/lap.csv": MODELS,
     "/models/{name}/files/{path:path}": MODELS,
     "/models/{name}/laps/lap.csv": MODELS,
     "/models/{name}/note": MODELS,

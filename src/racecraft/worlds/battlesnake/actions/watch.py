@@ -161,19 +161,14 @@ def _watch_live(request: WatchGameRequest, page: BoardPage, progress: Progress) 
 
 def _watch_recorded(game: Path, html: Path | None, page: BoardPage) -> WatchedGame:
     from racecraft.formats.atomic import write_atomic
-    from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts, title_of
-    from racecraft.worlds.battlesnake.analysis.board_page import board_page
-    from racecraft.worlds.battlesnake.evaluation.imported import read_game
+    from racecraft.worlds.battlesnake.analysis.board_page import board_page, read_board
     from racecraft.worlds.battlesnake.serving.board_server import BoardServer
 
     check_folder(html)
-    played = read_game(game)
-    card = played.card
-    events = [*(frame(board, card) for board in played.boards), game_end(played.settings, card)]
-    title, facts = title_of(card), game_facts(played.settings, card, "complete")
+    title, facts, events = read_board(game)
     if html is not None:
         write_atomic(html, board_page(title, facts, events, speed=page.speed))
         return WatchedGame(html)
     return WatchedGame(
-        play=lambda shown: shown.hold(BoardServer(title, facts, events, shown.speed), card.id), page=page
+        play=lambda shown: shown.hold(BoardServer(title, facts, events, shown.speed), facts["ID"]), page=page
     )

@@ -7,10 +7,12 @@ game is played.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from racecraft.pages.render import render_file
-from racecraft.worlds.battlesnake.analysis.board_frames import Event
+from racecraft.worlds.battlesnake.analysis.board_frames import Event, frame, game_end, game_facts, title_of
+from racecraft.worlds.battlesnake.evaluation.imported import read_game
 
 BOARD = "racecraft.worlds.battlesnake.pages/board.html"
 ARENA = "racecraft.worlds.battlesnake.pages/arena.html"
@@ -19,6 +21,20 @@ ARENA = "racecraft.worlds.battlesnake.pages/arena.html"
 def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), speed: float = 8) -> str:
     """Return the page as one file; arguments as `board_data`."""
     return render_file(BOARD, **board_data(title, game, events, speed=speed))
+
+
+def read_board(game: Path) -> tuple[str, dict[str, Any], list[Event]]:
+    """Return what a page shows of a recorded game: its headline, `game_facts`, and all events.
+
+    Args:
+        game: Of `snakes play --output`, or any file that `snakes import` reads.
+
+    Raises:
+        InputFileError: It is no such file.
+    """
+    played = read_game(game)
+    events = [*(frame(board, played.card) for board in played.boards), game_end(played.settings, played.card)]
+    return title_of(played.card), game_facts(played.settings, played.card, "complete"), events
 
 
 def board_data(
