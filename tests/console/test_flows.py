@@ -241,6 +241,26 @@ def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(
     assert (workspace.path / "runs/a-1/job.json").is_file()
 
 
+def test_settings_tell_the_keys_switch_them_off_and_tell_what_takes_the_disk(console, browser):
+    address, workspace, _ = console
+    write_run(workspace.path / "runs/a-1")
+    (workspace.path / "runs/a-1/policy.safetensors").write_bytes(bytes(3_000_000))
+    page = browser.page
+    browser.open(f"{address}/models")
+    page.keyboard.press("?")
+    page.wait_for_url("**/settings#keys")
+    page.wait_for_selector("[data-look] li:has-text('3.0 MB')", timeout=60_000)
+    page.uncheck("#use-keys")
+    page.keyboard.press("g")
+    page.keyboard.press("n")
+    page.reload()
+    assert not page.is_checked("#use-keys")
+    page.check("#use-keys")
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("g")
+    page.wait_for_selector("tr[data-row='a-1']")
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_no_page_shuts_anybody_out(console, dark):
     address, workspace, _ = console

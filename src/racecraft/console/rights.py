@@ -91,6 +91,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/seasons/new": Verb.ORGANISE,
     "/seasons/{id}": Verb.WATCH,
     "/settings": MODELS,
+    "/settings/disk": MODELS,
     "/settings/notify": Verb.RUN_MACHINE,
     "/settings/restore": Verb.RUN_MACHINE,
     "/settings/workspace.zip": Verb.RUN_MACHINE,

@@ -50,7 +50,7 @@ def notebook(command: str, python: str = "") -> str:
     >>> json.loads(base64.b64decode(notebook("cd a\nracecraft train").partition(",")[2]))["cells"][0]["source"]
     '%%bash\ncd a\nracecraft train'
     """
-    cells = [
+    cells: list[dict[str, object]] = [
         {"cell_type": "code", "execution_count": None, "metadata": {}, "outputs": [], "source": source}
         for source in (f"%%bash\n{command}", python.strip())
         if source

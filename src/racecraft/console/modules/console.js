@@ -141,11 +141,17 @@ const KEYS = {
   x: () => { const box = chosenRow()?.querySelector("input[type=checkbox]"); if (box) box.checked = !box.checked; },
   c: () => document.querySelector("[formaction='/compare']")?.click(),
   z: () => document.getElementById("undo")?.click(),
+  "?": () => { location.href = "/settings#keys"; },
 };
+const useKeys = /** @type {HTMLInputElement} */ (document.getElementById("use-keys"));
+if (useKeys) {
+  useKeys.checked = localStorage.getItem("keys") !== "off";
+  useKeys.addEventListener("change", () => localStorage.setItem("keys", useKeys.checked ? "on" : "off"));
+}
 document.addEventListener("keydown", event => {
   const target = /** @type {HTMLInputElement} */ (event.composedPath()[0]);   // an editor's own, inside its shadow
   if (event.ctrlKey || event.metaKey || event.altKey || (typing(target) && target.type !== "checkbox")) return;
-  const act = KEYS[event.key];
+  const act = localStorage.getItem("keys") !== "off" && KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });
 

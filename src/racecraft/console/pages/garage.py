@@ -39,6 +39,11 @@ SORTS: Mapping[str, Any] = {
 }  # fmt: skip
 THEN = {"best": MODELS.c.rank, "gap": MODELS.c.gap_percent}
 FIRST = "first-car"
+DOORS = (
+    ("Drive it myself", "Keyboard, gamepad or a phone. A car can learn from your laps.", "/drive"),
+    ("Learn how it works", "Lessons whose figures compute and whose exercises run something.", "/lessons"),
+)
+"""Other ways to begin, where the side bar has them."""
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -107,6 +112,7 @@ def first_page(console: Console) -> Page:
         "Begin",
         {
             "offers": offers,
+            "doors": [door for door in DOORS if door[2] in {one.href for one in console.entries}],
             "cores": psutil.cpu_count() or 1,
             "room_gb": room / 1e9,
             "folder": str(console.workspace.path),

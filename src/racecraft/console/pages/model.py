@@ -16,7 +16,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Mount, Route
 
 from racecraft.console.merge import both_texts, side_by_side
-from racecraft.console.model_row import ERROR, NEW, QUEUED, STOPPING, TRAINING
+from racecraft.console.model_row import ERROR, NEW, QUEUED, READY, STOPPING, TRAINING
 from racecraft.console.parts import Figure, WorldParts, parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, looked, one, page_routes
@@ -141,6 +141,7 @@ def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[s
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],
         "here": here,
         "path": address(row["name"]),
+        "races": parts is not None and row["status"] == READY and parts.race_making() is not None,
     }
 
 

@@ -1,4 +1,4 @@
-"""Where everything lies, how much room it takes, what is kept in the bin; the workspace as one file."""
+"""Where everything lies, what takes the disk, keys, privacy, the bin; the workspace as one file."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from starlette.responses import FileResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.accounts.rights import Verb, may
+from racecraft.console.parts import Look
 from racecraft.console.section import Section
 from racecraft.console.service import (
     Console,
@@ -24,6 +25,7 @@ from racecraft.console.service import (
     Page,
     act_route,
     form_with_file,
+    looked,
     one,
     page_routes,
     person_of,
@@ -33,6 +35,12 @@ from racecraft.console.workspace_settings import WorkspaceSettings, read_setting
 from racecraft.contract.errors import SettingError
 from racecraft.training.notify import require_addresses
 
+KEYS = (
+    ("/", "search"), ("?", "this list"), ("n", "create a model"), ("g", "go to the garage"),
+    ("j", "next row"), ("k", "row before"), ("x", "select a row"), ("c", "compare what is selected"),
+    ("z", "undo the last deletion"),
+)  # fmt: skip
+"""What modules/console.js answers."""
 STARTER_VARIABLE = "RACECRAFT_STARTER"
 """Names the page of the start by a double-click, which tells of newer versions (packaging/begin.py)."""
 
@@ -53,8 +61,14 @@ def routes(console: Console) -> list[BaseRoute]:
         name = f"racecraft-workspace-{time.strftime('%Y-%m-%d')}.zip"
         return FileResponse(saved.file, filename=name, background=BackgroundTask(shutil.rmtree, folder, True))
 
+    def disk(request: Request) -> Response:
+        look = Look("racecraft.console/disk_use.html", "racecraft.console.disk_use:disk_use", (str(workspace),))
+        return looked(console, request, look)
+
+    workspace = console.workspace.path
     return [
         *page_routes(console, "/settings", settings_page),
+        Route("/settings/disk", disk),
         act_route(console, "/settings/notify", choose_notifications),
         Route("/settings/workspace.zip", save),
         Route("/settings/restore", restore, methods=["POST"]),
@@ -100,6 +114,8 @@ def _page(console: Console, request: Request, told: Mapping[str, str], status: i
             "wrong": "",
             **told,
             **(_places(console) if may(person_of(request), Verb.RUN_MACHINE) else {}),
+            "messages": list(read_settings(console.workspace.path).notify),
+            "keys": KEYS,
             "room_gb": shutil.disk_usage(console.workspace.path).free / 1e9,
             "bin": [
                 {"place": place, "name": name, "deleted": deleted} for place, name, deleted in console.workspace.bin()
