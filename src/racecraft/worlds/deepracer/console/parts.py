@@ -90,7 +90,9 @@ class CarParts(WorldParts):
         """Return one of those pages."""
         run = RunFolder(Path(row["run"]))
         if tab == "reward":
-            return f"{TEMPLATES}/reward_tab.html", {"source": _source(run)}
+            from racecraft.worlds.deepracer.analysis.run_facts import reward_of
+
+            return f"{TEMPLATES}/reward_tab.html", {"source": reward_of(run)}
         if tab == "why":
             from racecraft.worlds.deepracer.console.why_tab import why_data
 
@@ -175,14 +177,6 @@ def _reward_look(text: str, folder: str, track: str, query: Mapping[str, str]) -
     return Look(
         f"{TEMPLATES}/reward_look.html", f"{TEMPLATES}.reward_look:look_at_reward", (text, folder, track, dict(query))
     )
-
-
-def _source(run: RunFolder) -> str:
-    """Return the text of a run's reward function; "": it has none of its own."""
-    try:
-        return run.reward_function.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return ""
 
 
 def fastest_lap(metrics: Rows) -> tuple[float | None, float | None]:
