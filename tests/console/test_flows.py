@@ -3,6 +3,7 @@
 import contextlib
 import json
 import threading
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -144,6 +145,30 @@ def test_a_fault_of_the_reward_is_marked_in_its_line_while_one_types(console, br
     page.select_option("[data-look] select[name=term]", "metres")
     page.wait_for_selector("text=What it pays: metres", timeout=30_000)
     assert browser.complaints == []
+
+
+def test_the_logs_of_a_training_are_one_file_and_its_report_a_page(console, browser, monkeypatch):
+    address, workspace, _ = console
+    run = write_run(workspace.path / "runs/a-1")
+    (run / "training-simtrace").mkdir()
+    (run / "training-simtrace/0-iteration.csv").write_text("episode,steps\n")
+    (run / "policy.safetensors").write_bytes(b"0")
+
+    def command(words, folder):
+        assert words == ["report", str(run)]
+        (run / "report.html").write_text("<h1>How a-1 went</h1>")
+        return {}
+
+    monkeypatch.setattr(tasks, "run_command", command)
+    page = browser.page
+    browser.open(f"{address}/models/a-1/files")
+    with page.expect_download() as download:
+        page.click("text=Logs as one file")
+    names = zipfile.ZipFile(download.value.path()).namelist()
+    assert names == ["metrics.jsonl", "training-simtrace/0-iteration.csv"]
+    page.click("text=Write a report")
+    page.click("text=The report, as one page")
+    assert page.inner_text("h1") == "How a-1 went"
 
 
 JUDGED = {"best_lap_seconds": 6.53, "verdict": ["a-1 is faster."], "measure": "lap", "groups": []}

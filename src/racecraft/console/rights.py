@@ -54,6 +54,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/models/{name}/files": MODELS,
     "/models/{name}/games/{number:int}": MODELS,
     "/models/{name}/laps/lap.csv": MODELS,
+    "/models/{name}/logs.zip": MODELS,
     "/models/{name}/files/{path:path}": MODELS,
     "/models/{name}/laps/lap.csv": MODELS,
     "/models/{name}/note": MODELS,

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
+import tempfile
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from starlette.background import BackgroundTask
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
@@ -30,6 +34,9 @@ ALONE = (
 """What a page that lies in a run may do: nothing but show itself, in an origin of its own."""
 EVALUATE = "evaluate"
 EXPORTING = "Exporting"
+REPORT, REPORT_PAGE = "report", "report.html"
+LOGGED = ("log.txt", "metrics.jsonl", "logs", "metrics", "training-simtrace", "evaluation-simtrace")
+"""Files and folders of a run that tell how it went."""
 EXPORTS = "export"
 """Folder of a run in which files for other programs lie."""
 
@@ -40,6 +47,9 @@ def routes(console: Console) -> list[BaseRoute]:
     def download(request: Request) -> Response:
         return file_answer(console, request)
 
+    def logs(request: Request) -> Response:
+        return logs_answer(console, request)
+
     def view(request: Request) -> Response:
         return page_of_run(console, request)
 
@@ -49,6 +59,7 @@ def routes(console: Console) -> list[BaseRoute]:
         act_route(console, "/models/{name}/evaluations", evaluate),
         *page_routes(console, "/models/{name}/files", files_page),
         act_route(console, "/models/{name}/export", export),
+        Route("/models/{name}/logs.zip", logs),
         Route("/models/{name}/files/{path:path}", download),
         Route("/models/{name}/view/{path:path}", view),
     ]
@@ -124,6 +135,7 @@ def files_page(console: Console, request: Request) -> Page:
         for path, stat in by_age[:MAX_FILES]
     ]
     exporters = sorted(parts_of(row["kind"]).kind.exporters) if row["kind"] and row["run"] else []
+    report = Path(row["run"]) / REPORT_PAGE if row["run"] else None
     task = console.tasks.of(row["name"], EXPORTING)
     data = {
         "task": task,
@@ -131,14 +143,18 @@ def files_page(console: Console, request: Request) -> Page:
         "count": len(by_age),
         "bytes": sum(stat.st_size for _, stat in by_age),
         "exporters": exporters,
+        "report": REPORT_PAGE if report is not None and report.is_file() else "",
     }
     return _page(row, "Files", "files.html", data)
 
 
 def export(console: Console, request: Request, fields: Fields) -> str:
-    """Begin to write the best checkpoint for another program; the file is among the model's files then."""
+    """Begin to write the best checkpoint for another program, or a report; it is among the model's files then."""
     row, run = _run_of(console, request)
     to = one(fields, "to")
+    if to == REPORT:
+        console.tasks.begin(row["name"], EXPORTING, [REPORT, str(run.path)], console.workspace.path)
+        return address(row["name"], "/files")
     if to not in parts_of(row["kind"]).kind.exporters:
         raise SettingError("{to!r}: is no program to export to.", to=to[:20])
     console.tasks.begin(row["name"], EXPORTING, ["export", str(run.path), "--to", to], console.workspace.path)
@@ -150,6 +166,20 @@ def file_answer(console: Console, request: Request) -> Response:
     model, _ = model_of(console, request)
     path = _inside(model.path, request.path_params["path"])
     return FileResponse(path, filename=path.name, content_disposition_type="attachment")
+
+
+def logs_answer(console: Console, request: Request) -> Response:
+    """Return what the newest training logged, as a zip that can be dropped on a console."""
+    model, run = _run_of(console, request)
+    folder = Path(tempfile.mkdtemp(prefix="racecraft-"))
+    with zipfile.ZipFile(folder / "logs.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in LOGGED:
+            place = run.path / name
+            for path in sorted(place.rglob("*")) if place.is_dir() else [place]:
+                if path.is_file() and not path.is_symlink():
+                    archive.write(path, path.relative_to(run.path))
+    tidy = BackgroundTask(shutil.rmtree, folder, True)
+    return FileResponse(folder / "logs.zip", filename=f"{model['name']}-logs.zip", background=tidy)
 
 
 def page_of_run(console: Console, request: Request) -> Response:
