@@ -53,7 +53,6 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/models/{name}/export": MODELS,
     "/models/{name}/files": MODELS,
     "/models/{name}/games/{number:int}": MODELS,
-    "/models/{name}/laps/lap.csv": MODELS,
     "/models/{name}/logs.zip": MODELS,
     "/models/{name}/files/{path:path}": MODELS,
     "/models/{name}/laps/lap.csv": MODELS,
