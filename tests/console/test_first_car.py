@@ -20,11 +20,12 @@ def test_one_click_leads_to_a_car_that_laps(tmp_path):
         address = re.search(r"http://[\d.:]+/", console.stdout.readline())[0]
         browser.open(address)
         browser.click("#train-first")
-        browser.until("!!document.querySelector('rc-cars:not([hidden])')", 120)
-        browser.until("document.querySelector('[data-live=status]')?.innerText.trim() === 'Ready'", 600)
+        # The page loads itself anew when the first map comes, which a selector outlives.
+        browser.page.wait_for_selector("rc-cars:not([hidden])", state="attached", timeout=300_000)
+        browser.page.wait_for_selector("[data-live=status]:has-text('Ready')", timeout=600_000)
         assert re.search(r"\d+\.\d\d s\s", browser.page.inner_text(".strip") + " ")
         browser.click("text=Laps")
-        browser.until("!!document.querySelector('.lap-map')", 60)
+        browser.page.wait_for_selector(".lap-map", timeout=60_000)
     finally:
         browser.close()
         console.terminate()
