@@ -14,6 +14,10 @@ and for the lessons about snakes:
     tournament.json four quick snakes, every pair six games, with intervals (lesson S3)
     runs.json       mean rewards of four ways of collecting, from benchmarks/four-runs.md (lesson S5)
 
+and for the lessons of no world:
+
+    target.json     DQN on CartPole with its target network copied seldom and at every update, by seed (lesson 10)
+
 Runs are made in a folder of their own (by default a temporary one) and kept if it is named; a run that is there already
 is not trained again. About 45 minutes of a core. Versions, machine and seeds are written into each file.
 
@@ -96,6 +100,8 @@ JUDGED = ("reinvent_base", "Oval_track", "Bowtie_track", "reInvent2019_track", "
 MATRIX_ITERATIONS = {"three tracks": 60}
 SMALL = "PPO, 8 units"
 LEARNERS = {"PPO": [], SMALL: ["--set", "network.hidden_units=8"], "DQN": ["--algorithm", "dqn"]}
+COPIED_EVERY = (128, 1)
+"""Updates between two copies of DQN's target network; 1: none, in effect."""
 SNAKES = ("area_control", "flood_fill", "hungry", "random_safe")
 SHAPES = (
     "reInvent2019_track", "2024_reinvent_champ_cw", "Vegas_track", "China_track", "Oval_track", "Tokyo_Training_track",
@@ -114,6 +120,7 @@ def main() -> None:
     """Train what is missing, and write the files."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp(prefix="lesson-material-"))
     folder.mkdir(parents=True, exist_ok=True)
+    write("target.json", target_network(), "")
     write("tournament.json", tournament(), "battlesnake")
     write("runs.json", four_runs(), "battlesnake")
     write("curves.json", curves(folder))
@@ -197,6 +204,21 @@ def tracks(folder: Path) -> dict[str, Any]:
             "progress": [round(judged[one]["mean_progress_percent"], 1) for one in JUDGED],
         })  # fmt: skip
     return {"columns": JUDGED, "starts": STARTS, "rows": rows}
+
+
+def target_network() -> dict[str, Any]:
+    """Return DQN's mean greedy return over the second half of its steps, by how seldom the target network is copied."""
+    sys.path.insert(0, str(ROOT / "benchmarks"))
+    import dqn_switches
+
+    rows = []
+    for every in COPIED_EVERY:
+        dqn_switches.BASE["target_every"] = every
+        for seed in SEEDS[:2]:
+            returns = [mean for _, mean in dqn_switches.curve(seed, {})]
+            late = returns[len(returns) // 2 :]
+            rows.append({"copied_every": every, "seed": seed, "mean": round(sum(late) / len(late), 1)})
+    return {"rows": rows}
 
 
 def tournament() -> dict[str, Any]:
@@ -359,7 +381,7 @@ def racecraft_json(*words: str) -> Any:
 
 def write(name: str, told: dict[str, Any], world: str = "deepracer") -> None:
     """Write a file with what it was made with."""
-    target = WORLDS / world / "lessons/material"
+    target = (WORLDS / world if world else ROOT / "src/racecraft") / "lessons/material"
     made = {"racecraft": racecraft.__version__, "python": platform.python_version(), "machine": platform.machine()}
     text = json.dumps({"format": "racecraft lesson material", "version": 1, "made": made} | told, separators=(",", ":"))
     target.mkdir(parents=True, exist_ok=True)

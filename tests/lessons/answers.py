@@ -179,6 +179,7 @@ RIGHT = {
     "sight/undecided": {"step": "39"},
     "sight/mirrored": {"steers": "right", "reason": "never_driven"},
     "family/dqn-update": {"value": "1.2"},
+    "family/target-off": {"happens": "same", "reason": "own_guess"},
     "family/priority": {"largest": "44", "smallest": "7"},
     "family/temperature": {"temperature": "1.73"},
     "family/evolution": {"slope": "6"},
@@ -275,6 +276,11 @@ CASES = {
         "no_discount": {"value": "1.25"},
         "whole_step": {"value": "1.4"},
         "other": {"value": "3"},
+    },
+    "family/target-off": {
+        "run": {"happens": "slower"},
+        "memory": {"happens": "nothing", "reason": "memory"},
+        "exploring": {"happens": "nothing", "reason": "exploring"},
     },
     "family/priority": {
         "no_exponent": {"largest": "55.6", "smallest": "2.8"},

@@ -116,6 +116,17 @@ class Answer:
             raise AnswerError("{label}: nothing is chosen; choose one.", label=self._fields[name].label)
         return run
 
+    def two_models(self, one: str, other: str) -> dict[str, Path]:
+        """Return the run folders of two models by the fields that they were chosen in.
+
+        Raises:
+            AnswerError: One was not chosen, or both are the same.
+        """
+        found = {name: self.model(name) for name in (one, other)}
+        if found[one] == found[other]:
+            raise AnswerError("That is the same model twice; choose two.")
+        return found
+
     def taken(self, name: str) -> Any:
         """Return what a figure gave.
 

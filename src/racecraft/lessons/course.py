@@ -119,23 +119,23 @@ def _with_material(lesson: Lesson, part: Any) -> Lesson:
     blocks = [
         replace(block, settings={**block.settings, "data": material(part.__package__, name)})
         if isinstance(block, Figure) and (name := block.settings.get("material"))
-        else _told(block, facts)
+        else _filled(block, facts)
         for block in lesson.blocks
     ]
     return replace(lesson, blocks=tuple(blocks))
 
 
-def _told(part: Any, facts: Mapping[str, str]) -> Any:
+def _filled(part: Any, facts: Mapping[str, str]) -> Any:
     """Return a part of a lesson with facts in place of their names in braces, however deep they stand."""
     if isinstance(part, str):
         for name, value in facts.items():
             part = part.replace(f"{{{name}}}", value)
     elif isinstance(part, Mapping):
-        return {key: _told(value, facts) for key, value in part.items()}
+        return {key: _filled(value, facts) for key, value in part.items()}
     elif isinstance(part, tuple):
-        return tuple(_told(one, facts) for one in part)
+        return tuple(_filled(one, facts) for one in part)
     elif is_dataclass(part) and not isinstance(part, type):
-        return replace(part, **{one.name: _told(getattr(part, one.name), facts) for one in dataclass_fields(part)})
+        return replace(part, **{one.name: _filled(getattr(part, one.name), facts) for one in dataclass_fields(part)})
     return part
 
 

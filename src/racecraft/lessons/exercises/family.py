@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from racecraft.lessons.checking import Answer, Verdict, compared, passed, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, material, passed, predicted, tried
 from racecraft.lessons.models.family import at_temperature, priorities, search_scores, slope_by_trying
 
 Q, REWARD, GAMMA, STEP = 1.0, 0.5, 0.9, 0.5
@@ -23,6 +23,14 @@ def dqn_update(answer: Answer) -> Verdict:
         "local_network": local, "no_discount": Q + STEP * (REWARD + TARGET - Q), "whole_step": REWARD + GAMMA * TARGET,
     }  # fmt: skip
     return compared(given, _updated(TARGET), 0.005, wrong, value=given, local=local)
+
+
+def target_off(answer: Answer) -> Verdict:
+    """A prediction: what becomes of DQN on CartPole where the target network is copied at every update?"""
+    answer.choice("happens")
+    rows = material("racecraft.lessons", "target.json")["rows"]
+    table = ("copied every", "seed", "mean return"), [(row["copied_every"], row["seed"], row["mean"]) for row in rows]
+    return predicted(answer, "reason", "own_guess", table)
 
 
 def _updated(best_next: float) -> float:

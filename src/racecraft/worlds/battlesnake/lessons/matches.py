@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from racecraft.worlds.battlesnake.lessons.duel import Duel
 
 GAMES, ENOUGH = 20, 14
+LIMITS = {"games": GAMES, "enough": ENOUGH}
 SEARCHED_GAMES, MILLISECONDS = 4, (30, 120)
 """Games of each time that search is given for a move."""
 
@@ -64,10 +65,16 @@ def _is_sure(row: dict[str, Any]) -> bool:
 def learned_beats(answer: Answer) -> Verdict:
     """A snake that a pupil has trained wins at least 14 of 20 games against the one that the pupil has written."""
     found = learned_duel(answer.code("code"), answer.model("snake"))
-    told = {"lost": found.won, "won": found.lost, "games": GAMES, "enough": ENOUGH, "turns": round(found.turns / GAMES)}
+    values = {
+        "lost": found.won,
+        "won": found.lost,
+        "games": GAMES,
+        "enough": ENOUGH,
+        "turns": round(found.turns / GAMES),
+    }
     if found.failed:
-        return tried("fails", **told, failed=found.failed, reason=found.reason)
-    return passed(**told) if found.lost >= ENOUGH else tried("few" if found.lost > found.won else "weaker", **told)
+        return tried("fails", **values, failed=found.failed, reason=found.reason)
+    return passed(**values) if found.lost >= ENOUGH else tried("few" if found.lost > found.won else "weaker", **values)
 
 
 def learned_duel(code: str, run: Path) -> Duel:

@@ -66,8 +66,10 @@ def first_lap(answer: Answer) -> Verdict:
 
 def drives_off(answer: Answer) -> Verdict:
     """In how many of the recorded drives the car left the road."""
-    told, given = facts(), answer.number("count")
-    return compared(given, told["left_road"], 0.5, {"laps": told["whole_laps"]}, count=round(given), all=told["drives"])
+    values, given = facts(), answer.number("count")
+    return compared(
+        given, values["left_road"], 0.5, {"laps": values["whole_laps"]}, count=round(given), all=values["drives"]
+    )
 
 
 def slow_lap(answer: Answer) -> Verdict:
@@ -159,12 +161,12 @@ def worst_track(answer: Answer) -> Verdict:
 def heads_north(answer: Answer) -> Verdict:
     """A place on the centre line where the road leads north: `distance_from_center` 0 and `heading` 90."""
     distance, heading = _of_road(answer.number("x"), answer.number("y"))
-    told = {"distance": distance, "heading": heading}
+    values = {"distance": distance, "heading": heading}
     if distance > NEAR_M:
-        return tried("off_centre", **told)
+        return tried("off_centre", **values)
     if abs(heading - 90) <= NEAR_DEGREES:
-        return passed(**told)
-    return tried("opposite" if -135 < heading < -45 else "other_heading", **told)
+        return passed(**values)
+    return tried("opposite" if -135 < heading < -45 else "other_heading", **values)
 
 
 def _of_road(x: float, y: float) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.lessons.checking import Answer, AnswerError, Verdict, material, passed, predicted, tried
+from racecraft.lessons.checking import Answer, Verdict, material, passed, predicted, tried
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.players.trained_car import TrainedCar
@@ -42,18 +42,13 @@ def surely_worse(answer: Answer) -> Verdict:
 
 def varied_car(answer: Answer) -> Verdict:
     """A pupil's car that was trained with variation comes further than another under latency, from 4 of 5 starts."""
-    plain, varied = answer.model("plain"), answer.model("varied")
-    if plain == varied:
-        raise AnswerError("That is the same car twice; choose two.")
-    rows = late_drives(plain), late_drives(varied)
-    won = sum(other > one for one, other in zip(*rows, strict=True))
-    table = (
-        ("start", "trained without, %", "trained with variation, %"),
-        [(number, *two) for number, two in enumerate(zip(*rows, strict=True), 1)],
-    )
-    told = {"won": won, "starts": STARTS, "plain": sum(rows[0]) / STARTS, "varied": sum(rows[1]) / STARTS}
-    case = "" if won >= ENOUGH else "both_lap" if min(rows[0]) >= 100 else "fewer"
-    return Verdict("tried" if case else "passed", case, told, table)
+    plain, varied = (late_drives(run) for run in answer.two_models("plain", "varied").values())
+    pairs = list(zip(plain, varied, strict=True))
+    won = sum(other > one for one, other in pairs)
+    table = ("start", "without, %", "with variation, %"), [(number, *two) for number, two in enumerate(pairs, 1)]
+    values = {"won": won, "starts": STARTS, "plain": sum(plain) / STARTS, "varied": sum(varied) / STARTS}
+    case = "" if won >= ENOUGH else "both_lap" if min(plain) >= 100 else "fewer"
+    return Verdict("tried" if case else "passed", case, values, table)
 
 
 def late_drives(run: Path) -> list[float]:
@@ -78,12 +73,12 @@ def new_road(answer: Answer) -> Verdict:
     name = answer.choice("track")
     trained, progress = on_track(answer.model("car"), name)
     laps = sum(one >= 100 for one in progress)
-    told = {"trained": ", ".join(trained), "laps": laps, "starts": STARTS, "progress": sum(progress) / STARTS}
+    values = {"trained": ", ".join(trained), "laps": laps, "starts": STARTS, "progress": sum(progress) / STARTS}
     if name in trained:
-        return tried("trained_here", **told)
+        return tried("trained_here", **values)
     if laps >= MOST:
-        return passed(**told)
-    return tried("few_tracks" if len(trained) < 3 else "few", **told)
+        return passed(**values)
+    return tried("few_tracks" if len(trained) < 3 else "few", **values)
 
 
 def on_track(run: Path, name: str) -> tuple[list[str], list[float]]:

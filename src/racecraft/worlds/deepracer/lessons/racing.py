@@ -147,7 +147,7 @@ def own_lap(answer: Answer) -> Verdict:
 def one_change(answer: Answer) -> Verdict:
     """A prediction: is the change kept? The evidence is three judged laps of the car before and after it."""
     answer.choice("expected")
-    rows = raced(_two(answer, "before", "after"))
+    rows = raced(answer.two_models("before", "after"))
     before, after = rows["before"], rows["after"]
     right = "keep" if after.is_better(before) else "undo" if before.is_better(after) else "open"
     return predicted(answer, "reason", right, _table(rows))
@@ -185,7 +185,7 @@ def driven(run: Path) -> Driven:
 def as_expected(answer: Answer) -> Verdict:
     """A prediction: does a pupil's own reward change the driving as it was meant to? Two of the pupil's cars drive."""
     name = answer.choice("expected")
-    cars = {which: driven(run) for which, run in _two(answer, "before", "own").items()}
+    cars = {which: driven(run) for which, run in answer.two_models("before", "own").items()}
     values = {which: getattr(one, EXPECTED[name][0]) for which, one in cars.items()}
     change = EXPECTED[name][1] * (values["own"] - values["before"]) / max(abs(values["before"]), 1e-9)
     right = "same" if abs(change) < NEAR else "as_expected" if change > 0 else "otherwise"
@@ -196,7 +196,7 @@ def as_expected(answer: Answer) -> Verdict:
 
 def beats_first(answer: Answer) -> Verdict:
     """A judged race: the pupil's newer car against the first one."""
-    rows = raced(_two(answer, "first", "own"))
+    rows = raced(answer.two_models("first", "own"))
     first, own = rows["first"], rows["own"]
     said = {"own": own.best or "–", "first": first.best or "–", "laps": len(own.laps), "first_laps": len(first.laps)}
     if own.is_better(first):
@@ -204,10 +204,3 @@ def beats_first(answer: Answer) -> Verdict:
     if first.is_better(own):
         return tried("slower" if own.best is not None else "no_lap", **said)
     return tried("as_fast", **said)
-
-
-def _two(answer: Answer, one: str, other: str) -> dict[str, Path]:
-    found = {name: answer.model(name) for name in (one, other)}
-    if found[one] == found[other]:
-        raise AnswerError("That is the same car twice; choose two.")
-    return found
