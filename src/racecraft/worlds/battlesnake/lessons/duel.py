@@ -16,6 +16,8 @@ from racecraft.worlds.battlesnake.players.protocol import PlayerError
 
 SETTINGS = GameSettings(players=2)
 MAX_TURNS = 400
+CODE_MS = 3000
+"""Time that a pupil's code has for a move: a busy machine shall not count as a fault of the code."""
 CODE = "snake.py"
 
 
@@ -48,7 +50,7 @@ def duel(code: str, other: str, games: int) -> Duel:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / CODE
         path.write_text(code, encoding="utf-8")
-        return meet(str(path), other, games)
+        return meet(str(path), other, games, CODE_MS)
 
 
 def meet(one: str, other: str, games: int, timeout_ms: int = 500) -> Duel:
