@@ -98,29 +98,13 @@ def test_ctrl_c_keeps_everything_and_the_board_answers_meanwhile(racecraft, aren
 
 
 def test_weights_are_tuned_and_played_by(racecraft, tmp_path):
-    tune = (
-        "snakes",
-        "tune",
-        "w.json",
-        "-W",
-        7,
-        "-H",
-        7,
-        "--rounds",
-        1,
-        "--proof",
-        2,
-        "--effort",
-        16,
-        "--most-turns",
-        5,
-    )
+    small = ("-W", 7, "-H", 7, "--rounds", 1, "--proof", 2, "--effort", 16, "--most-turns", 5)
+    tune = ("snakes", "tune", "w.json", *small)
     said = racecraft(*tune, "--json")
     assert said.code == 0, said.err
     told = json.loads(said.out)
     assert (told["rounds"], told["proven"]["games"]) == (1, 2)
     assert told["weights"] == json.loads((tmp_path / "w.json").read_text())["weights"]
-    assert "squares" in racecraft(*tune).out
     played = ("snakes", "play", "-u", "search:w.json", "-u", "hungry", "-W", 7, "-H", 7, "--most-turns", 3, "-t", 500)
     assert racecraft(*played).code == 0
     assert racecraft(*NEW).code == 0
@@ -130,7 +114,7 @@ def test_weights_are_tuned_and_played_by(racecraft, tmp_path):
         said = racecraft(*bad)
         assert said.code == 2
         assert "another kind of file" in said.err
-    assert racecraft(*["four.json" if word == "w.json" else word for word in tune], "--snakes", 4).code == 0
+    assert "squares" in racecraft("snakes", "tune", "four.json", *small, "--snakes", 4).out
     began_with = json.loads((tmp_path / "four.json").read_text())["gauntlet"]["start"]
     assert began_with == asdict(AMONG_SEVERAL), "not what serves best in duels"
     assert racecraft("snakes", "tune", "x.json", "--snakes", 3).code == 2

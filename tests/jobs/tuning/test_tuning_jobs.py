@@ -22,6 +22,7 @@ from racecraft.estimator import (
 )
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.tuning import dry_run
 from racecraft.jobs.tuning.dry_run import require_understood
 from racecraft.jobs.tuning.space import read_parameter
 from racecraft.jobs.tuning.study import TuningError
@@ -86,6 +87,13 @@ def test_who_is_not_here_is_named_before_a_folder_is_made(home, tmp_path, monkey
     assert not (tmp_path / "tunings").exists()
 
 
+@pytest.fixture
+def understood(monkeypatch):
+    """Commands of searches are not tried out in a process of their own, which has tests of its own below."""
+    monkeypatch.setattr(dry_run, "_refusal", lambda words, values: "")
+
+
+@pytest.mark.usefixtures("understood")
 def test_a_database_that_is_damaged_or_full_is_a_letter(home, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there").mkdir()
@@ -113,7 +121,7 @@ def test_a_database_that_is_damaged_or_full_is_a_letter(home, tmp_path, monkeypa
     ("param", "letter"),
     [
         ("ppo.learning_rat=1e-4..1e-2", "Did you mean 'learning_rate'?"),
-        ("ppo.epochs=-8..-2", "ppo.epochs"),
+        pytest.param("ppo.epochs=-8..-2", "ppo.epochs", marks=pytest.mark.long),
         ("network.activation=rellu,tan", "network.activation"),
     ],
 )
@@ -279,6 +287,7 @@ def test_what_a_search_cannot_begin_with_is_named(parent, estimator, workplace):
         HyperparameterTuner(estimator, METRIC, ranges).transfer_learning_tuner()
 
 
+@pytest.mark.usefixtures("understood")
 def test_what_was_taken_over_does_not_count_as_tried(home, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     asked = ["--param", "ppo.epochs=1..2", "--json", "gym", "train", "CartPole-v1", *TINY]
