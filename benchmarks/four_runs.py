@@ -3,11 +3,16 @@
     python benchmarks/four_runs.py                          train the rows, two minutes each, then judge them
     python benchmarks/four_runs.py --minutes 6 --row old --row apex
     python benchmarks/four_runs.py --gym exact              the official rules instead of the starter pack's
+    python benchmarks/four_runs.py --slowed --minutes 16    games as slow as those of 2020, for 1, 4 and 12 workers
 
 Rows train one after the other: the old hand-written DQN, DQN on one core, DQN and Ape-X on all cores, and ours (PPO,
 masked). Then checkpoints from along the way play whole games greedily, every row the same games. The folder keeps a run
 and a JSON file for each row, `chart.png` and `table.md`; the same command continues an interrupted comparison. Run
-nothing else meanwhile.
+nothing else meanwhile, but for --slowed.
+
+--slowed counts time instead of sleeping it, so that two cores carry twelve workers and a busy machine tells the same: a
+worker plays one game, a turn of it takes TURN_SECONDS, all workers play at once, and learning goes on beside them. A
+row's minutes are its turns times TURN_SECONDS.
 
 Facts: battlesnake-and-sagemaker-rl.md B.2, B.3, D. The source states five snakes, one reward, one observation, the same
 hyperparameters and time for all; the old trainer's figures are its script's defaults. Ours are the number of games side
@@ -56,7 +61,13 @@ LOOP = ("evaluation.every=1000000", "evaluation.episodes=5")
 MOMENTS = 8
 """Checkpoints of each row that are judged, the last one included."""
 RANDOM = "random moves"
-SEED, SEED_OF_JUDGING = 1, 1_000_000_007
+SEED_OF_JUDGING = 1_000_000_007
+TURN_SECONDS = 0.1
+"""Of a turn of a slowed game. In a training of 2020 with 15 workers a step of a worker's two games took 53 ms (its log,
+facts: D.2), and the source's rows had 210 minutes."""
+SLOWED = f"counted: a turn of a worker's game takes {TURN_SECONDS:g} s"
+TURNS_OF_AN_ITERATION = 8
+"""Of the rows that remember, but for the old one at today's speed."""
 
 
 @dataclass(frozen=True)
@@ -68,17 +79,31 @@ class Row:
     world: str
     settings: tuple[str, ...]
     cores: int
+    is_slowed: bool = False
+
+    def stop(self, minutes: float) -> str:
+        """Return where a training of so many minutes stops."""
+        if self.is_slowed:
+            return f"iterations={round(60 * minutes / TURN_SECONDS / TURNS_OF_AN_ITERATION)}"
+        return f"minutes={minutes:g}"
+
+    def minutes(self, line: dict[str, Any]) -> float:
+        """Return how long the row had trained by a line of its metrics."""
+        if self.is_slowed:
+            return int(line["iteration"]) * TURNS_OF_AN_ITERATION * TURN_SECONDS / 60
+        return float(line["seconds"]) / 60
 
 
-def rows_of(gym: str, cores: int) -> dict[str, Row]:
+def rows_of(gym: str, cores: int, is_slowed: bool) -> dict[str, Row]:
     plain, masked, network = PLAIN[gym], MASKED[gym], (*NETWORKS[gym], *LOOP)
     old_trainers = ("learning_rate=5e-4", "discount=0.95", "batch_size=64", "train_every=20", "optimiser=adam")
-    rllib = ("replay.capacity=50000", "replay.keep_mib=0", "runtime.keep_every=1")
+    keep_every = "runtime.keep_every=50" if is_slowed else "runtime.keep_every=1"
+    rllib = ("replay.capacity=50000", "replay.keep_mib=0", keep_every)
     old = (
         *_group("dqn", *old_trainers, "target_every=1", "target_share=0.001", "epsilon_last=0.01",
                 "epsilon_steps=40000"),
         "replay.capacity=5000", "replay.prioritised=false", "replay.keep_mib=0", "rollout.num_worlds=1",
-        "rollout.horizon=20", "runtime.threads=1", "runtime.keep_every=5",
+        "runtime.threads=1",
     )  # fmt: skip
     dqn = (
         *_group("dqn", *old_trainers, "double=true", "dueling=true", "target_every=25", "epsilon_last=0.02",
@@ -91,6 +116,16 @@ def rows_of(gym: str, cores: int) -> dict[str, Row]:
         "entropy_weight=0.01",
     )  # fmt: skip
     games = ("rollout.num_worlds=64", "rollout.horizon=32", "runtime.keep_every=1")
+    if is_slowed:
+        old += (f"rollout.horizon={TURNS_OF_AN_ITERATION}", keep_every)
+        one, four, twelve = ((*network, *way, *_side_by_side(k, 1)) for way, k in ((dqn, 1), (dqn, 4), (apex, 12)))
+        return {
+            "old": Row("hand-written DQN, one worker", "dqn", plain, (*network, *old), 1, True),
+            "dqn-1": Row("DQN, one worker", "dqn", plain, one, 1, True),
+            "dqn-4": Row("DQN, four workers", "dqn", plain, four, 1, True),
+            "apex-12": Row("Ape-X, twelve workers", "apex", plain, twelve, cores, True),
+        }
+    old += ("rollout.horizon=20", "runtime.keep_every=5")
     return {
         "old": Row("hand-written DQN, one game, one core", "dqn", plain, (*network, *old), 1),
         "dqn-1-core": Row("DQN, one core", "dqn", plain, (*network, *dqn, *_side_by_side(16, 1)), 1),
@@ -114,10 +149,13 @@ def main() -> None:
     words.add_argument("--games", type=int, default=100, help="whole games behind each mean")
     words.add_argument("--gym", choices=sorted(PLAIN), default="starter-pack")
     words.add_argument("--row", action="append", help="train only these rows")
+    words.add_argument("--slowed", action="store_true", help="count time by turns of slow games, for 1 to 12 workers")
+    words.add_argument("--seed", type=int, default=1, help="of the trainings")
     words.add_argument("--folder", type=Path)
     asked = words.parse_args()
-    folder = asked.folder or Path("four-runs") / f"{asked.gym}-{asked.minutes:g}-{asked.games}"
-    rows = rows_of(asked.gym, len(_usable_cores()))
+    name = f"{asked.gym}{'-slowed' * asked.slowed}-{asked.minutes:g}-{asked.games}-{asked.seed}"
+    folder = asked.folder or Path("four-runs") / name
+    rows = rows_of(asked.gym, len(_usable_cores()), asked.slowed)
     if unknown := set(asked.row or ()) - set(rows):
         words.error(f"--row {', '.join(sorted(unknown))}; expected some of {', '.join(rows)}")
     folder.mkdir(parents=True, exist_ok=True)
@@ -130,7 +168,7 @@ def main() -> None:
             continue
         print(f"{name}: {row.title}, {asked.minutes:g} min", flush=True)
         judged[row.title] = _kept(folder, name, lambda row=row, name=name: train_and_judge(folder / name, row, asked))
-        write_chart(folder / "chart.png", judged)
+        write_chart(folder / "chart.png", judged, "minutes of training" + asked.slowed * f", {SLOWED}")
         (folder / "table.md").write_text(table(judged), encoding="utf-8")
     print(table(judged) + f"\n{folder / 'chart.png'}")
 
@@ -138,9 +176,9 @@ def main() -> None:
 def train_and_judge(run: Path, row: Row, asked: argparse.Namespace) -> list[dict[str, float]]:
     """Train a row in a process of its own on the cores it is given; return what its checkpoints come to."""
     sets = [f"--set={one}" for one in row.settings]
-    new = [f"{WORLDS}:{row.world}", f"--algorithm={row.algorithm}", *sets, f"--seed={SEED}"]
+    new = [f"{WORLDS}:{row.world}", f"--algorithm={row.algorithm}", *sets, f"--seed={asked.seed}"]
     words = ["--resume"] if run.exists() else new
-    stop = [f"--stop=minutes={asked.minutes:g}", f"--run={run}"]
+    stop = [f"--stop={row.stop(asked.minutes)}", f"--run={run}"]
     with _on_cores(row.cores):
         subprocess.run([sys.executable, "-m", "racecraft", "gym", "train", *words, *stop], check=True)
     trained = rc.read_run(run)
@@ -150,11 +188,11 @@ def train_and_judge(run: Path, row: Row, asked: argparse.Namespace) -> list[dict
         sys.exit(f"{run}: {asked.minutes:g} minutes kept no checkpoint; give more --minutes")
     return [
         {
-            "minutes": lines[iteration]["seconds"] / 60,
+            "minutes": row.minutes(lines[iteration]),
             "steps": lines[iteration]["steps"],
             **_play(f"{WORLDS}:{row.world}", trained.policy(str(iteration)), asked.games),
         }
-        for iteration in _along_the_way(kept, lines, asked.minutes)
+        for iteration in _along_the_way(kept, [row.minutes(lines[one]) for one in kept], asked.minutes)
     ]
 
 
@@ -169,8 +207,8 @@ def table(judged: dict[str, list[dict[str, float]]]) -> str:
     return "\n".join((*head, *lines)) + "\n"
 
 
-def write_chart(path: Path, judged: dict[str, list[dict[str, float]]]) -> None:
-    """Draw reward and length over minutes of training; a band is a standard error, a dotted line is chance."""
+def write_chart(path: Path, judged: dict[str, list[dict[str, float]]], minutes: str) -> None:
+    """Draw reward and length over `minutes` of training; a band is a standard error, a dotted line is chance."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -192,7 +230,7 @@ def write_chart(path: Path, judged: dict[str, list[dict[str, float]]]) -> None:
             axes.fill_between(minutes, means - errors, means + errors, color=line.get_color(), alpha=0.15, lw=0)
         axes.set_title(head, loc="left", fontsize=9)
     both[1].set_yscale("log")
-    both[1].set_xlabel("minutes of training")
+    both[1].set_xlabel(minutes)
     both[1].legend(frameon=False, fontsize=8)
     figure.savefig(path, dpi=130)
     plt.close(figure)
@@ -202,7 +240,7 @@ class RandomMoves:
     """A policy of equally likely moves; a mask removes some."""
 
     def __init__(self) -> None:
-        self._rng = np.random.default_rng(SEED)
+        self._rng = np.random.default_rng(1)
 
     def act(self, observations: dict[str, Array], action_mask: Array | None = None) -> Array:
         liking = self._rng.random((len(next(iter(observations.values()))), 4))
@@ -243,11 +281,10 @@ def _play(world_name: str, policy: Policy, games: int) -> dict[str, float]:
     return means
 
 
-def _along_the_way(kept: list[int], lines: dict[int, Any], minutes: float) -> list[int]:
-    """Return the kept iterations nearest to evenly spread moments, and the last."""
-    seconds = np.array([lines[iteration]["seconds"] for iteration in kept])
-    wanted = 60 * minutes * np.arange(1, MOMENTS + 1) / MOMENTS
-    return sorted({kept[int(np.abs(seconds - moment).argmin())] for moment in wanted} | {kept[-1]})
+def _along_the_way(kept: list[int], moments: list[float], minutes: float) -> list[int]:
+    """Return the kept iterations, of these moments, nearest to evenly spread ones, and the last."""
+    wanted = minutes * np.arange(1, MOMENTS + 1) / MOMENTS
+    return sorted({kept[int(np.abs(np.array(moments) - moment).argmin())] for moment in wanted} | {kept[-1]})
 
 
 def _kept(folder: Path, name: str, make: Any) -> list[dict[str, float]]:
@@ -277,7 +314,7 @@ def _on_cores(count: int) -> Iterator[None]:
 
 
 def _side_by_side(games: int, threads: int) -> tuple[str, ...]:
-    return (f"rollout.num_worlds={games}", "rollout.horizon=8", f"runtime.threads={threads}")
+    return (f"rollout.num_worlds={games}", f"rollout.horizon={TURNS_OF_AN_ITERATION}", f"runtime.threads={threads}")
 
 
 def _group(name: str, *settings: str) -> tuple[str, ...]:
