@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from tests.browser import Browser, needs_chromium
+from tests.console.conftest import write_run
 
 from racecraft.console.application import make_console
 from racecraft.console.pages import races
@@ -90,6 +91,24 @@ def test_a_board_its_season_and_its_organisers_acts(console, browser):
         browser.open(f"{address}/{page}")
         assert "/pictures/deepracer/home.svg" not in browser.page.content()
     assert "Home" in browser.page.inner_text("main")
+
+
+def test_one_click_enters_the_practice_race_of_a_track_from_the_models_and_the_tracks_page(
+    console, browser, monkeypatch
+):
+    address, workspace, asked = console
+    typed = []
+    monkeypatch.setattr(races, "run_command", lambda words, folder: typed.append(words))
+    write_run(workspace / "runs/mint", track="Oval_track")
+    for page in ("models/mint", "tracks/Oval_track"):
+        browser.open(f"{address}/{page}")
+        browser.page.click("text=Practice race")
+        browser.page.wait_for_url("**/races/practice-on-oval-track")
+    (race,) = League(workspace / "league").races()
+    assert (race.tracks, race.is_practice) == (("Oval_track",), True)
+    assert [words[:3] for words in typed] == [["league", "enter", race.id]] * 2
+    assert asked == [race.id, race.id]
+    assert browser.shut_out() == []
 
 
 def test_a_race_of_snakes_has_a_form_a_board_and_a_page_for_each_heat(console, browser):

@@ -77,6 +77,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/racers/{name}": Verb.WATCH,
     "/races": Verb.WATCH,
     "/races/new": Verb.ORGANISE,
+    "/races/practice": Verb.ENTER,
     "/races/{id}": Verb.WATCH,
     "/races/{id}/act": Verb.ORGANISE,
     "/races/{id}/board.csv": Verb.WATCH,

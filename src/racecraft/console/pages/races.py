@@ -15,6 +15,7 @@ from starlette.routing import BaseRoute, Route
 
 from racecraft.accounts.rights import Verb, may
 from racecraft.actions.league.managing import close_race, open_race, reset_race, show_on_screen
+from racecraft.actions.league.options import user_name
 from racecraft.console.commands import CommandError, run_command
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import READY
@@ -69,6 +70,7 @@ def routes(console: Console) -> list[BaseRoute]:
         Route("/races/{id}/board.csv", csv_file),
         *page_routes(console, "/races/{id}", race_page),
         *page_routes(console, "/races/{id}/enter", enter_page),
+        act_route(console, "/races/practice", practise),
         act_route(console, "/races/{id}/enter", enter),
         act_route(console, "/races/{id}/act", act_on_race),
         act_route(console, "/races/{id}/withdraw", withdraw),
@@ -153,10 +155,33 @@ def enter_page(console: Console, request: Request) -> Page:
 
 def enter(console: Console, request: Request, fields: Fields) -> Page | str:
     """Enter a model, and have it judged."""
-    league, person = league_of(console), person_of(request)
-    race = race_of(league, request.path_params["id"])
+    league = league_of(console)
+    return _entered(console, request, fields, league, race_of(league, request.path_params["id"]))
+
+
+def practise(console: Console, request: Request, fields: Fields) -> Page | str:
+    """Enter a model into the practice race of its track, which is made where there is none."""
+    row = console.index.row(console.workspace.model(one(fields, "model")).name)
+    kind, track = str(row["kind"]), one(fields, "track") or str(row["picture"])
+    making, league = parts_of(kind).race_making(), open_league(console)
+    if making is None or not track:
+        raise WebError(404, "no_practice", f"{row['name']} drives on no track that has races; begin at /races.")
+    practice = (
+        [race for race in league.races() if race.is_practice and (race.kind, race.tracks) == (kind, (track,))]
+        if league
+        else []
+    )
+    if not practice:
+        made: Any = making.action(f"Practice on {track}", track=[track], practice=True, league=console.league)
+        practice = [made.race]
+    return _entered(console, request, fields, league_of(console), practice[0])
+
+
+def _entered(console: Console, request: Request, fields: Fields, league: League, race: Race) -> Page | str:
+    """Enter the model of a form; return where the race is, or the form of an entry with what is wrong."""
+    person = person_of(request)
     model, which = console.workspace.model(one(fields, "model")), one(fields, "which", "best")
-    runs, racer = model.runs(), one(fields, "racer").strip() if not person.owned else person.name
+    runs, racer = model.runs(), person.name if person.owned else one(fields, "racer", user_name()).strip()
     try:
         if which not in ("best", "last") or not runs:
             raise CommandError("{model} has no such checkpoint; expected best or last.", model=model.name)

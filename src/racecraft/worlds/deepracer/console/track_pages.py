@@ -103,7 +103,8 @@ def track_page(console: Console, request: Request) -> Page:
             "models": console.index.query(wanted),
             "papers": list(PAPERS_MM),
             "command": f"racecraft tracks show {track.name}\nracecraft drive {track.name}\n"
-            f"racecraft tracks print {track.name} --paper A4\nracecraft train --track {track.name}",
+            f"racecraft tracks print {track.name} --paper A4\nracecraft train --track {track.name}\n"
+            f'racecraft league create "Practice on {track.name}" --track {track.name} --practice',
         },
         here=HERE,
     )
