@@ -41,6 +41,7 @@ async function play(heat, label, yields = false) {
     const answer = await fetch(`${told.base}/drives/${heat.heat}/${number}`);
     if (!answer.ok) continue;
     const drive = await answer.json(), shapes = draw(drive);
+    if (!drive.cars.length) continue;  // its files are gone
     who.textContent = `${label}${heat.racers.join(" against ")}${heat.tracks.length > 1 ? `, ${track}` : ""}`;
     await run(drive, shapes, yields);
   }
