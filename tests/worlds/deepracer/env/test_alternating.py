@@ -93,6 +93,16 @@ def test_what_episodes_drew_is_that_of_the_direction_that_was_driven():
     assert world.ways[0].variation[1].tobytes() != world.ways[1].variation[1].tobytes()
 
 
+@pytest.mark.parametrize("first_car", [0, 1])
+def test_which_way_a_car_begins_goes_by_its_number_whoever_drives_those_before(first_car):
+    world = AlternatingWorld(*pair(1), first_car=first_car)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    world.step(np.ones((1, 1), np.int64), buffers)
+    heading = load_track("reinvent_base").reversed() if first_car else load_track("reinvent_base")
+    assert world.reports["yaw"][0, 0] == pytest.approx(heading.pose_at_share(0.0).yaw, abs=1e-6)
+
+
 def test_directions_of_other_cars_are_refused():
     with pytest.raises(ContractError, match="not the same cars"):
         AlternatingWorld(course("reinvent_base", 1), course("reinvent_base", 1, True, camera=(20, 15)))

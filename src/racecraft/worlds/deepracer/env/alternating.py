@@ -30,17 +30,18 @@ class AlternatingWorld:
     Args:
         first: In the given direction.
         other: The same cars in the opposite one; a reward function's copies may be common to both.
+        first_car: The number of its first car, where others drive those before: the odd ones begin in the opposite way.
 
     Raises:
         ContractError: They differ in what a car sees or can be told, or have several cars a world.
     """
 
-    def __init__(self, first: RaceWorld, other: RaceWorld) -> None:
+    def __init__(self, first: RaceWorld, other: RaceWorld, first_car: int = 0) -> None:
         if first.spec.num_agents != 1 or replace(other.spec, name=first.spec.name) != first.spec:
             raise ContractError(
                 "{first} and {other} are not the same cars, one a world", first=first.spec, other=other.spec
             )
-        self.ways = (first, other)
+        self.ways, self._first_car = (first, other), first_car
         self._own = allocate(other.spec)
         """What the cars see and earn that drive the other way."""
         self.reports = first.reports.copy()
@@ -173,7 +174,7 @@ class AlternatingWorld:
         """Nothing is held open."""
 
     def _first_ways(self) -> Array:
-        cars = np.arange(self.spec.num_worlds)
+        cars = self._first_car + np.arange(self.spec.num_worlds)
         return (cars % 2 == 1)[:, None]
 
     def _write_reports(self, rows: Array) -> None:

@@ -244,7 +244,7 @@ def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCo
             race_world(planned, block.count, paid, first, course=way, drive_seconds=drive_seconds(planned, way))
             for way in course.ways
         ]
-        return AlternatingWorld(*ways) if course.alternates else ways[0]
+        return AlternatingWorld(ways[0], ways[1], block.first) if course.alternates else ways[0]
 
     worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
     if not planned.courses and isinstance(worlds[0], RaceWorld):
