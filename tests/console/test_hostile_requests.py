@@ -25,7 +25,7 @@ JUNK = (
 )  # fmt: skip
 GETS = (
     "/models?q={}", "/models?sort={}", "/models?from={}", "/models?status={}&tag={}", "/models/{}", "/models/m0/{}",
-    "/models/m0/laps?lap={}", "/compare?m={}&m={}", "/models/m0/files/{}", "/models/m0/checkpoints?by={}",
+    "/models/m0/laps?lap={}&actions={}", "/compare?m={}&m={}", "/models/m0/files/{}", "/models/m0/checkpoints?by={}",
     "/models/m0/evaluations", "/models/{}/logs.zip", "/drafts/{}/track", "/drafts/new?kind={}", "/drafts/new?from={}",
     "/pictures/deepracer/{}.svg", "/pictures/{}/x.svg", "/models/m0/view/{}",
     "/models/m0/reward/look?speed={}&term={}", "/drafts/{}/reward/look?heading={}",

@@ -6,8 +6,8 @@ import shlex
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
-from urllib.parse import quote
+from typing import Any, get_args
+from urllib.parse import quote, urlencode
 
 import numpy as np
 from starlette.requests import Request
@@ -20,12 +20,15 @@ from racecraft.console.service import Console
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
+from racecraft.settings.request import Option, own_options
+from racecraft.settings.table import parse_value
 from racecraft.web.errors import WebError
 from racecraft.worlds.deepracer.analysis.ghosts import line_of
 from racecraft.worlds.deepracer.analysis.run_facts import track_of
 from racecraft.worlds.deepracer.analysis.telemetry_page import telemetry_data
 from racecraft.worlds.deepracer.driving.line_file import line_csv
 from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
+from racecraft.worlds.deepracer.driving.telemetry.filters import LapOptions
 from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
 from racecraft.worlds.deepracer.driving.telemetry.reference import Reference, of_best_zones, of_lap
@@ -43,7 +46,8 @@ def routes(console: Console) -> list[BaseRoute]:
 
     def lap_file(request: Request) -> Response:
         model, row = model_of(console, request)
-        timing, order = _laps_of(Path(row["run"])) if row["run"] else (None, ())
+        which = _conditions(request.query_params)
+        timing, order = _laps_of(Path(row["run"]), which) if row["run"] else (None, ())
         if timing is None:
             raise WebError(404, "no_lap", f"{model.name} has no full lap yet.")
         number = _number(request.query_params.get("lap", "1"), len(order))
@@ -60,18 +64,22 @@ def laps_page(run: Path, query: Mapping[str, str]) -> dict[str, Any]:
 
     Args:
         run: The run folder.
-        query: `lap`, counted from 1, the fastest first; `against`: ZONES, or the number of another lap.
+        query: `lap`, counted from 1, the fastest first; `against`: ZONES, or the number of another lap; any option of
+            `LapOptions`.
 
     Raises:
-        SettingError: There is no such lap.
+        SettingError: There is no such lap, or none that meets the conditions.
         UserInputError: The run's track or log cannot be read.
     """
-    timing, order = _laps_of(run)
+    which = _conditions(query)
+    timing, order = _laps_of(run, which)
     if timing is None:
         return {"told": None}
     lap, against = _number(query.get("lap", "1"), len(order)), query.get("against", ZONES)
     compared = compare_lap(timing, int(order[lap - 1]), _reference(timing, order, against))
     names = lap_names(timing)
+    given = which.named()
+    words = [word for row, value in given.items() for word in row.words(value)]
     choices = [
         (str(number), f"{number}: {timing.laps.lap_seconds[row]:.2f} s, {names[row]}")
         for number, row in enumerate(order[:CHOICES], 1)
@@ -81,16 +89,52 @@ def laps_page(run: Path, query: Mapping[str, str]) -> dict[str, Any]:
         "lap": str(lap),
         "against": against,
         "lap_choices": choices,
-        "command": shlex.join(["racecraft", "telemetry", str(run), f"--lap={lap}", "--line=lap.csv"]),
+        "conditions": [_field(row, getattr(which, row.name)) for row in own_options(LapOptions)],
+        "file": "lap.csv?" + urlencode({row.name: value for row, value in given.items()} | {"lap": lap}),
+        "command": shlex.join(["racecraft", "telemetry", str(run), f"--lap={lap}", *words, "--line=lap.csv"]),
         "against_choices": [(ZONES, "the best corners of all laps"), *choices],
     }
 
 
-def _laps_of(run: Path) -> tuple[LapTiming | None, Array]:
-    """Return a run's full laps, and their rows, the fastest first; (None, none) where there is none."""
+def _laps_of(run: Path, which: LapOptions) -> tuple[LapTiming | None, Array]:
+    """Return the laps of a run that count, and their rows, the fastest first; (None, none) where no lap is full.
+
+    Raises:
+        SettingError: No full lap meets the conditions.
+    """
     timing = _timing(str(run), _changed_at(run / "episodes"))
-    seconds = np.empty(0) if timing is None else timing.laps.lap_seconds
-    return timing, np.argsort(seconds, kind="stable")
+    if timing is None:
+        return None, np.empty(0, int)
+    rows = which.rows(timing.laps)
+    if not len(rows):
+        raise SettingError(
+            "none of the {count} full laps meets all conditions; expected one at least. Take one back.",
+            count=len(timing.laps),
+        )
+    if len(rows) < len(timing.laps):
+        timing = time_laps(timing.laps.take(rows))
+    return timing, np.argsort(timing.laps.lap_seconds, kind="stable")
+
+
+def _conditions(query: Mapping[str, str]) -> LapOptions:
+    """Return which laps count.
+
+    Raises:
+        SettingError: A value that no lap can have.
+    """
+    rows = [row for row in own_options(LapOptions) if query.get(row.name)]
+    return LapOptions(**{row.name: parse_value(row, query[row.name]) for row in rows})
+
+
+def _field(row: Option, value: Any) -> dict[str, Any]:
+    """Return a condition as `parts.field` takes it."""
+    kinds = [(bool, "check"), (int, "number"), (float, "number")]
+    kind = next((word for one, word in kinds if one in (row.kind, *get_args(row.kind))), "text")
+    return {
+        "name": row.name, "label": row.name.replace("_", " ").capitalize(), "hint": row.doc,
+        "value": "" if value is None else value, "kind": "select" if row.choices else kind,
+        "options": [("", "any"), *((one, one) for one in row.choices)],
+    }  # fmt: skip
 
 
 def _changed_at(path: Path) -> float:
