@@ -214,6 +214,28 @@ def test_a_car_put_back_keeps_its_wheels_only_at_aws(fidelity):
     assert world.cars["steering"] == pytest.approx(kept * stays)
 
 
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_leaving_the_road_beside_another_stretch_gains_a_third_of_the_lap_only_at_aws(fidelity):
+    """Where the hairpin of 2022 comes near the straight, a car in between is nearer to the straight."""
+    track = load_track("2022_reinvent_champ_ccw")
+    world = RaceWorld(
+        track, ACTIONS, None, race_config=RaceConfig(fidelity=fidelity), camera_config=CameraConfig(16, 12)
+    )
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    world.step(np.ones((1, 1), np.int64), buffers)  # the prepare tick
+    hairpin, straight = track.centre[65], track.centre[104]
+    x, y = 0.45 * hairpin + 0.55 * straight
+    car = world._cars[0, 0]
+    car["x"], car["y"], car["yaw"], car["speed"] = x, y, math.atan2(*(straight - hairpin)[::-1]), 0.0
+    car["progress"] = 60.0
+    for _ in range(2):
+        world.step(np.ones((1, 1), np.int64), buffers)
+    assert world.reports["status"][0, 0] == race.OFF_TRACK
+    assert (world.reports["progress"][0, 0] > 90.0) == (fidelity == "aws")
+    assert fidelity == "aws" or world.reports["progress"][0, 0] == 60.0
+
+
 def test_a_saved_race_goes_on_with_its_own_dice():
     worlds = [make_world("aws"), make_world("aws")]
     buffers = [allocate(world.spec) for world in worlds]
@@ -234,7 +256,7 @@ def test_the_sane_world_ignores_the_switches_bit_for_bit():
     seen = {}
     for fidelity in FIDELITIES:
         world = make_world(fidelity)
-        world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0, keeps_wheels=False)
+        world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0, keeps_wheels=False, jumps=False)
         buffers = allocate(world.spec)
         world.reset(buffers, 0)
         seen[fidelity] = []

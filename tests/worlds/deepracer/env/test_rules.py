@@ -57,7 +57,7 @@ def test_seconds_are_whole_ticks_and_two_at_least(seconds, ticks):
 def test_rules_are_those_of_the_settings_and_of_the_fidelity():
     """The original's steps stray by 8.5 %, its wheels by 1.1 degrees (facts)."""
     sane = rules_of(RaceConfig(start_advance=0.2), square(), 2, 1.5)
-    assert sane == race.Rules(3000, 2, 0.2, False, 0.0, 0.0, False, 1.5)
+    assert sane == race.Rules(3000, 2, 0.2, start_ahead=1.5)
     aws = rules_of(RaceConfig(start_advance=0.2, change_start=False, fidelity="aws"), square(), 1, 0.0)
     assert (aws.start_advance, aws.cut_ends, aws.keeps_wheels, aws.start_ahead) == (0.0, True, True, 0.0)
     assert (aws.jitter, np.degrees(aws.wheel_kick)) == pytest.approx((0.085, 1.1))

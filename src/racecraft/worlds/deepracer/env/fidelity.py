@@ -57,6 +57,7 @@ class AwsQuirks:
     lidar_is_slow: bool
     lidar_is_noisy: bool
     box_distance_slips: bool
+    progress_jumps: bool
     corners_collide: bool
     blame_is_by_lap: bool
 
@@ -173,6 +174,13 @@ DEPARTURES = (
         "of the fixed boxes stands that far past the start line.",
         "It is metres along the centre line, always; every arrangement that keeps it is as likely.",
         "worlds/deepracer/env/placing.py",
+    ),
+    Quirk(
+        "progress_jumps",
+        "A car that leaves the road beside another stretch of it is placed on that one: the tick in which it leaves "
+        "may gain a third of the lap, be paid for it, and complete the lap.",
+        "A tick without a wheel on the road that would gain or lose more than 1 m along the centre line gains nothing.",
+        "worlds/deepracer/env/rules.py",
     ),
     Quirk(
         "corners_collide",

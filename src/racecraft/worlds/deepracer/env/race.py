@@ -158,6 +158,8 @@ class Rules(NamedTuple):
     """Spread of the push that the angle of the wheels takes in every tick, rad; they come back as they steer."""
     keeps_wheels: bool = False
     """Whether a car that is put back to its start keeps the angle of its wheels."""
+    jumps: bool = False
+    """Whether a car off the road is placed on whatever stretch of it is nearest."""
     start_ahead: float = 0.0
     """m ahead of another car of its world at which a car starts again, behind it where its own car is the faster one;
     0: where its own next start lies."""

@@ -47,6 +47,7 @@ def rules_of(
         jitter=TICK_JITTER if has.ticks_jitter else 0.0,
         wheel_kick=WHEEL_KICK if has.wheels_wander else 0.0,
         keeps_wheels=has.wheels_keep_their_angle,
+        jumps=has.progress_jumps,
         start_ahead=start_ahead,
         drives_on=drive_seconds is not None,
     )
