@@ -42,7 +42,7 @@ Train it, from the folder that holds this one:
 Things to try first:
 
 1. Print something in `reward_function`: it lands in `log.txt` of the run.
-2. Change what steering costs (0.1), and look at lap time and steering: `racecraft evaluate` prints both.
+2. Change what steering costs (0.25), and look at lap time and steering: `racecraft evaluate` prints both.
 3. Give the car faster actions in `model_metadata.json`, up to 4 m/s.
 4. Another track: `racecraft tracks list`, then `racecraft train {name} --track Oval_track`.
 
