@@ -53,7 +53,7 @@ def curve(seed: int, switches: dict[str, Any]) -> list[tuple[int, float]]:
     collector = Collector(world, learner, HORIZON, seed)
     replay, found = Replay(world.spec, memory, config.discount, config.n_step), []
     for iteration in range(1, STEPS // (WORLDS * HORIZON) + 1):
-        if (fed := replay.take(collector.collect())) is not None:
+        if (fed := replay.add(collector.collect())) is not None:
             learner.update(fed)
         if iteration % EVERY == 0:
             played = play_episodes(GreedyPolicy(learner), judged, episodes_each=1, seed=seed + 50)

@@ -53,7 +53,7 @@ class SameProcess(Drivers):
         self._only = DriveProcess(kind)
         self._close, self._only.close = self._only.close, lambda: None  # type: ignore[method-assign]
 
-    def take(self, more: bool) -> DriveProcess:
+    def acquire(self, more: bool) -> DriveProcess:
         """Return the process."""
         return self._only
 

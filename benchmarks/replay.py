@@ -41,7 +41,7 @@ def filled(transitions: int, prioritised: bool) -> Replay:
     for _ in range(-(-transitions // (ROWS * ticks))):
         shape = (ticks, ROWS)
         ended = chance.random(shape) < 0.005
-        replay.take(
+        replay.add(
             RolloutBatch(
                 observations={"state": chance.normal(size=(*shape, 4)).astype(np.float32)},
                 actions=chance.integers(0, 2, shape),

@@ -115,7 +115,7 @@ class Stopwatch:
         self.took: tuple[list[int], list[int]] = ([], [])
         """Milliseconds of every answer, of either side."""
 
-    def look(self, board: Board, card: GameCard) -> None:
+    def set_position(self, board: Board, card: GameCard) -> None:
         """Note what the answers took that led to a position."""
         for one in self._asked:
             self.took[(int(one[1:]) + self._game) % 2].append(card.latencies_ms[one])
@@ -161,7 +161,7 @@ def games_by_the_clock(
             before, watch = [_failures(side) for side in sides], Stopwatch(game)
             played = play(
                 GameSettings(size, size, snakes), seats, StreamDice(int(keys[game // 2])), f"match-{game + 1}",
-                round(milliseconds), sequential=True, most_turns=MAX_TURNS, watch=watch.look,
+                round(milliseconds), sequential=True, most_turns=MAX_TURNS, watch=watch.set_position,
                 until=lambda board, game=game: len(left(board, game)) < 2,
             )  # fmt: skip
             last = left(played.boards[-1], game)

@@ -34,7 +34,7 @@ from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.alpha_beta_search import AlphaBetaSearch
 from racecraft.worlds.battlesnake.players.flood_fill import FloodFill
 from racecraft.worlds.battlesnake.players.kernels.position import play_on
-from racecraft.worlds.battlesnake.players.kernels.worth import appraise
+from racecraft.worlds.battlesnake.players.kernels.worth import evaluate
 from racecraft.worlds.battlesnake.players.mcts import Tree
 from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 from racecraft.worlds.battlesnake.players.search_position import fill_buffers, position_of
@@ -99,7 +99,7 @@ def play_again(times, chance, ways, ring, rows, bits, cells, rules, first_ring, 
 def appraise_again(times, ring, rows, bits, cells, edges, rules, pools, found, worths):
     """Appraise a position over and over."""
     for _ in range(times):
-        appraise(0, ring, rows, bits, cells, edges, rules, pools, found, worths)
+        evaluate(0, ring, rows, bits, cells, edges, rules, pools, found, worths)
 
 
 def rules(boards: list[Board], settings: GameSettings) -> dict[str, float]:

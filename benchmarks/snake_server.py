@@ -60,7 +60,7 @@ def fresh_policy(run: Path) -> str:
 
 def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     """Serve a player in a thread, let the clients play, and return the figures."""
-    from racecraft.serving.quick_answers import answer_before_thinking, settle
+    from racecraft.serving.quick_answers import answer_before_thinking, freeze_loaded
     from racecraft.web.server import ServerThread
     from racecraft.worlds.battlesnake.players.find import find_player, warm_up
     from racecraft.worlds.battlesnake.players.protocol import BatchPlayer
@@ -69,7 +69,7 @@ def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     answer_before_thinking()
     player = find_player(name)
     warm_up(player)
-    settle()
+    freeze_loaded()
     server = SnakeServer(player)
     thread = ServerThread(server.application, "snake")
     port = thread.start("127.0.0.1", 0)

@@ -86,7 +86,7 @@ def make_run(path, iterations=3, ticks=40, worlds=3, cars=1, several=False):
     world, recorder, buffers = make_courses() if several else make_world(worlds, cars), EpisodeRecorder(), None
     for iteration in range(1, iterations + 1):
         buffers = drive(world, ticks, [recorder], iteration, buffers)
-        write_episodes(run.episodes / f"{iteration}.parquet", recorder.take(iteration))
+        write_episodes(run.episodes / f"{iteration}.parquet", recorder.pop(iteration))
         score = 50.0 + iteration if iteration % 2 else None
         run.append_metrics(
             {

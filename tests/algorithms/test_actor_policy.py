@@ -45,7 +45,7 @@ def test_choices_are_told_with_their_chances_and_with_what_the_critic_expects(ma
     given = mask if masked else None
     np.testing.assert_allclose(policy.probabilities(rows, given), chances, atol=1e-6)
     np.testing.assert_array_equal(policy.act(rows, given), chances.argmax(axis=1))
-    told, expected = policy.appraise(rows, given)
+    told, expected = policy.evaluate(rows, given)
     np.testing.assert_allclose(told, chances, atol=1e-6)
     np.testing.assert_allclose(expected, values.detach().numpy(), rtol=1e-5)
     many = {"x": np.repeat(rows["x"][:1], 4000, axis=0)}

@@ -55,7 +55,7 @@ def test_what_is_new_has_the_error_that_the_actors_saw_themselves():
     replay = Replay(spec, memory, 0.5, 2, noted)
     ticks = np.arange(6, dtype=np.float32)[:, None]
     ended = ticks == 4
-    replay.take(
+    replay.add(
         RolloutBatch(
             {"x": ticks[..., None]}, np.zeros((6, 1), np.int64), np.ones((6, 1), np.float32), ended, ended & False,
             np.ones((6, 1), bool), {"x": np.full((1, 1), 6, np.float32)}, np.ones(1, bool),
@@ -74,7 +74,7 @@ def test_it_learns_beside_its_actors_and_they_follow_at_each_meeting():
     collector = Collector(world, learner, horizon=16, seed=1)
     taken = 0
     for _ in range(16):
-        fed = replay.take(collector.collect())
+        fed = replay.add(collector.collect())
         if fed is None:
             continue
         before = learner.state_dict()["network"]["choices.0.weight"]
@@ -92,7 +92,7 @@ def test_a_state_between_two_meetings_owes_the_steps_that_are_still_being_taken(
     world = CopyTheNumber(16)
     learner, replay = built(world)
     collector = Collector(world, learner, horizon=16, seed=1)
-    learner.update(replay.take(collector.collect()))
+    learner.update(replay.add(collector.collect()))
     state = learner.state_dict()
     again, _ = built(world)
     again.load_state_dict(state)
@@ -103,7 +103,7 @@ def test_what_fails_beside_is_told_at_the_next_meeting():
     world = CopyTheNumber(16)
     learner, replay = built(world)
     collector = Collector(world, learner, horizon=16, seed=1)
-    fed = replay.take(collector.collect())
+    fed = replay.add(collector.collect())
     replay.ring.arrays["reward"][:] = np.nan
     learner.update(fed)
     with pytest.raises(DivergedError, match=r"Lower apex.learning_rate"):
@@ -129,7 +129,7 @@ def test_an_actor_notes_what_it_expected_of_what_it_took_and_of_the_best_that_wa
 def test_the_first_meeting_has_nothing_to_tell_but_how_much_is_explored():
     world = CopyTheNumber(16)
     learner, replay = built(world, epsilon=0.4, ladder=3.0)
-    told = learner.update(replay.take(Collector(world, learner, horizon=16, seed=1).collect()))
+    told = learner.update(replay.add(Collector(world, learner, horizon=16, seed=1).collect()))
     mean = np.mean([0.4 ** (1 + i / 15 * 3) for i in range(16)])
     assert learner.epsilon == pytest.approx(mean, rel=1e-5)
     remembered = 16 * (16 - 3)  # the last three ticks of each row wait for what follows

@@ -8,7 +8,7 @@ import torch
 from torch.nn import functional
 
 from racecraft.algorithms.distributions import Categorical
-from racecraft.algorithms.half_precision import settled
+from racecraft.algorithms.half_precision import processor_precision
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
 from racecraft.algorithms.ppo_batch import Minibatch
@@ -126,7 +126,7 @@ def test_adam_takes_tensorflows_steps():
         m, v = 0.9 * m + 0.1 * slope, 0.999 * v + 0.001 * slope**2
         rate = 1e-2 * math.sqrt(1 - 0.999**t) / (1 - 0.9**t)
         expected -= rate * m / (v.sqrt() + 1e-2)
-        learner.steps.take([rows], whole.take, learner.now)
+        learner.steps.run([rows], whole.take, learner.now)
         assert torch.allclose(weight.detach().double(), expected, atol=1e-6)
 
 
@@ -197,7 +197,7 @@ def test_the_twin_of_half_the_precision_follows_the_weights_it_teaches():
 def test_half_the_precision_is_asked_of_processors_that_have_it(monkeypatch):
     for told, expected in (({"avx512_bf16": True}, "bfloat16"), ({"avx2": True}, "float32")):
         monkeypatch.setattr(torch.cpu, "get_capabilities", lambda told=told: told, raising=False)
-        assert settled("auto") == expected
+        assert processor_precision("auto") == expected
     monkeypatch.delattr(torch.cpu, "get_capabilities")
-    assert settled("auto") == "float32"
-    assert settled("bfloat16") == "bfloat16"
+    assert processor_precision("auto") == "float32"
+    assert processor_precision("bfloat16") == "bfloat16"

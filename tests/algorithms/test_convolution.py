@@ -60,9 +60,9 @@ def test_a_rollout_is_laid_out_once_for_a_policy_and_its_twin_critic():
     row = Architecture(convolutions=((16, 6, 3), (32, 4, 2)), separate_networks=True)
     network = ActorCritic(spec.observations, spec.actions, row, torch.Generator().manual_seed(1))
     frames = {"frame": torch.randint(0, 256, (9, 30, 40), dtype=torch.uint8)}
-    assert network.laid_out(frames)["frame"] is frames["frame"], "float32 reads frames as they come"
+    assert network.prepare(frames)["frame"] is frames["frame"], "float32 reads frames as they come"
     half = Bfloat16Copy(network).network
-    laid = half.laid_out(frames)
+    laid = half.prepare(frames)
     assert laid["frame"].shape == (9, 10, 13, 9)
     for found, wanted in zip(half(laid), half(frames), strict=True):
         assert torch.equal(found, wanted)

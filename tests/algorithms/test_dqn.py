@@ -242,7 +242,7 @@ def test_it_copies_the_number_it_sees(switches):
     replay = Replay(world.spec, ReplayConfig(capacity=5000, learning_starts=200, **prioritised), 0.5, config.n_step)
     collector = Collector(world, ours, horizon=16, seed=1)
     for _ in range(12):
-        if (fed := replay.take(collector.collect())) is not None:
+        if (fed := replay.add(collector.collect())) is not None:
             ours.update(fed)
     reward = summarise(play_episodes(GreedyPolicy(ours), CopyTheNumber(4), episodes_each=4, seed=2)).mean_reward
     assert reward == 8.0  # every number of an episode; guessing brings 2

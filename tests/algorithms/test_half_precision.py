@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.half_precision import Bfloat16Copy, settled
+from racecraft.algorithms.half_precision import Bfloat16Copy, processor_precision
 from racecraft.algorithms.networks import ActorCritic, Architecture, Vector
 from racecraft.contract.world import ArraySpec, DiscreteActions
 
@@ -30,13 +30,13 @@ def network(**row):
 )
 def test_auto_is_what_the_processor_multiplies_by_itself_and_what_is_named_stays(told, precision, monkeypatch):
     monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: told, raising=False)
-    assert settled("auto") == precision
-    assert (settled("bfloat16"), settled("float32")) == ("bfloat16", "float32")
+    assert processor_precision("auto") == precision
+    assert (processor_precision("bfloat16"), processor_precision("float32")) == ("bfloat16", "float32")
 
 
 def test_a_torch_that_cannot_say_multiplies_in_float32(monkeypatch):
     monkeypatch.delattr(torch.cpu, "get_capabilities", raising=False)
-    assert settled("auto") == "float32"
+    assert processor_precision("auto") == "float32"
 
 
 @pytest.mark.parametrize("apart", [False, True])

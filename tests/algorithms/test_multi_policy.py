@@ -7,7 +7,15 @@ import pytest
 import torch
 
 from racecraft.algorithms.learner import Decision
-from racecraft.algorithms.multi_policy import MultiPolicy, MultiPolicyLearner, group_spec, lay, merged, narrow, part_of
+from racecraft.algorithms.multi_policy import (
+    MultiPolicy,
+    MultiPolicyLearner,
+    group_spec,
+    merged,
+    narrow,
+    part_of,
+    write_rows,
+)
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.ppo import RAW_ACTION, VALUE, PpoConfig, PpoLearner
@@ -268,6 +276,6 @@ def test_actions_of_the_widest_are_made_narrow_and_wide_again():
     assert narrow(wide, A).dtype == A.actions.dtype
     assert narrow(wide, B).tolist() == [[2.0, 9.0], [1.0, 9.0]]
     into = np.zeros((3, 3), np.float32)
-    lay(into, np.array([2, 0]), np.array([4, 5]))
-    lay(into, np.array([1]), np.array([[6.0, 7.0]]))
+    write_rows(into, np.array([2, 0]), np.array([4, 5]))
+    write_rows(into, np.array([1]), np.array([[6.0, 7.0]]))
     assert into.tolist() == [[5, 0, 0], [6, 7, 0], [4, 0, 0]]

@@ -60,7 +60,7 @@ def test_bytes_are_scaled_to_one_and_floats_are_not():
 def test_scaled_numbers_are_cut_at_five_deviations():
     """A distance of 1 counts beside -1 and 1 around 0: the deviation is the root of (1 + 1 + 1) / (2 + 1), 1."""
     vector = Vector(1)
-    vector.statistics.take(torch.tensor([[-1.0], [1.0]]))
+    vector.statistics.update(torch.tensor([[-1.0], [1.0]]))
     read = vector(torch.tensor([[0.0], [4.5], [5.5], [100.0], [-4.5], [-5.5]]))
     assert read.ravel().tolist() == pytest.approx([0.0, 4.5, 5.0, 5.0, -4.5, -5.0])
     assert Vector()(torch.tensor([[[1, 2], [3, 400]]])).tolist() == [[1.0, 2.0, 3.0, 400.0]]
@@ -231,7 +231,7 @@ def test_heads_stand_on_a_users_own_layers():
     shown = zero_rows(SEEN, ("a", "b"))
     params, values = network(shown)
     assert (params.shape, values.shape) == ((2, 2), (2,))
-    assert network.laid_out(shown).keys() == shown.keys()
+    assert network.prepare(shown).keys() == shown.keys()
     network.observe(shown)  # it keeps no statistics
 
 

@@ -134,7 +134,7 @@ def test_a_learner_of_a_replay_keeps_to_its_device(card, learner, config, world)
     made = learner(world.spec, NETWORK, config, 1, card)
     memory = ReplayConfig(capacity=200, learning_starts=1, prioritised=learner is ApexLearner)
     replay = Replay(world.spec, memory, made.discount, made.n_step, made.columns)
-    replay.take(Collector(world, made, horizon=16, seed=1).collect())
+    replay.add(Collector(world, made, horizon=16, seed=1).collect())
     made.update(replay)
     made.load_state_dict(made.state_dict())
     assert {part.device.type for part in made.state_dict()["network"].values()} == {card}

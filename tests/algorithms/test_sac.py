@@ -275,7 +275,7 @@ def test_shared_eyes_learn_from_the_critics_and_not_from_the_actor():
     learner = a_learner({"camera": FRAME, "state": STATE})
     network, batch = learner.network, made_up(a_learner({"camera": FRAME, "state": STATE}))
     seen = {name: torch.from_numpy(array) for name, array in batch.observations.items()}
-    for_actor, for_critics = network.look(seen)
+    for_actor, for_critics = network.features(seen)
     mean, _ = network.decide(for_actor)
     mean.sum().backward()
     assert all(one is None for one in grads(network.eyes))
@@ -397,7 +397,7 @@ def test_it_walks_up(settings):
     collector = Collector(world, learner, horizon=4, seed=1)
     replay = Replay(world.spec, ReplayConfig(learning_starts=64), learner.discount, learner.n_step)
     for _ in range(16):
-        experience = replay.take(collector.collect())
+        experience = replay.add(collector.collect())
         if experience is not None:
             learner.update(experience)
     assert mean_reward(GreedyPolicy(learner)) >= 0.97 * mean_reward(Up())

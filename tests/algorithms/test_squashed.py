@@ -11,7 +11,7 @@ from torch.distributions.transforms import TanhTransform
 from racecraft.algorithms.distributions import SquashedGaussian, distribution_for
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner
-from racecraft.algorithms.sac import drawn
+from racecraft.algorithms.sac import sample_actions
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, ContinuousActions, WorldSpec
 
@@ -56,7 +56,7 @@ def test_densities_are_those_of_the_transformed_distribution():
 def test_what_sac_draws_has_the_transformed_distributions_density_and_gradients():
     mean, log_std = (one.double().requires_grad_() for one in parameters())
     noise = torch.randn(mean.shape, generator=torch.Generator().manual_seed(2)).double()
-    actions, log_prob = drawn(mean, log_std, noise)
+    actions, log_prob = sample_actions(mean, log_std, noise)
     ours = torch.autograd.grad((actions.sum() + log_prob.sum()), (mean, log_std))
 
     twin = its_twin(mean, log_std)

@@ -233,7 +233,7 @@ def test_dqn_recalls_what_only_a_stack_shows(size, right):
     replay = Replay(world.spec, ReplayConfig(capacity=4096, learning_starts=64), 0.0, 1, learner.columns, size)
     collector = Collector(world, learner, horizon=32, seed=1)
     for _ in range(12):
-        if (fed := replay.take(collector.collect())) is not None:
+        if (fed := replay.add(collector.collect())) is not None:
             learner.update(fed)
     policy = greedy_policy_of(learner)
     reward = summarise(play_episodes(policy, Recall(8), episodes_each=4, seed=2)).mean_reward

@@ -19,7 +19,7 @@ from racecraft.formats.episodes import STATUSES
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.overrides import as_dictionary
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
-from racecraft.worlds.deepracer.analysis.logs.judged import Judged
+from racecraft.worlds.deepracer.analysis.logs.judged import Evaluations
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.training.presets import default_settings
@@ -160,7 +160,7 @@ def test_a_car_that_runs_into_boxes_is_not_told_of_the_road(tmp_path):
     assert not told(many, "leaves the road")
 
 
-ROUND, SHORT = Judged((0.3, 1.0, 1.0), 21.5), Judged((0.3, 1.0, 0.9), 21.5)
+ROUND, SHORT = Evaluations((0.3, 1.0, 1.0), 21.5), Evaluations((0.3, 1.0, 0.9), 21.5)
 
 
 def test_what_a_car_that_gets_round_did_while_it_explored_is_no_fault(tmp_path):

@@ -50,7 +50,7 @@ def test_a_search_is_begun_watched_and_its_best_trial_kept(working_console):
     words = ["CartPole-v1", "--stop=iterations=2", "--set=rollout.horizon=16", "--set=evaluation.episodes=1"]
     job = submit_training(("gym", "train"), words, console.workspace.path / "runs/trained")
     wait(home, home.store(), job.name, 120)
-    console.watcher.look()
+    console.watcher.refresh()
     browser = Browser(1440, 900)
     browser.bypass_policy()
     page = browser.page

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import racecraft
-from racecraft.contract.user_code_location import is_user_file, shown, user_code_location
+from racecraft.contract.user_code_location import display_path, is_user_file, user_code_location
 
 
 def raised(act):
@@ -48,8 +48,8 @@ def test_neither_ours_nor_pythons_nor_a_packages_files_are_the_users_own(tmp_pat
 
 def test_files_below_the_present_folder_are_told_from_there_and_others_whole(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert shown(str(tmp_path / "rewards" / "mine.py")) == os.path.join("rewards", "mine.py")
-    assert shown(str(tmp_path.parent / "other.py")) == str(tmp_path.parent / "other.py")
+    assert display_path(str(tmp_path / "rewards" / "mine.py")) == os.path.join("rewards", "mine.py")
+    assert display_path(str(tmp_path.parent / "other.py")) == str(tmp_path.parent / "other.py")
 
 
 def test_of_two_lines_of_the_users_the_inner_one_is_told():
@@ -57,4 +57,4 @@ def test_of_two_lines_of_the_users_the_inner_one_is_told():
         json.loads("{")
 
     line = inner.__code__.co_firstlineno + 1
-    assert user_code_location(raised(lambda: inner())) == f"{shown(__file__)}:{line}"
+    assert user_code_location(raised(lambda: inner())) == f"{display_path(__file__)}:{line}"

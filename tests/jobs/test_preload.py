@@ -135,10 +135,10 @@ def test_nobody_waits_for_one_who_is_gone_or_takes_too_long(home):
 )
 def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, other):
     spare = PreloadedProcess(home)
-    assert spare.take(replace(job_in(here), **other), home.log("asks")) is None
+    assert spare.assign(replace(job_in(here), **other), home.log("asks")) is None
     os.killpg(spare._process.pid, signal.SIGKILL)
     spare._process.wait()
-    assert spare.take(job_in(here), home.log("asks")) is None, "it has ended"
+    assert spare.assign(job_in(here), home.log("asks")) is None, "it has ended"
     spare.dismiss()
 
 

@@ -55,7 +55,7 @@ def test_every_car_drives_exactly_its_quota():
         assert sorted(episode.world for episode in episodes) == [0] * 3 + [1] * 3 + [2] * 3 + [3] * 3
         assert collector.steps_taken - before[0] == collector.actor.asked - before[1] == lengths
         assert kept.num_active == lengths, "at AWS every tick is learned from, the prepare tick included"
-        columns = recorder.take(iteration)
+        columns = recorder.pop(iteration)
         assert len(columns["tick"]) == lengths
         assert "park" not in set(columns["status"])
         assert columns["done"].sum() == 12

@@ -185,14 +185,14 @@ def replay(rows=2, n_step=1, capacity=40, **settings):
 
 def test_it_waits_until_enough_is_remembered_and_counts_what_is_new():
     one = replay()
-    assert one.take(ticks(0, 4, 2)) is None
-    assert one.take(ticks(4, 4, 2, inactive=[(5, 0), (6, 0)])) is one
+    assert one.add(ticks(0, 4, 2)) is None
+    assert one.add(ticks(4, 4, 2, inactive=[(5, 0), (6, 0)])) is one
     assert (len(one), one.new_transitions) == (14, 6)
 
 
 def test_it_begins_with_exactly_as_many_as_were_asked_for():
-    assert replay().take(ticks(0, 5, 2)) is not None
-    assert replay().take(ticks(0, 5, 2, inactive=[(3, 1)])) is None
+    assert replay().add(ticks(0, 5, 2)) is not None
+    assert replay().add(ticks(0, 5, 2, inactive=[(3, 1)])) is None
 
 
 @pytest.mark.parametrize("prioritised", [False, True])
@@ -200,7 +200,7 @@ def test_only_ticks_to_learn_from_are_drawn_each_as_likely_and_none_whose_steps_
     one = replay(n_step=3, prioritised=prioritised)
     inactive = [(tick, 0) for tick in range(20, 40) if tick % 3]
     for first in range(0, 40, 8):
-        one.take(ticks(first, 8, 2, inactive=inactive))
+        one.add(ticks(first, 8, 2, inactive=inactive))
     drawn = one.sample(40_000, torch.Generator().manual_seed(1))
     number = drawn.observations["number"][:, 0].astype(int)
     allowed = {t for t in range(20, 38) if t % 3 == 0} | {1000 + t for t in range(20, 38)}
@@ -213,7 +213,7 @@ def test_only_ticks_to_learn_from_are_drawn_each_as_likely_and_none_whose_steps_
 
 def test_even_one_tick_among_thousands_is_found():
     one = replay(capacity=4000)
-    one.take(ticks(0, 2000, 2, inactive=[(t, r) for t in range(2000) for r in range(2) if (t, r) != (77, 1)]))
+    one.add(ticks(0, 2000, 2, inactive=[(t, r) for t in range(2000) for r in range(2) if (t, r) != (77, 1)]))
     assert len(one) == 1
     drawn = one.ring.gather(one._draw_alike(8, torch.Generator().manual_seed(1)), 1, GAMMA)
     assert set(drawn.observations["number"][:, 0]) == {1077.0}
@@ -221,7 +221,7 @@ def test_even_one_tick_among_thousands_is_found():
 
 def test_priorities_draw_as_the_paper_says():
     one = replay(rows=1, capacity=16, prioritised=True, priority_exponent=0.7, importance_exponent=0.5)
-    one.take(ticks(0, 16))
+    one.add(ticks(0, 16))
     errors = np.linspace(-3, 3, 16)
     one.set_priorities(np.arange(16), errors)
     expected = (np.abs(errors) + 1e-6) ** 0.7
@@ -236,9 +236,9 @@ def test_priorities_draw_as_the_paper_says():
 
 def test_what_is_new_gets_the_largest_priority_and_what_made_room_none():
     one = replay(rows=1, capacity=16, prioritised=True, priority_exponent=1.0)
-    one.take(ticks(0, 16))
+    one.add(ticks(0, 16))
     one.set_priorities(np.arange(16), np.full(16, 7.0))
-    one.take(ticks(16, 4))
+    one.add(ticks(16, 4))
     leaves = one.priorities.leaves
     assert leaves[[16, 0, 1, 2]] == pytest.approx(7.0)
     assert leaves[3] == 0.0, "the slot that shows what comes next"
@@ -266,13 +266,13 @@ def test_the_tree_draws_where_the_cumulative_sum_says(count):
 def test_a_replay_that_was_kept_goes_on_as_if_it_had_never_stopped(prioritised):
     whole, again = (replay(prioritised=prioritised, n_step=2) for _ in range(2))
     for first in range(0, 33, 3):
-        whole.take(ticks(first, 3, 2, truncated=[(14, 0), (31, 1)]))
+        whole.add(ticks(first, 3, 2, truncated=[(14, 0), (31, 1)]))
         if prioritised and len(whole):
             places = whole.ring.places(whole.ring.oldest, first)
             whole.set_priorities(places, np.sin(np.arange(len(places))))
     again.restore(whole.state())
     for one in (whole, again):
-        one.take(ticks(33, 3, 2))
+        one.add(ticks(33, 3, 2))
     mine, its = (one.sample(64, torch.Generator().manual_seed(5)) for one in (whole, again))
     np.testing.assert_array_equal(mine.index, its.index)
     np.testing.assert_array_equal(mine.next_observations["frame"], its.next_observations["frame"])
@@ -282,13 +282,13 @@ def test_a_replay_that_was_kept_goes_on_as_if_it_had_never_stopped(prioritised):
 
 def test_one_too_large_for_checkpoints_begins_anew_and_says_so():
     large, again = replay(keep_mib=0.0001), replay(keep_mib=0.0001)
-    large.take(ticks(0, 20, 2))
+    large.add(ticks(0, 20, 2))
     state = large.state()
     assert "ring" not in state
     again.restore(state)
     assert again.begins_anew
     assert again.collected == 40
-    assert again.take(ticks(20, 4, 2)) is None, "it waits until enough is remembered again"
+    assert again.add(ticks(20, 4, 2)) is None, "it waits until enough is remembered again"
 
 
 def test_one_larger_than_the_memory_allowed_is_refused_with_what_fits():
@@ -311,7 +311,7 @@ def test_one_that_just_fits_into_a_checkpoint_is_kept():
     share = 5 / whole.ring.slots  # four ticks, and the one that is being written
     for keep, kept in ((1.001, True), (0.999, False)):
         memory = replay(keep_mib=keep * whole.bytes * share / 2**20)
-        memory.take(ticks(0, 4, 2))
+        memory.add(ticks(0, 4, 2))
         assert memory.state()["kept"] is kept
 
 
@@ -353,17 +353,17 @@ def test_the_weighing_out_grows_in_a_straight_line_to_one():
     one, found = replay(prioritised=True, importance_exponent=0.4, importance_steps=40), []
     for first in range(0, 40, 10):
         found.append(one.importance)
-        one.take(ticks(first, 10, 2, inactive=[(1, 0), (1, 1)]))
+        one.add(ticks(first, 10, 2, inactive=[(1, 0), (1, 1)]))
     assert found == pytest.approx([0.4, 0.4 + 0.6 * 18 / 40, 0.4 + 0.6 * 38 / 40, 1.0])
 
 
 def test_a_memory_that_is_full_is_learned_from_however_little_it_holds():
     one = Replay(world(2), ReplayConfig(capacity=10, learning_starts=1000), GAMMA)
-    assert one.take(ticks(0, 4, 2)) is None
-    assert one.take(ticks(4, 1, 2)) is one
+    assert one.add(ticks(0, 4, 2)) is None
+    assert one.add(ticks(4, 1, 2)) is one
     idle = Replay(world(1), ReplayConfig(capacity=4, learning_starts=1), GAMMA)
-    assert idle.take(ticks(0, 4, inactive=[(tick, 0) for tick in range(4)])) is None
-    assert idle.take(ticks(4, 1)) is idle, "one will do"
+    assert idle.add(ticks(0, 4, inactive=[(tick, 0) for tick in range(4)])) is None
+    assert idle.add(ticks(4, 1)) is idle, "one will do"
 
 
 FORESEEN = {VALUE_TAKEN: ArraySpec((), np.float32), VALUE_BEST: ArraySpec((), np.float32)}
@@ -382,32 +382,32 @@ def test_what_is_new_weighs_what_its_actor_got_wrong():
     value before it stands for the one behind. The newest tick waits for what will be expected after it."""
     config = ReplayConfig(capacity=16, learning_starts=1, prioritised=True, priority_exponent=1.0)
     one = Replay(world(1), config, GAMMA, 1, FORESEEN)
-    one.take(foreseen(0, 6, terminated=[(1, 0)], truncated=[(2, 0)], inactive=[(3, 0)]))
+    one.add(foreseen(0, 6, terminated=[(1, 0)], truncated=[(2, 0)], inactive=[(3, 0)]))
     wrong = [1 + 5 - 0.5, 2 - 0.5, 3 + 10 - 0.5, None, 5 + 25 - 0.5]
     expected = [0.0 if error is None else error + 1e-6 for error in wrong]
     assert one.priorities.leaves[:7] == pytest.approx([*expected, 0.0, 0.0])
     assert len(one) == 4
-    one.take(foreseen(6, 1))
+    one.add(foreseen(6, 1))
     assert one.priorities.leaves[5:8] == pytest.approx([6 + 30 - 0.5 + 1e-6, 0.0, 0.0])
     assert len(one) == 5
 
 
 def test_without_the_actors_word_the_newest_tick_is_drawn_at_once():
     one = replay(rows=1, capacity=16, prioritised=True)
-    one.take(ticks(0, 6))
+    one.add(ticks(0, 6))
     assert len(one) == 6
     assert one.priorities.leaves[:8].tolist() == [1.0] * 6 + [0.0, 0.0]
     late = replay(rows=1, n_step=3, capacity=16, prioritised=True)
-    late.take(ticks(0, 6))
+    late.add(ticks(0, 6))
     assert len(late) == 4
     assert late.priorities.leaves[:8].tolist() == [1.0] * 4 + [0.0] * 4
-    late.take(ticks(6, 2))
+    late.add(ticks(6, 2))
     assert late.priorities.leaves[:8].tolist() == [1.0] * 6 + [0.0] * 2
 
 
 def test_what_was_given_up_for_want_of_room_is_drawn_no_more():
     one = replay(rows=1, capacity=40, prioritised=True)  # room for two last observations
-    one.take(ticks(0, 12, truncated=[(tick, 0) for tick in (1, 4, 7)]))
+    one.add(ticks(0, 12, truncated=[(tick, 0) for tick in (1, 4, 7)]))
     assert np.flatnonzero(one.priorities.leaves == 0.0).tolist()[:2] == [1, 12]
 
 

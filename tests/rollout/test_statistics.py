@@ -30,13 +30,13 @@ def test_each_agent_is_summed_up_by_itself_and_begins_anew_when_its_episode_ends
     count(counting, [[1, 2], [3, 4]])
     count(counting, [[10, 20], [30, 40]], terminated=[(0, 1)], truncated=[(1, 0)])
     count(counting, [[100, 200], [300, 400]], terminated=[(0, 1), (0, 0)], truncated=[(0, 0)])
-    assert counting.take() == [
+    assert counting.pop() == [
         EpisodeRecord(0, 1, 2, 22.0, "terminated"),
         EpisodeRecord(1, 0, 2, 33.0, "truncated"),
         EpisodeRecord(0, 0, 3, 111.0, "terminated"),  # both at once is an end
         EpisodeRecord(0, 1, 1, 200.0, "terminated"),
     ]
-    assert counting.take() == []
+    assert counting.pop() == []
     assert counting.state()["reward"].tolist() == [[0, 0], [300, 444]]
     assert counting.state()["steps"].tolist() == [[0, 0], [1, 3]]
 
@@ -47,10 +47,10 @@ def test_a_count_goes_on_where_it_was_kept_and_begin_forgets_it():
     second.restore(first.state())
     count(first, np.ones((2, 2)))
     count(second, np.ones((2, 2)), truncated=[(1, 1)])
-    assert second.take() == [EpisodeRecord(1, 1, 2, 5.0, "truncated")]
+    assert second.pop() == [EpisodeRecord(1, 1, 2, 5.0, "truncated")]
     first.begin()
     count(first, np.ones((2, 2)), truncated=[(1, 1)])
-    assert first.take() == [EpisodeRecord(1, 1, 1, 1.0, "truncated")]
+    assert first.pop() == [EpisodeRecord(1, 1, 1, 1.0, "truncated")]
 
 
 def test_a_world_that_tells_its_own_episodes_is_asked_and_not_counted():
@@ -59,7 +59,7 @@ def test_a_world_that_tells_its_own_episodes_is_asked_and_not_counted():
     counting.begin()  # what ended before is not told
     count(counting, np.ones((2, 2)), terminated=[(0, 0)])
     assert not counting.state()["steps"].any()
-    assert counting.take() == [EpisodeRecord(1, 1, 3, 0.5, "crash")]
+    assert counting.pop() == [EpisodeRecord(1, 1, 3, 0.5, "crash")]
     assert told == []
 
 

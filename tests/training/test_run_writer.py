@@ -91,7 +91,7 @@ def test_never_two_at_once_and_in_their_order(training, gate):
 @pytest.mark.parametrize("noticed_by", ["the next iteration", "the end"])
 def test_a_full_disk_is_told_and_an_older_whole_state_stands(training, monkeypatch, noticed_by):
     training.keep(1)
-    training.writer._background.settle(wait=True)
+    training.writer._background.call_done(wait=True)
 
     def full(*_args, **_named):
         raise OutputFileError("run: the disk is full")

@@ -91,7 +91,7 @@ def serve(request: ServeRequest, progress: Progress = quiet) -> ServedPolicy:
         ModelLoadError: They, or their model, cannot be loaded.
         PortError: The address cannot be listened on.
     """
-    from racecraft.serving.quick_answers import answer_before_thinking, settle
+    from racecraft.serving.quick_answers import answer_before_thinking, freeze_loaded
     from racecraft.web.access import ANYONE, ONLY_HERE
     from racecraft.web.ports import is_loopback
     from racecraft.web.server import ListeningServer
@@ -99,7 +99,7 @@ def serve(request: ServeRequest, progress: Progress = quiet) -> ServedPolicy:
     answer_before_thinking()
     server = _endpoint(request, ONLY_HERE if is_loopback(request.host) else ANYONE)
     server.warm_up()
-    settle()
+    freeze_loaded()
     listening = ListeningServer(server.application, request.host, request.port)
     return ServedPolicy(f"http://{request.host}:{listening.port}", server, listening, request.ready)
 

@@ -64,7 +64,7 @@ class ActorPolicy:
         return self.distribution.probabilities(self._params(observations), self._mask(action_mask)).cpu().numpy()
 
     @torch.inference_mode()
-    def appraise(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> tuple[Array, Array]:
+    def evaluate(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> tuple[Array, Array]:
         """Return how likely each of A choices is, float32 (R, A), and what the critic expects, float32 (R,).
 
         Discrete actions only, and a critic that sees nothing privileged.

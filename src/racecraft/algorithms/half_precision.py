@@ -18,7 +18,7 @@ from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.networks import ActorCritic, Image, Vector
 
 
-def settled(precision: str) -> str:
+def processor_precision(precision: str) -> str:
     """Return the precision that a setting stands for on this machine.
 
     `auto` is bfloat16 where the processor multiplies it by itself (elsewhere it is slower than float32), and float32

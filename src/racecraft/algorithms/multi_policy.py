@@ -77,7 +77,7 @@ class MultiPolicyLearner:
             seen, mask = part_of(self.members[name].spec, name, observations, action_mask, mine)
             own = mine if rows is None else rows[mine]
             decision = self.members[name].act(seen, mask, generator=generator, rows=own)
-            lay(actions, mine, decision.actions)
+            write_rows(actions, mine, decision.actions)
             for column, values in decision.columns.items():
                 columns[f"{name}/{column}"][mine] = values
         return Decision(actions, columns)
@@ -166,7 +166,7 @@ class MultiPolicy:
         actions = np.zeros((len(observations[POLICY_ID]), *self.spec.actions.shape), np.float32)
         for name, mine in rows_by_group(observations[POLICY_ID], self.members):
             seen, mask = part_of(self.spec.policies[name], name, observations, action_mask, mine)
-            lay(actions, mine, self.members[name].act(seen, mask))
+            write_rows(actions, mine, self.members[name].act(seen, mask))
             self._rows[name] = mine
         return actions
 
@@ -187,7 +187,9 @@ def choose_by_group(
     """Return every row's greedy action from its own member, float32 (R, widest)."""
     actions = np.zeros((len(observations[POLICY_ID]), *spec.actions.shape), np.float32)
     for name, mine in rows_by_group(observations[POLICY_ID], members):
-        lay(actions, mine, members[name].choose(*part_of(members[name].spec, name, observations, action_mask, mine)))
+        write_rows(
+            actions, mine, members[name].choose(*part_of(members[name].spec, name, observations, action_mask, mine))
+        )
     return actions
 
 
@@ -213,7 +215,7 @@ def narrow(actions: Array, spec: WorldSpec) -> Array:
     return np.asarray(own, spec.actions.dtype)
 
 
-def lay(into: Array, rows: Array, parts: Array) -> None:
+def write_rows(into: Array, rows: Array, parts: Array) -> None:
     """Write choices (r,) or vectors (r, A) into the first numbers of their rows."""
     wide = parts.reshape(len(rows), -1)
     into[rows, : wide.shape[1]] = wide

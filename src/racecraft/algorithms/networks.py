@@ -111,11 +111,11 @@ class ActorCritic(nn.Module):
         """Return the values (R,) alone."""
         return self.value_head((self.critic_body or self.policy_body)(observations).float()).squeeze(-1)
 
-    def laid_out(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    def prepare(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
         """Return the observations of a rollout, laid out once for all the passes that will be made over them."""
         policy, critic = self.policy_body, self.critic_body
         if isinstance(policy, Encoder) and (critic is None or isinstance(critic, Encoder)):
-            return {**observations, **policy.laid_out(observations)}
+            return {**observations, **policy.prepare(observations)}
         return dict(observations)
 
     def observe(self, observations: Mapping[str, Tensor]) -> None:
@@ -153,16 +153,16 @@ class Encoder(nn.Module):
             parts = [embed(part) for part, embed in zip(seen, self.embedders, strict=True)]
             return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
 
-    def laid_out(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
-        """Return what it sees, laid out for many passes: see `ImageEmbedder.laid_out`."""
+    def prepare(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        """Return what it sees, laid out for many passes: see `ImageEmbedder.prepare`."""
         eyes = zip(self.names, self.embedders, strict=True)
-        return {name: embed.laid_out(observations[name]) for name, embed in eyes if isinstance(embed, ImageEmbedder)}
+        return {name: embed.prepare(observations[name]) for name, embed in eyes if isinstance(embed, ImageEmbedder)}
 
     def observe(self, observations: Mapping[str, Tensor]) -> None:
         """Take R rows into the running statistics of vectors, where there are any."""
         for name, embed in zip(self.names, self.embedders, strict=True):
             if isinstance(embed, nn.Sequential) and isinstance(embed[0], Vector) and embed[0].statistics is not None:
-                embed[0].statistics.take(observations[name])
+                embed[0].statistics.update(observations[name])
 
 
 class CustomEncoder(nn.Module):
@@ -342,7 +342,7 @@ class Image(nn.Module):
 class ImageEmbedder(nn.Sequential):
     """`Image`, convolutions, `FlattenChannelsLast`, dense layers: (R, H, W) or (R, H, W, C) to features (R, width)."""
 
-    def laid_out(self, frames: Tensor) -> Tensor:
+    def prepare(self, frames: Tensor) -> Tensor:
         """Return frames of a rollout as the first layer reads them again and again: in tiles, where it reads tiles."""
         image, layer, *_ = [*self._modules.values(), None]
         if not (isinstance(image, Image) and isinstance(layer, Convolution) and layer.reads_tiles):

@@ -198,13 +198,13 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
-        metrics = self.steps.take(self.drawn(rows), lambda picked: self._taken(whole, picked), self.now)
+        metrics = self.steps.run(self.minibatch_rows(rows), lambda picked: self._taken(whole, picked), self.now)
         figures = self.metrics(metrics, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike
             self.network.observe({name: values[rows] for name, values in whole.observations.items()})
         return figures
 
-    def drawn(self, rows: Tensor) -> Iterator[Tensor]:
+    def minibatch_rows(self, rows: Tensor) -> Iterator[Tensor]:
         """Yield the rows (int64) of one minibatch after the other, `epochs` times over."""
         for _ in range(self.config.epochs if len(rows) else 0):
             yield from self._minibatches(rows)
@@ -248,7 +248,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         found = estimates.advantages
         if self.config.standardise == "rollout" and used.size > 1:
             found = (found - used.mean()) / (used.std() + 1e-8)
-        whole = self.laid(batch, replace(estimates, advantages=found))
+        whole = self.flatten(batch, replace(estimates, advantages=found))
         return whole, torch.from_numpy(np.flatnonzero(batch.active)).to(self.device), facts
 
     def compute_advantages(self, batch: RolloutBatch) -> Advantages:
@@ -267,10 +267,10 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         )  # fmt: skip
         return Advantages(value, advantage, targets, log_prob, weights)
 
-    def laid(self, batch: RolloutBatch, estimates: Advantages) -> Minibatch:
+    def flatten(self, batch: RolloutBatch, estimates: Advantages) -> Minibatch:
         """Return all rows of a rollout laid end to end."""
         return Minibatch(
-            observations=self.working.laid_out(
+            observations=self.working.prepare(
                 {name: self._flattened(array) for name, array in batch.observations.items()}
             ),
             raw_actions=self._flattened(batch.columns[RAW_ACTION]),

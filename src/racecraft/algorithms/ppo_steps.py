@@ -15,7 +15,7 @@ from torch.nn.utils import clip_grad_norm_
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.closed_form import closed_form_of
 from racecraft.algorithms.distributions import Distribution
-from racecraft.algorithms.half_precision import Bfloat16Copy, settled
+from racecraft.algorithms.half_precision import Bfloat16Copy, processor_precision
 from racecraft.algorithms.networks import ActorCritic, Encoder
 from racecraft.algorithms.parallel_updates import run_in_parallel
 from racecraft.algorithms.ppo_batch import Minibatch
@@ -41,7 +41,7 @@ class GradientSteps:
 
     def __init__(self, network: ActorCritic, distribution: Distribution, config: PpoConfig) -> None:
         self.network, self.distribution = network, distribution
-        self.half = Bfloat16Copy(network) if settled(config.precision) == "bfloat16" else None
+        self.half = Bfloat16Copy(network) if processor_precision(config.precision) == "bfloat16" else None
         self.working = network if self.half is None else self.half.network
         """What explores and learns: the network itself, or its copy of half the precision."""
         self._weights, self._learned = list(network.parameters()), list(self.working.parameters())
@@ -58,7 +58,7 @@ class GradientSteps:
         self.written_out = closed_form_of(network, distribution) if self.half is None else None
         """The gradient of a small network, written out; None: autograd finds it."""
 
-    def take(self, drawn: Iterable[Tensor], taken: Callable[[Tensor], Minibatch], config: PpoConfig) -> list[Tensor]:
+    def run(self, drawn: Iterable[Tensor], taken: Callable[[Tensor], Minibatch], config: PpoConfig) -> list[Tensor]:
         """Step once for each minibatch; return the first six `FIGURES` of each step, (6,).
 
         Args:

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from racecraft.algorithms.half_precision import settled
+from racecraft.algorithms.half_precision import processor_precision
 from racecraft.algorithms.learner import StateDict
 from racecraft.algorithms.networks import Architecture, NetworkConfig
 from racecraft.algorithms.ppo import VALUE, PpoConfig, PpoLearner
@@ -52,7 +52,7 @@ class RecurrentPpoLearner(PpoLearner):
         seed: int,
         device: str = "cpu",
     ) -> None:
-        if settled(config.precision) == "bfloat16":
+        if processor_precision(config.precision) == "bfloat16":
             raise SettingError(
                 "ppo.precision is {precision}, bfloat16 here; a policy with network.memory multiplies in "
                 "float32. Give --set ppo.precision=float32.",

@@ -26,7 +26,7 @@ class RunningStatistics(nn.Module):
         self.register_buffer("squares", torch.ones(width, dtype=torch.float64))
 
     @torch.no_grad()
-    def take(self, vectors: Tensor) -> None:
+    def update(self, vectors: Tensor) -> None:
         """Take in R vectors (R, W)."""
         rows = vectors.double()
         if not len(rows):

@@ -308,16 +308,16 @@ class SacLearner(NetworkLearner[SacConfig]):
         """
         network, fixed = self.network, self.config.fixed_temperature
         alpha = self.log_temperature.detach().exp() if fixed is None else fixed
-        for_actor, for_critics = network.look(self._tensors(batch.observations))
-        actions, log_prob = drawn(*network.decide(for_actor), noise[0])
+        for_actor, for_critics = network.features(self._tensors(batch.observations))
+        actions, log_prob = sample_actions(*network.decide(for_actor), noise[0])
 
         surplus = log_prob.detach().mean() + self.target_entropy
         temperature_loss = -self.log_temperature.detach() * surplus
         self.log_temperature.grad = -surplus
 
         with torch.no_grad():
-            next_for_actor, next_for_critics = network.look(self._tensors(batch.next_observations))
-            next_actions, next_log_prob = drawn(*network.decide(next_for_actor), noise[1])
+            next_for_actor, next_for_critics = network.features(self._tensors(batch.next_observations))
+            next_actions, next_log_prob = sample_actions(*network.decide(next_for_actor), noise[1])
             following = lower(self.slow(next_for_critics, next_actions)) - alpha * next_log_prob
             target = torch.addcmul(self._tensor(batch.reward), self._tensor(batch.discount), following)
             taken = (self._tensor(batch.actions) - self.centre) / self.scale
@@ -350,7 +350,7 @@ class SacLearner(NetworkLearner[SacConfig]):
             slow.lerp_(fast, self.config.target_rate)
 
 
-def drawn(mean: Tensor, log_std: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:
+def sample_actions(mean: Tensor, log_std: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:
     """Return actions (R, A) in (-1, 1) and their log-density (R,), both differentiable by mean and log std."""
     raw = torch.addcmul(mean, log_std.exp(), noise)
     normal = (-0.5 * noise.square() - HALF_LOG_TAU - log_std).sum(dim=1)

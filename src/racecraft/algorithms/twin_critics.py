@@ -124,7 +124,7 @@ class SoftActorCritic(nn.Module):
         """Return what the critics' loss moves: their layers, and the eyes they look through."""
         return [*(self.critic_eyes or self.eyes).parameters(), *self.critics.parameters()]
 
-    def look(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
+    def features(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
         """Return features for the actor (R, F) and for the critics (R, G).
 
         No gradient comes back from the actor to shared ones.

@@ -14,7 +14,7 @@ from racecraft.actions.league.boards import RaceList, ShownBoard, ShownRace, lis
 from racecraft.actions.league.entries import Entered, Withdrawn, enter_race, withdraw_entry
 from racecraft.actions.league.exporting import ExportedLeague, export_league
 from racecraft.actions.league.filming import FilmedDrive, film_race_drive
-from racecraft.actions.league.judging import Audit, JudgedRace, audit_races, judge_race
+from racecraft.actions.league.judging import Audit, JudgedHeats, audit_races, judge_race
 from racecraft.actions.league.managing import (
     ChangedRace,
     RaceScreen,
@@ -117,7 +117,7 @@ def _show_withdrawn(done: Withdrawn) -> None:
     print(f"{done.race}: entry {done.entry} is off the board; its files are in {done.kept}")
 
 
-def _show_judged(judged: JudgedRace) -> None:
+def _show_judged(judged: JudgedHeats) -> None:
     if not judged.results:
         print(f"{judged.race}: nothing waits")
         return

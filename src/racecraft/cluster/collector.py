@@ -124,7 +124,7 @@ class ClusterCollector:
         episodes, self._episodes = self._episodes, []
         return episodes
 
-    def take(self, iteration: int) -> dict[str, Array]:
+    def pop(self, iteration: int) -> dict[str, Array]:
         """Return the ticks since the last call as the columns of `formats/episodes.py`, worlds numbered through."""
         ticks, self._ticks = self._ticks, []
         joined = columns_of_all(ticks)

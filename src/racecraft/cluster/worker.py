@@ -125,7 +125,7 @@ class Worker:
         return RolloutResult(
             batch=batch,
             episodes=collector.pop_episodes(),
-            ticks=None if self._recorder is None else self._recorder.take(task.iteration),
+            ticks=None if self._recorder is None else self._recorder.pop(task.iteration),
             steps=collector.steps_taken - before,
             state=self._state(),
             seconds=time.perf_counter() - began,

@@ -91,7 +91,7 @@ class WatchedEpisode:
     """Each agent's sum, by the policy that it has."""
 
 
-class Tally:
+class FinishedEpisodes:
     """Episodes since somebody last asked."""
 
     def __init__(self) -> None:
@@ -105,7 +105,7 @@ class Tally:
         """Take in an episode."""
         self._told.append(episode)
 
-    def take(self) -> list[WatchedEpisode]:
+    def pop(self) -> list[WatchedEpisode]:
         """Return them, oldest first, and forget them."""
         episodes, self._told = self._told, []
         return episodes

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.compat.undefined_names import told, unset_names
+from racecraft.compat.undefined_names import sentence, unset_names
 from racecraft.contract.errors import InputFileError, SettingError
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import write_atomic
@@ -67,7 +67,7 @@ def run_notebook(path: Path, goes_on: bool = False, error_about: LetterAbout = l
     try:
         cells = list(cells_of(path))
         for index, name in unset_names([cell.source for cell in cells], module.__dict__):
-            print(f"- cell {cells[index].number}: {told(name)}", flush=True)
+            print(f"- cell {cells[index].number}: {sentence(name)}", flush=True)
         failed = [cell.number for cell in cells if not _ran(cell, path, module.__dict__, goes_on, error_about)]
     finally:
         if before is not None:

@@ -30,7 +30,7 @@ class FromOldGym(gymnasium.Env[Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode."""
         super().reset(seed=seed)
-        first = begun(self.env, seed)
+        first = start_episode(self.env, seed)
         is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
         return first if is_new else (first, {})
 
@@ -52,7 +52,7 @@ class FromOldGym(gymnasium.Env[Any, Any]):
             self.env.close()
 
 
-def begun(env: Any, seed: int | None) -> Any:
+def start_episode(env: Any, seed: int | None) -> Any:
     """Begin an episode of an environment and fix its chance in the manner that it has: `seed`, or `reset(seed=…)`."""
     if seed is None:
         return env.reset()

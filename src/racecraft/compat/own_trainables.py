@@ -66,7 +66,7 @@ def register_trainable(name: str, trainable: Any) -> None:
     Raises:
         SettingError: It is no class that has `step` (`_train` before Ray 0.9), and no function.
     """
-    if not is_own(trainable):
+    if not learns_by_itself(trainable):
         raise SettingError(
             "register_trainable: '{name}' is {trainable!r}; expected a class derived from ray.tune.Trainable with a "
             "method step, or a function of a configuration and a reporter.",
@@ -76,7 +76,7 @@ def register_trainable(name: str, trainable: Any) -> None:
     _registered[name] = trainable
 
 
-def is_own(trainable: Any) -> bool:
+def learns_by_itself(trainable: Any) -> bool:
     """Tell whether something learns by itself: a class with `step`, or a function."""
     if isinstance(trainable, type):
         return issubclass(trainable, Trainable) and any(hasattr(trainable, name) for name in ("step", "_train"))
@@ -103,7 +103,7 @@ def train_own(trainable: Any, experiment: Mapping[str, Any]) -> dict[str, Any]:
         return report.result
     learner = trainable(config)
     try:
-        while not report.take(learner.train()):
+        while not report.record(learner.train()):
             pass
         _save(learner)
     finally:
@@ -118,7 +118,7 @@ class _Report:
         self._stops, self._begun = stops, time.monotonic()
         self.result: dict[str, Any] = {"training_iteration": 0, "timesteps_total": 0, "episodes_total": 0}
 
-    def take(self, figures: Mapping[str, Any]) -> bool:
+    def record(self, figures: Mapping[str, Any]) -> bool:
         """Print an iteration; tell whether it was the last."""
         before = self.result
         counts = {
@@ -138,7 +138,7 @@ class _Report:
 
 def _run_function(function: Callable[..., Any], config: dict[str, Any], report: _Report) -> None:
     def reporter(_metrics: Mapping[str, Any] | None = None, **figures: Any) -> None:
-        if report.take({**(_metrics or {}), **figures}):
+        if report.record({**(_metrics or {}), **figures}):
             raise StopConditionMetError
 
     takes_reporter = function.__code__.co_argcount > 1 if hasattr(function, "__code__") else True

@@ -6,7 +6,7 @@ import numbers
 from collections.abc import Mapping
 from typing import Any
 
-from racecraft.compat.episode_listener import Tally, WatchedEpisode
+from racecraft.compat.episode_listener import FinishedEpisodes, WatchedEpisode
 from racecraft.compat.rllib_callbacks import Callbacks
 from racecraft.training.callbacks import IterationReport, NullCallback
 
@@ -29,7 +29,7 @@ class RllibLines(NullCallback):
 
     def __init__(
         self,
-        tally: Tally | None = None,
+        tally: FinishedEpisodes | None = None,
         agents: int = 1,
         calls: Callbacks | None = None,
         episodes: int = 0,
@@ -61,7 +61,7 @@ class RllibLines(NullCallback):
 
     def _result(self, report: IterationReport) -> dict[str, Any]:
         """Return what RLlib's result would hold; an iteration in which no episode ended has those of the one before."""
-        episodes = self._tally.take() if self._tally is not None else []
+        episodes = self._tally.pop() if self._tally is not None else []
         if episodes:
             self._of_episodes = _of_episodes(episodes)
             if self._calls is not None:

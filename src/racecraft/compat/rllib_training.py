@@ -11,7 +11,7 @@ from typing import Any
 
 import gymnasium
 
-from racecraft.compat.episode_listener import Tally, Watched
+from racecraft.compat.episode_listener import FinishedEpisodes, Watched
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.own_trainables import registered as registered_trainable
 from racecraft.compat.own_trainables import train_own
@@ -70,7 +70,7 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained | dict[str, Any]:
         translation.env_config or calls is not None or translation.horizon is not None
     ):
         _creators[translation.environment] = _maker_of(translation.environment)
-    tally = Tally() if translation.environment in _creators else None
+    tally = FinishedEpisodes() if translation.environment in _creators else None
     environment, agents = _environment(translation, tally, calls)
     stops = tuple(_of_agents(one, 1 if translation.counts_agents else agents) for one in translation.stops)
     exit_if_restarted()
@@ -134,7 +134,7 @@ def _episodes_of(run: Path | None) -> int:
     return sum(int(row.get("episodes") or 0) for row in RunFolder.open(run).read_metrics())
 
 
-def _environment(translation: Translated, tally: Tally | None, calls: Callbacks | None) -> tuple[str, int]:
+def _environment(translation: Translated, tally: FinishedEpisodes | None, calls: Callbacks | None) -> tuple[str, int]:
     """Return what a training calls the environment, Gymnasium's id or a world of the script's own, and its agents.
 
     Args:
@@ -192,7 +192,7 @@ def _num_worlds(translation: Translated) -> int:
 
 
 def _described(
-    translation: Translated, make: Callable[[], Any], tally: Tally | None, calls: Callbacks | None
+    translation: Translated, make: Callable[[], Any], tally: FinishedEpisodes | None, calls: Callbacks | None
 ) -> Described:
     """Return what a script says of its environment and its policies.
 

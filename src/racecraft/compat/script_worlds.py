@@ -19,8 +19,8 @@ import numpy as np
 from gymnasium import spaces
 
 from racecraft.algorithms.multi_policy import group_spec, narrow
-from racecraft.compat.episode_listener import EpisodeListener, Tally, WatchedEpisode
-from racecraft.compat.old_gym import begun, takes_seed
+from racecraft.compat.episode_listener import EpisodeListener, FinishedEpisodes, WatchedEpisode
+from racecraft.compat.old_gym import start_episode, takes_seed
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import (
@@ -68,7 +68,7 @@ class Described:
     """Policies that act and learn nothing."""
     takes_mask: bool = True
     """Whether an observation `action_mask` is one; a model of the script's own reads it itself."""
-    tally: Tally | None = field(default_factory=Tally)
+    tally: FinishedEpisodes | None = field(default_factory=FinishedEpisodes)
     """Hears of training episodes."""
     listener: EpisodeListener | None = None
     """Hears of them tick by tick."""
@@ -83,7 +83,7 @@ class SoleAgent:
 
     def reset(self, seed: int | None = None) -> dict[str, Any]:
         """Begin an episode."""
-        first = begun(self.env, seed)
+        first = start_episode(self.env, seed)
         is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
         return {SOLE_AGENT: first[0] if is_new else first}
 

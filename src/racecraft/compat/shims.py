@@ -26,7 +26,7 @@ from typing import Any
 
 from racecraft.compat.notebooks import SUFFIX, run_notebook
 from racecraft.compat.old_numpy import old_names
-from racecraft.compat.undefined_names import told, unset_names
+from racecraft.compat.undefined_names import sentence, unset_names
 from racecraft.compat.unknown_names import HOME, error_about, name_error_message
 from racecraft.contract.errors import InputFileError
 
@@ -78,7 +78,7 @@ def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = Fal
             run_notebook(path, goes_on, lambda error: error_about(error, lent))
         else:
             for _, name in unset_names([path.read_bytes()]):
-                print(f"- {path.name}: {told(name)}", flush=True)
+                print(f"- {path.name}: {sentence(name)}", flush=True)
             runpy.run_path(str(path), run_name="__main__")
 
 

@@ -8,7 +8,7 @@ import re
 import traceback
 
 from racecraft.contract.errors import UserInputError
-from racecraft.contract.user_code_location import is_user_file, shown
+from racecraft.contract.user_code_location import display_path, is_user_file
 
 _HAS_PLACE = re.compile(r"^(?:[A-Za-z]:)?[^:\n]+:\d+: ")
 _QUOTED = re.compile(r"'([^']+)'")
@@ -23,7 +23,7 @@ def placed(error: UserInputError) -> str:
     file, word = own[-1].filename, _QUOTED.search(message.partition(" Did you mean ")[0])
     words = (word[1], word[1].rpartition(".")[2]) if word else ()
     lines = [line for line in (line_of_word(file, one) for one in words) if line]
-    return f"{shown(file)}:{lines[0] if lines else own[-1].lineno}: {message}"
+    return f"{display_path(file)}:{lines[0] if lines else own[-1].lineno}: {message}"
 
 
 def line_of_word(file: str, word: str) -> int | None:

@@ -56,7 +56,7 @@ FROM_ELSEWHERE = {
 """Names that are there without anybody setting them, in a notebook too."""
 
 
-def told(name: str) -> str:
+def sentence(name: str) -> str:
     """Return the sentence about a name that nothing sets.
 
     >>> told("primary_max_run_time")

@@ -18,7 +18,7 @@ from typing import Any
 
 from racecraft.compat.call_errors import about_call
 from racecraft.compat.source_lines import placed
-from racecraft.compat.undefined_names import HINTS, told
+from racecraft.compat.undefined_names import HINTS, sentence
 from racecraft.contract.errors import RacecraftError, UserInputError, nearest
 from racecraft.contract.message import Message
 from racecraft.contract.user_code_location import is_user_file, user_code_location
@@ -75,7 +75,7 @@ def error_about(error: BaseException, lent: Sequence[str]) -> str:
     elif not _is_requested_by_user(error):
         return ""
     elif isinstance(error, NameError):
-        message = told(error.name) if error.name in HINTS else ""
+        message = sentence(error.name) if error.name in HINTS else ""
     elif isinstance(error, ModuleNotFoundError):
         message = _about_module(error.name or "", error, lent)
     elif isinstance(error, ImportError):

@@ -110,7 +110,7 @@ def page_routes(console: Console, path: str, answer: Answer) -> list[Route]:
     """Return the routes of a page and of its data (`.json`)."""
 
     def as_page(request: Request) -> Response:
-        return shown(console, request, answer(console, request))
+        return in_frame(console, request, answer(console, request))
 
     def as_json(request: Request) -> Response:
         page = answer(console, request)
@@ -127,12 +127,12 @@ def act_route(console: Console, path: str, act: Act) -> Route:
         done = await run_in_threadpool(act, console, request, fields)
         if isinstance(done, str):
             return RedirectResponse(done, 303)
-        return await run_in_threadpool(shown, console, request, done)
+        return await run_in_threadpool(in_frame, console, request, done)
 
     return Route(path, take, methods=["POST"])
 
 
-def shown(console: Console, request: Request, page: Page | Response) -> Response:
+def in_frame(console: Console, request: Request, page: Page | Response) -> Response:
     """Return a page in the console's frame."""
     if isinstance(page, Response):
         return page

@@ -42,7 +42,7 @@ class Watcher:
     def start(self) -> None:
         """Look in a thread, again and again; where the index is empty, once before."""
         if not self._index.is_filled:
-            self.look()
+            self.refresh()
         self._thread.start()
 
     def close(self) -> None:
@@ -52,7 +52,7 @@ class Watcher:
         if self._thread.is_alive():
             self._thread.join()
 
-    def look(self) -> list[str]:
+    def refresh(self) -> list[str]:
         """Refresh the index now; return the names of the models that changed."""
         with self._one_at_a_time:
             try:
@@ -71,7 +71,7 @@ class Watcher:
         while not self._closed.is_set():
             began = time.monotonic()
             with contextlib.suppress(OSError):  # a folder that vanished while it was looked at
-                self.look()
+                self.refresh()
             took = time.monotonic() - began
             self._wanted.wait(max(LOOK_SECONDS, took / SHARE - took))
             self._wanted.clear()

@@ -175,7 +175,7 @@ class WorldConformance:
         assert all(isinstance(array, np.ndarray) for array in saved.values()), "a state is named arrays"
         kept = {name: array.copy() for name, array in saved.items()}
         recorded: list[Array] = []
-        first = self.tell(world, buffers, rng, recorded.append)
+        first = self.record_ticks(world, buffers, rng, recorded.append)
         for name, array in kept.items():
             np.testing.assert_array_equal(saved[name], array, f"the saved '{name}' changed while the world went on")
 
@@ -184,7 +184,9 @@ class WorldConformance:
         for name, array in observations.items():
             np.testing.assert_array_equal(_shown(restored)[name], array, f"{name} after load_state")
         actions = iter(recorded)
-        assert_same_story(first, self.tell(other, restored, rng, choose=lambda: next(actions)), "the restored world")
+        assert_same_story(
+            first, self.record_ticks(other, restored, rng, choose=lambda: next(actions)), "the restored world"
+        )
         world.close()
         other.close()
 
@@ -204,9 +206,9 @@ class WorldConformance:
         """Begin the world anew and return what it wrote: one row for the start, one for each tick."""
         buffers = allocate(world.spec)
         world.reset(buffers, self.seed)
-        return [_written(buffers), *self.tell(world, buffers, np.random.default_rng(self.seed), record, choose)]
+        return [_written(buffers), *self.record_ticks(world, buffers, np.random.default_rng(self.seed), record, choose)]
 
-    def tell(
+    def record_ticks(
         self,
         world: World,
         buffers: StepBuffers,

@@ -20,10 +20,10 @@ def user_code_location(error: BaseException) -> str:
     folder are told as they are called there.
     """
     if isinstance(error, SyntaxError) and error.filename and error.lineno:
-        return f"{shown(error.filename)}:{error.lineno}"
+        return f"{display_path(error.filename)}:{error.lineno}"
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         if is_user_file(frame.filename):
-            return f"{shown(frame.filename)}:{frame.lineno}"
+            return f"{display_path(frame.filename)}:{frame.lineno}"
     return ""
 
 
@@ -33,7 +33,7 @@ def is_user_file(file: str) -> bool:
     return not file.startswith("<") and not real.startswith(_installed()) and not PACKAGES & set(Path(real).parts)
 
 
-def shown(file: str) -> str:
+def display_path(file: str) -> str:
     """Return a file's name as a person in the present folder would say it."""
     return os.path.relpath(file) if Path(file).is_relative_to(Path.cwd()) else file
 

@@ -31,7 +31,7 @@ class Printed(io.TextIOBase):
             self._room -= len(text)
         return len(text)
 
-    def take(self) -> str:
+    def pop(self) -> str:
         """Return what was printed, and forget it."""
         if not self._parts:
             return ""

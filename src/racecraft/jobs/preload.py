@@ -156,7 +156,7 @@ class PreloadedProcess:
         """Whether the process is gone, by itself or because somebody ended it."""
         return self._process.poll() is not None
 
-    def take(self, spec: JobSpec, log: Path) -> Child | None:
+    def assign(self, spec: JobSpec, log: Path) -> Child | None:
         """Have it be a job's process; None where a new one would be another, and a new one is needed.
 
         Args:

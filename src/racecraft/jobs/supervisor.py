@@ -254,7 +254,7 @@ class Supervisor:
     def _child(self, job: Job) -> Child:
         """Return a job's process: the one that waits for it, or a new one."""
         log = self._home.log(job.name)
-        if self._spare is not None and (child := self._spare.take(job.spec, log)) is not None:
+        if self._spare is not None and (child := self._spare.assign(job.spec, log)) is not None:
             self._spare, self._took_spare = None, time.monotonic()
             return child
         if self._spare is not None and self._spare.warm:  # not ready: it would only take time from this training

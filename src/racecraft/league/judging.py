@@ -25,7 +25,7 @@ BITS_DEPEND_ON = ("racecraft", "numpy", "numba", "torch")
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedHeat:
     """A heat that was judged."""
 
     heat: Heat
@@ -37,8 +37,8 @@ def judge(
     race: Race,
     max_heats: int | None = None,
     drivers: Drivers | None = None,
-    on_heat: Callable[[Judged], None] = lambda judged: None,
-) -> list[Judged]:
+    on_heat: Callable[[JudgedHeat], None] = lambda judged: None,
+) -> list[JudgedHeat]:
     """Drive every heat that has no result; each in a process of its own.
 
     Args:
@@ -57,7 +57,7 @@ def judge(
             "racecraft league close {race}",
             race=race.id,
         )
-    judged: list[Judged] = []
+    judged: list[JudgedHeat] = []
     own = contextlib.nullcontext(drivers) if drivers is not None else Drivers(race.kind)
     with league.judging(race.id), own as processes:
         while max_heats is None or len(judged) < max_heats:
@@ -66,8 +66,8 @@ def judge(
             if heat is None:
                 break
             more = remaining(race, entries, results) > 1 and len(judged) + 1 != max_heats
-            with processes.take(more) as process:
-                judged.append(Judged(heat, _judge_heat(league, race, heat, process)))
+            with processes.acquire(more) as process:
+                judged.append(JudgedHeat(heat, _judge_heat(league, race, heat, process)))
             on_heat(judged[-1])
     return judged
 
@@ -106,7 +106,7 @@ class Drivers:
         """Whether a process waits that has imported and compiled what a drive needs."""
         return self._spare is not None and self._spare.is_warm
 
-    def take(self, more: bool) -> DriveProcess:
+    def acquire(self, more: bool) -> DriveProcess:
         """Return a process that has driven nothing; `more`: another one will be needed."""
         process = self._spare or DriveProcess(self._kind)
         self._spare = DriveProcess(self._kind) if more else None

@@ -145,10 +145,10 @@ def checked(lessons: Lessons, lesson: str, id: str, given: dict[str, Any]) -> di
     if exercise.kind == PREDICTION:
         prediction = {one.name: given[one.name] for one in exercise.fields if not one.later and one.name in given}
     tries = lessons.progress.add(lesson, id, verdict, prediction)
-    return told(exercise, verdict, tries)
+    return verdict_fields(exercise, verdict, tries)
 
 
-def told(exercise: Exercise, verdict: Verdict, tries: int) -> dict[str, Any]:
+def verdict_fields(exercise: Exercise, verdict: Verdict, tries: int) -> dict[str, Any]:
     """Return what a page shows of a verdict."""
     text = exercise.cases.get(verdict.case, "") if verdict.case else exercise.why
     text = text.format(**{name: _written(value) for name, value in verdict.values.items()})

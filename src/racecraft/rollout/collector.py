@@ -154,7 +154,7 @@ class Collector:
 
     def pop_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
-        return self.counter.take()
+        return self.counter.pop()
 
     def state(self) -> dict[str, Any]:
         """Return everything an exact continuation needs, even in the middle of an episode, as named arrays (copies)."""

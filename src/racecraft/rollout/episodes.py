@@ -84,7 +84,7 @@ def play_episodes(
         earned += buffers.reward.reshape(-1)
         present |= buffers.active.reshape(-1)
         counter.count(buffers)
-        ended_now = counter.take()
+        ended_now = counter.pop()
         for record in ended_now:
             row = record.world * spec.num_agents + record.agent
             done[row].append(record)

@@ -96,7 +96,7 @@ class Replay:
         first = self.config.importance_exponent
         return first + (1.0 - first) * min(self.collected / self.config.importance_steps, 1.0)
 
-    def take(self, batch: RolloutBatch) -> Replay | None:
+    def add(self, batch: RolloutBatch) -> Replay | None:
         """Take in a rollout; return None while fewer than `learning_starts` transitions are remembered."""
         with self._lock:
             before = self.ring.head

@@ -45,7 +45,7 @@ class EpisodeCounter:
         self._reward[ended] = 0.0
         self._steps[ended] = 0
 
-    def take(self) -> list[EpisodeRecord]:
+    def pop(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         if self._teller is not None:
             return self._teller.pop_episodes()

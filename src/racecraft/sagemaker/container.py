@@ -1,6 +1,7 @@
 """The folders a SageMaker script expects, inside a folder of the job, and how it is run there.
 
-Facts: battlesnake-and-sagemaker-rl.md C.4. Begin with `lay_out` (before the job) and `entered` (in its process)::
+Facts: battlesnake-and-sagemaker-rl.md C.4. Begin with `make_job_folders` (before the job) and
+`entered` (in its process)::
 
     opt/ml/code                  the script, what lay beside it, its dependencies
     opt/ml/input/config          hyperparameters.json, resourceconfig.json, inputdataconfig.json
@@ -85,7 +86,7 @@ def container_in(folder: Path) -> Container:
     return Container(folder / "opt" / "ml")
 
 
-def lay_out(
+def make_job_folders(
     folder: Path,
     entry_point: str,
     source_dir: str | None,

@@ -24,7 +24,7 @@ from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import MetricPoint, check_definitions, read_metrics
 from racecraft.jobs.store import NameTakenError, get
 from racecraft.jobs.submit import environment_here, request_stop, require_free, submit
-from racecraft.sagemaker.container import channels_of, check_code, container_in, lay_out
+from racecraft.sagemaker.container import channels_of, check_code, container_in, make_job_folders
 from racecraft.sagemaker.estimator_config import (
     ANALYTICS_ARGUMENTS,
     DEPLOY_ARGUMENTS,
@@ -306,7 +306,7 @@ class RLEstimator:
         require_free(self._home, name)
         hyperparameters = {**self.hyperparameters(), "sagemaker_program": self._program(), "sagemaker_job_name": name}
         try:
-            lay_out(
+            make_job_folders(
                 self._home.folder(name), self.entry_point, self.source_dir, self.dependencies, hyperparameters, channels
             )
             submit(self._home, self._spec(name, channels, experiment_config))

@@ -339,7 +339,7 @@ class _EstimatorTrial:
     def __init__(self, name: str, metric: str) -> None:
         self._job, self._metric = TrainingJob(name, JobPaths.of_user()), metric
 
-    def look(self) -> TrialStatus:
+    def poll(self) -> TrialStatus:
         description = self._job.describe()
         figures = [point.value for point in self._job.metrics() if point.name == self._metric]
         ended = description["TrainingJobStatus"] in ("Completed", "Failed", "Stopped")

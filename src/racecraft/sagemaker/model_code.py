@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import SettingError
-from racecraft.sagemaker.container import check_code, container_in, lay_out
+from racecraft.sagemaker.container import check_code, container_in, make_job_folders
 
 FUNCTIONS = ("model_fn", "input_fn", "predict_fn", "output_fn")
 """By these a file serves a model (`serving/model_functions.py`)."""
@@ -25,9 +25,9 @@ class ModelCode:
     source_dir: str | None
     dependencies: tuple[str, ...]
 
-    def lay_out(self, folder: Path) -> Path:
+    def copy_into(self, folder: Path) -> Path:
         """Copy it into an endpoint's folder, so that it answers when the notebook has gone on; return the file."""
-        lay_out(folder, self.entry_point, self.source_dir, self.dependencies, {}, {})
+        make_job_folders(folder, self.entry_point, self.source_dir, self.dependencies, {}, {})
         return container_in(folder).code / (self.entry_point if self.source_dir else Path(self.entry_point).name)
 
 

@@ -46,7 +46,7 @@ class Worker:
             reply["error"] = [error.status, error.name, error.sentence]
         except RacecraftError as error:
             reply["error"] = [500, "model_failed", str(error)]
-        self._channel.send(to_head({**reply, "printed": self._printed.take()}), answer)
+        self._channel.send(to_head({**reply, "printed": self._printed.pop()}), answer)
 
     def _load(self, request: dict[str, Any]) -> tuple[str, ...]:
         layers: tuple[str, ...] = ()

@@ -18,7 +18,7 @@ def answer_before_thinking() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
-def settle() -> None:
+def freeze_loaded() -> None:
     """Take what was loaded so far out of the search for garbage; called once, when the player is ready.
 
     With torch loaded a full search goes through half a million objects that stay anyway, and holds every answer up for

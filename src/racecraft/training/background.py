@@ -1,7 +1,7 @@
 """Write files beside the training: one patient thread, one job after the other.
 
 Putting a file safely on the disk takes some ten milliseconds of waiting, during which the training can go on. What
-waits here is not on the disk yet; `Background.settle` tells what has arrived, and raises what went wrong.
+waits here is not on the disk yet; `Background.call_done` tells what has arrived, and raises what went wrong.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Background:
         self._waiting: deque[tuple[Future[None], Done]] = deque()
 
     def give(self, job: Callable[[], None], done: Done) -> None:
-        """Have a job done soon; `done` is called by a later `settle`, in the caller's own thread.
+        """Have a job done soon; `done` is called by a later `call_done`, in the caller's own thread.
 
         Raises:
             OutputFileError: An earlier job failed.
@@ -67,7 +67,7 @@ class Background:
             self._hurry()
             self._take()
 
-    def settle(self, *, wait: bool = False) -> None:
+    def call_done(self, *, wait: bool = False) -> None:
         """Call `done` for every job that was done, or with `wait` for all of them.
 
         Raises:
@@ -81,7 +81,7 @@ class Background:
     def close(self) -> None:
         """Do what waits, and end the thread. Doing so twice is doing so once."""
         try:
-            self.settle(wait=True)
+            self.call_done(wait=True)
         finally:
             self._thread.shutdown()
 

@@ -104,7 +104,7 @@ class PollsWhileJudging(Protocol):
 class ExperienceSource(Protocol):
     """What stands between collector and learner: the rollout itself, or a replay that remembers it."""
 
-    def take(self, batch: RolloutBatch) -> Any:
+    def add(self, batch: RolloutBatch) -> Any:
         """Take in what was collected and return what the learner is fed; None: not yet enough to learn from."""
         ...
 
@@ -112,7 +112,7 @@ class ExperienceSource(Protocol):
 class LatestRollout:
     """Feeds a learner what was collected, once."""
 
-    def take(self, batch: RolloutBatch) -> RolloutBatch:
+    def add(self, batch: RolloutBatch) -> RolloutBatch:
         """Return the rollout."""
         return batch
 
@@ -349,7 +349,7 @@ class TrainingLoop:
         done = share_done(self._stops, self._progress())
         if done is not None and isinstance(self._learner, HasSchedules):
             self._learner.anneal(done)
-        experience = self._feed.take(batch)
+        experience = self._feed.add(batch)
         if experience is None:
             return {}
         figures = self._learner.update(experience)

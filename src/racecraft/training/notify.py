@@ -82,7 +82,7 @@ def notified(
     try:
         yield Callbacks(callback, told)
     except BaseException as error:
-        told.tell("error", f"ended with an error: {error or type(error).__name__}")
+        told.send("error", f"ended with an error: {error or type(error).__name__}")
         raise
     finally:
         told.close()
@@ -118,16 +118,16 @@ class Notifications:
         what = result.headline or f"score {result.score:.4g}"
         if not self._has_lapped:
             self._has_lapped, self._told_record = True, time.monotonic()
-            self.tell("first", f"reaches its goal: {what}")
+            self.send("first", f"reaches its goal: {what}")
         elif report.is_best and time.monotonic() - self._told_record >= RECORD_SECONDS:
             self._told_record = time.monotonic()
-            self.tell("record", f"has a new record: {what}")
+            self.send("record", f"has a new record: {what}")
 
     def end(self, reason: str) -> None:
         """Tell that it is over, and why."""
-        self.tell("end", f"ended: {reason}")
+        self.send("end", f"ended: {reason}")
 
-    def tell(self, event: str, text: str) -> None:
+    def send(self, event: str, text: str) -> None:
         """Send a message to every address.
 
         Args:

@@ -43,7 +43,7 @@ class RecordingObserver(TickRecorder, Protocol):
         """Hear of one tick."""
         ...
 
-    def take(self, iteration: int) -> Columns:
+    def pop(self, iteration: int) -> Columns:
         """Return the ticks kept since the last call."""
         ...
 

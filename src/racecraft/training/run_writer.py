@@ -48,7 +48,7 @@ class Stateful(Protocol):
 class TickRecorder(Protocol):
     """Keeps the ticks of an iteration."""
 
-    def take(self, iteration: int) -> Columns:
+    def pop(self, iteration: int) -> Columns:
         """Return the ticks kept since the last call."""
         ...
 
@@ -126,10 +126,10 @@ class RunWriter:
         Raises:
             OutputFileError: The iteration before could not be written.
         """
-        self._background.settle(wait=True)
+        self._background.call_done(wait=True)
         if self._gate is not None:
             self._gate.close()
-        columns = self._recorder.take(report.iteration) if self._recorder is not None else None
+        columns = self._recorder.pop(report.iteration) if self._recorder is not None else None
         if self._episode_files is not None and columns is not None:
             self._episode_files.keep(columns, report)
         learner = to_arrays(self._learner.state_dict())
@@ -152,7 +152,7 @@ class RunWriter:
         Raises:
             OutputFileError: Something could not be written.
         """
-        self._background.settle(wait=True)
+        self._background.call_done(wait=True)
         self._write_result(report)
         self._run.cut_metrics(report.iteration - 1)
         self._run.append_metrics(metrics_row(report))

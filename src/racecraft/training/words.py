@@ -12,15 +12,15 @@ from racecraft.contract.message import Message
 
 
 @dataclass(frozen=True)
-class Word:
+class Term:
     """A word and what it means."""
 
     name: str
     meaning: Message
 
 
-def _words(*rows: tuple[str, Message]) -> tuple[Word, ...]:
-    return tuple(Word(name, meaning) for name, meaning in rows)
+def _words(*rows: tuple[str, Message]) -> tuple[Term, ...]:
+    return tuple(Term(name, meaning) for name, meaning in rows)
 
 
 WORDS = _words(
@@ -106,7 +106,7 @@ WORDS = _words(
 """In the order in which the course meets them."""
 
 
-def find_words(wanted: str) -> list[Word]:
+def find_words(wanted: str) -> list[Term]:
     """Return the words of this name, else those whose name holds it; case, blanks and dashes do not matter.
 
     >>> [word.name for word in find_words("dqn")], [word.name for word in find_words("Discount-Factor")]
@@ -121,7 +121,7 @@ def _folded(name: str) -> str:
     return "".join(letter for letter in name.casefold() if letter.isalnum())
 
 
-def words_of(names: Iterable[str]) -> list[Word]:
+def words_of(names: Iterable[str]) -> list[Term]:
     """Return the words of these names.
 
     Raises:

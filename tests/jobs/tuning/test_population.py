@@ -51,7 +51,7 @@ class Member:
     def __init__(self, score, fails):
         self.score, self.fails = score, fails
 
-    def look(self):
+    def poll(self):
         return TrialStatus(() if self.fails else ((1, self.score),), True, "it broke" if self.fails else "")
 
     def stop(self):

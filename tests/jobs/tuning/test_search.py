@@ -26,7 +26,7 @@ class Scripted:
     def __init__(self, scores, failure=""):
         self.scores, self.failure, self.seen, self.stopped = scores, failure, 0, False
 
-    def look(self):
+    def poll(self):
         self.seen = min(self.seen + 1, len(self.scores))
         told = tuple(enumerate(self.scores[: self.seen], 1))
         return TrialStatus(told, self.stopped or self.seen == len(self.scores), self.failure)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from racecraft.sagemaker.cloudformation.parameters import ParameterError, settled
+from racecraft.sagemaker.cloudformation.parameters import ParameterError, resolve_parameters
 from racecraft.sagemaker.cloudformation.template import read_template
 
 
@@ -10,7 +10,7 @@ def given(tmp_path, said, value):
     """Return what a parameter comes to that the template declares so."""
     path = tmp_path / "t.yaml"
     path.write_text(f"Resources: {{A: {{Type: T}}}}\nParameters:\n  It: {said}\n", encoding="utf-8")
-    return settled(read_template(path), {} if value is None else {"It": value})["It"]
+    return resolve_parameters(read_template(path), {} if value is None else {"It": value})["It"]
 
 
 TAKEN = [

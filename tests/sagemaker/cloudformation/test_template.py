@@ -3,7 +3,7 @@
 import pytest
 
 from racecraft.sagemaker.cloudformation.functions import Functions, NotHereError
-from racecraft.sagemaker.cloudformation.parameters import ParameterError, settled, shown
+from racecraft.sagemaker.cloudformation.parameters import ParameterError, redact, resolve_parameters
 from racecraft.sagemaker.cloudformation.template import Output, Resource, TemplateError, read_template
 
 HEAD = """\
@@ -37,7 +37,7 @@ def written(tmp_path, text):
 
 def functions(tmp_path, output):
     template = read_template(written(tmp_path, f"{HEAD}Outputs:\n  It:\n    Value: {output}\n"))
-    values = {**settled(template, {}), "AWS::Region": "here"}
+    values = {**resolve_parameters(template, {}), "AWS::Region": "here"}
     return Functions(template, values, Names()), template.outputs["It"].value
 
 
@@ -198,7 +198,7 @@ def test_a_parameter_that_is_no_word_or_of_no_type_is_refused_with_its_line(tmp_
     for said, letter in (("{Default: a}", r"t\.yaml:2: .*no `Type`"), ("{Type: String, Default: [a]}", "no word")):
         template = read_template(written(tmp_path, f"Parameters:\n  Make: {said}\nResources: {{A: {{Type: T}}}}\n"))
         with pytest.raises(TemplateError, match=letter):
-            settled(template, {})
+            resolve_parameters(template, {})
 
 
 def test_json_is_read_too(tmp_path):
@@ -215,9 +215,9 @@ Parameters:
 Resources: {A: {Type: T}}
 """
     template = read_template(written(tmp_path, text))
-    values = settled(template, {"Name": "abc", "Make": "False"})
+    values = resolve_parameters(template, {"Name": "abc", "Make": "False"})
     assert values == {"Make": "false", "Name": "abc", "Secret": "psst"}
-    assert shown(template, values)["Secret"] == "****"
+    assert redact(template, values)["Secret"] == "****"
     for given, letter in (
         ({}, "Name: no value and no default.*Add --parameter Name=…"),
         ({"Name": "abc", "Make": "maybe"}, r"one of true, false.*\(one of two\)"),
@@ -225,4 +225,4 @@ Resources: {A: {Type: T}}
         ({"Name": "abc", "Secret": "x"}, r"Secret is \*\*\*\*; expected one of psst, pst"),
     ):
         with pytest.raises(ParameterError, match=letter):
-            settled(template, given)
+            resolve_parameters(template, given)

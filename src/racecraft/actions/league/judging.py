@@ -23,7 +23,7 @@ class JudgeRequest(RaceNamed):
 
 
 @dataclass(frozen=True)
-class JudgedRace:
+class JudgedHeats:
     """What was driven."""
 
     race: str
@@ -32,7 +32,7 @@ class JudgedRace:
 
 
 @action
-def judge_race(request: JudgeRequest, progress: Progress = quiet) -> JudgedRace:
+def judge_race(request: JudgeRequest, progress: Progress = quiet) -> JudgedHeats:
     """Drive every entry that waits, each in a process of its own, on a seed that was unknown before.
 
     Example: racecraft league judge club-evening
@@ -40,18 +40,18 @@ def judge_race(request: JudgeRequest, progress: Progress = quiet) -> JudgedRace:
     Raises:
         UserInputError: Another process judges the race; or its cars meet each other and it is still open.
     """
-    from racecraft.league.judging import Judged, judge
+    from racecraft.league.judging import JudgedHeat, judge
 
     league = request.open()
     race = league.race(request.race)
 
-    def tell(judged: Judged) -> None:
+    def tell(judged: JudgedHeat) -> None:
         names = " against ".join(league.entries(race.id)[one].racer for one in judged.heat.entries)
         what = judged.result.failure or "; ".join(_told(drive) for drive in judged.result.drives)
         progress(f"{names}: {what} ({judged.result.seconds:.1f} s)")
 
     judged = judge(league, race, request.heats, on_heat=tell)
-    return JudgedRace(race.id, tuple(one.result for one in judged))
+    return JudgedHeats(race.id, tuple(one.result for one in judged))
 
 
 def _told(drive: Drive) -> str:

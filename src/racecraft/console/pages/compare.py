@@ -26,7 +26,7 @@ COMMAND = "compare"
 
 def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of the comparison."""
-    return [*page_routes(console, "/compare", compare_page), act_route(console, "/compare", judge)]
+    return [*page_routes(console, "/compare", compare_page), act_route(console, "/compare", judge_fresh_starts)]
 
 
 def compare_page(console: Console, request: Request) -> Page:
@@ -68,7 +68,7 @@ def compare_page(console: Console, request: Request) -> Page:
     )
 
 
-def judge(console: Console, request: Request, fields: Fields) -> str:
+def judge_fresh_starts(console: Console, request: Request, fields: Fields) -> str:
     """Begin to judge every model's best checkpoint on fresh starts."""
     rows = [console.index.row(name) for name in fields.get("m", [])[:MOST]]
     if len(rows) < 2 or not all(row["run"] for row in rows):

@@ -160,7 +160,7 @@ def _create(console: Console, draft: Draft) -> str:
     model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
     begin_training(console.home, model, parts.words(values))
     Drafts(console.workspace.path / "drafts").remove(draft)
-    console.watcher.look()
+    console.watcher.refresh()
     return address(model.name)
 
 

@@ -17,7 +17,7 @@ from starlette.routing import BaseRoute, Route
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import READY
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Fields, Page, act_route, form_with_file, one, page_routes, shown
+from racecraft.console.service import Console, Fields, Page, act_route, form_with_file, in_frame, one, page_routes
 from racecraft.console.training import job_name
 from racecraft.contract.errors import RacecraftError, SettingError
 from racecraft.jobs.job import Job
@@ -42,7 +42,7 @@ def routes(console: Console) -> list[BaseRoute]:
             name = file.filename or "" if file else ""
             body = await file.read(MAX_FILE_BYTES + 1) if file else one(fields, "body").encode()
         page = await run_in_threadpool(asked_page, console, request, body, name)
-        return await run_in_threadpool(shown, console, request, page)
+        return await run_in_threadpool(in_frame, console, request, page)
 
     return [
         *page_routes(console, "/endpoints", endpoints_page),
@@ -70,7 +70,7 @@ def begin(console: Console, request: Request, fields: Fields) -> str:
         raise SettingError("{name}: was never trained; expected a model with a training.", name=row["name"])
     name = one(fields, "name").strip() or _free_name(console, row["name"])
     deploy(console.home, Path(row["run"]), name, wait=False)
-    console.watcher.look()
+    console.watcher.refresh()
     return _address(name)
 
 
@@ -100,7 +100,7 @@ def asked_page(console: Console, request: Request, body: bytes, file: str) -> Pa
 def delete(console: Console, request: Request, fields: Fields) -> str:
     """End an endpoint and forget it; the model stays."""
     Predictor(_job(console, request).name, home=console.home).delete_endpoint()
-    console.watcher.look()
+    console.watcher.refresh()
     return "/endpoints"
 
 

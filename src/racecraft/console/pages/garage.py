@@ -128,7 +128,7 @@ def train_first(console: Console, request: Request, fields: Fields) -> str:
     values = parts.defaults()
     model = console.workspace.create(console.workspace.free(FIRST), parts.files(values), parts.note(values))
     begin_training(console.home, model, parts.words(values))
-    console.watcher.look()
+    console.watcher.refresh()
     return f"/models/{model.name}"
 
 
@@ -155,7 +155,7 @@ def act_on_some(console: Console, request: Request, fields: Fields) -> str:
     if what == "restore":
         for place in fields.get("place", []):
             console.workspace.restore(place)
-    console.watcher.look()
+    console.watcher.refresh()
     return "/?" + urlencode([("deleted", place) for place in gone]) if gone else "/"
 
 

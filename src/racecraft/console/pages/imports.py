@@ -19,7 +19,7 @@ from racecraft.console.pages.kept import ALONE
 from racecraft.console.pages.model import address
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, form_with_file, page_routes, shown
+from racecraft.console.service import Console, Page, form_with_file, in_frame, page_routes
 from racecraft.console.workspace import LOGS, Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
@@ -43,7 +43,7 @@ def routes(console: Console) -> list[BaseRoute]:
             answer = await run_in_threadpool(take_in, console, archive)
         if isinstance(answer, str):
             return RedirectResponse(answer, 303)
-        return await run_in_threadpool(shown, console, request, answer)
+        return await run_in_threadpool(in_frame, console, request, answer)
 
     def laps(request: Request) -> Response:
         page = console.workspace.path / LOGS / _log_of(console, request) / LAPS
@@ -143,7 +143,7 @@ def _imported(console: Console, place: Path, file: str) -> str:
         raise
     notes = [f"Imported from {file}.", *(f"- {note}" for note in result.get("notes", ()))]
     model.write_note(Note(tags=("imported",), text="\n".join(notes)))
-    console.watcher.look()
+    console.watcher.refresh()
     return f"/import/{model.name}"
 
 

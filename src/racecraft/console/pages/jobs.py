@@ -60,7 +60,7 @@ def jobs_page(console: Console, request: Request) -> Page:
 def stop(console: Console, request: Request, fields: Fields) -> str:
     """End a job; one that waits is taken out of the queue."""
     request_stop(console.home, console.home.store(), request.path_params["job"])
-    console.watcher.look()
+    console.watcher.refresh()
     return "/jobs"
 
 

@@ -10,7 +10,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute
 
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Page, shown
+from racecraft.console.service import Console, Page, in_frame
 from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import STYLES, Lessons, lesson_routes
 
@@ -20,7 +20,7 @@ def routes(console: Console) -> Sequence[BaseRoute]:
     own = console.workspace.path / "lessons.json" if console.home.person else None
 
     def frame(request: Request, template: str, title: str, **data: Any) -> Response:
-        return shown(console, request, Page(template, title, {"styles": STYLES} | data, here="/lessons"))
+        return in_frame(console, request, Page(template, title, {"styles": STYLES} | data, here="/lessons"))
 
     return lesson_routes(Lessons(frame, Progress(own), models=console.workspace.newest_runs))
 

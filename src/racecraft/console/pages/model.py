@@ -128,7 +128,7 @@ def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]
     try:
         return model, console.index.row(model.name)
     except UserInputError:
-        console.watcher.look()  # a folder that has just been made
+        console.watcher.refresh()  # a folder that has just been made
         return model, console.index.row(model.name)
 
 
@@ -236,7 +236,7 @@ def stop(console: Console, request: Request, fields: Fields) -> str:
     """End a training after its iteration."""
     model, row = model_of(console, request)
     stop_training(console.home, model, row["job"] if row["status"] in (TRAINING, QUEUED, STOPPING) else "")
-    console.watcher.look()
+    console.watcher.refresh()
     return address(model.name)
 
 
@@ -251,7 +251,7 @@ def resume(console: Console, request: Request, fields: Fields) -> str:
         )
     minutes = float(one(fields, "minutes", "10").replace(",", ".") or 10) + row["seconds"] / 60.0
     submit.resume(console.home, console.home.store(), row["job"], (f"minutes={minutes:.2f}",))
-    console.watcher.look()
+    console.watcher.refresh()
     return address(model.name)
 
 
@@ -264,7 +264,7 @@ def write_note(console: Console, request: Request, fields: Fields) -> str | Page
     if now not in (began, mine):
         return _changed_note(model, row, mine, note)
     model.write_note(replace(note, tags=mine[0], text=mine[1]))
-    console.watcher.look()
+    console.watcher.refresh()
     return address(model.name)
 
 
@@ -298,7 +298,7 @@ def rename(console: Console, request: Request, fields: Fields) -> str:
             "{name}: is {row}; expected a model that rests. Stop it first.", name=model.name, row=row["status"]
         )
     renamed = console.workspace.rename(model, one(fields, "name").strip())
-    console.watcher.look()
+    console.watcher.refresh()
     return address(renamed.name)
 
 

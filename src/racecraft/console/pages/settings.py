@@ -86,7 +86,7 @@ def bring_back(console: Console, file: UploadFile) -> list[str]:
         with open(target, "wb") as out:
             shutil.copyfileobj(file.file, out)
         restored = restore_workspace(target, console.workspace)
-    console.watcher.look()
+    console.watcher.refresh()
     return restored.models
 
 

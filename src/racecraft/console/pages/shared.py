@@ -77,7 +77,7 @@ def copy(console: Console, request: Request, fields: Fields) -> str:
     shutil.copytree(model.path, target, ignore=_left_out, dirs_exist_ok=True)
     text = "\n".join([f"Copied from {whose.name}'s {model.name}.", note.text]).strip()
     made.write_note(replace(note, shared=False, archived=False, tags=(), text=text, created=time.time()))
-    console.watcher.look()
+    console.watcher.refresh()
     return address(made.name)
 
 

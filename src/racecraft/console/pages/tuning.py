@@ -93,7 +93,7 @@ def begin(console: Console, request: Request, fields: Fields) -> str | Page:
 
     make_folder(folder)
     submit_numbered(console.home, f"{job_name(form.model)}-tuning", spec)
-    console.watcher.look()
+    console.watcher.refresh()
     return _address(folder)
 
 
@@ -117,7 +117,7 @@ def stop(console: Console, request: Request, fields: Fields) -> str:
     folder, job = _search_of(console, request)
     if job is not None:
         request_stop(console.home, console.home.store(), job.name)
-    console.watcher.look()
+    console.watcher.refresh()
     return _address(folder)
 
 
@@ -127,7 +127,7 @@ def go_on(console: Console, request: Request, fields: Fields) -> str:
     if job is None:
         raise SettingError("{name}: was begun in a terminal; go on with it there.", name=folder.name)
     resume(console.home, console.home.store(), job.name)
-    console.watcher.look()
+    console.watcher.refresh()
     return _address(folder)
 
 
@@ -146,7 +146,7 @@ def keep(console: Console, request: Request, fields: Fields) -> str:
     shutil.copytree(source, waiting)
     make_folder(workspace.path / "runs")
     waiting.rename(workspace.path / "runs" / name)
-    console.watcher.look()
+    console.watcher.refresh()
     return address(name)
 
 

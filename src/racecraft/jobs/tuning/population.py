@@ -182,7 +182,7 @@ def _round(
                 under_way[one.member] = one, trial, time.monotonic()
             time.sleep(LOOK_SECONDS)
             for member, (one, trial, since) in list(under_way.items()):
-                standing = trial.look()
+                standing = trial.poll()
                 if not standing.ended:
                     continue
                 del under_way[member]

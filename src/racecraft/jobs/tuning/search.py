@@ -28,7 +28,7 @@ class TrialStatus:
 class Trial(Protocol):
     """A training under way."""
 
-    def look(self) -> TrialStatus:
+    def poll(self) -> TrialStatus:
         """Tell how it stands."""
 
     def stop(self) -> None:
@@ -76,7 +76,7 @@ def search(
                 return
             time.sleep(LOOK_SECONDS)
             for number in list(under_way):
-                if under_way[number].look(study, early_stopping):
+                if under_way[number].poll(study, early_stopping):
                     del under_way[number]
                     on_trial(next(one for one in study.trials() if one.number == number))
             _require_hope(study)
@@ -94,9 +94,9 @@ class _Watched:
         self._heard = reported
         self._given_up = False
 
-    def look(self, study: Study, early_stopping: bool) -> bool:
+    def poll(self, study: Study, early_stopping: bool) -> bool:
         """Tell the study what is new; return whether the trial has ended."""
-        standing = self.trial.look()
+        standing = self.trial.poll()
         for iteration, score in standing.scores[self._heard :]:
             hopeless = study.report(self.number, score, iteration)
             if hopeless and early_stopping and not self._given_up and not standing.ended:

@@ -120,7 +120,7 @@ class TrainingTrial:
         self.name, self.place = name, place
         self._objective, self._home = objective, home
 
-    def look(self) -> TrialStatus:
+    def poll(self) -> TrialStatus:
         """Tell how it stands.
 
         Raises:

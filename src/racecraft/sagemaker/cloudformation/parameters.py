@@ -1,4 +1,6 @@
-"""A template's parameters: what was given, what stands in for the rest, and what each allows. Begin with `settled`.
+"""A template's parameters: what was given, what stands in for the rest, and what each allows.
+
+Begin with `resolve_parameters`.
 
 Source: CloudFormation's user guide, "Parameters".
 """
@@ -20,7 +22,7 @@ class ParameterError(UserInputError):
     """A parameter's value is missing or not allowed."""
 
 
-def settled(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
+def resolve_parameters(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
     """Return every parameter's value; lists (CommaDelimitedList, List<…>) as lists.
 
     Args:
@@ -51,7 +53,7 @@ def settled(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
     return {name: _value(template, name, parameter, given) for name, parameter in template.parameters.items()}
 
 
-def shown(template: Template, values: Mapping[str, Any]) -> dict[str, Any]:
+def redact(template: Template, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values as they may be printed and kept: what the template calls NoEcho is hidden."""
     hidden = {name for name, parameter in template.parameters.items() if parameter.get("NoEcho") == "true"}
     return {name: HIDDEN if name in hidden else value for name, value in values.items()}

@@ -15,7 +15,7 @@ from typing import Any
 from racecraft.contract.errors import UserInputError, nearest
 from racecraft.contract.message import Message
 from racecraft.sagemaker.cloudformation.functions import Functions, NotHereError
-from racecraft.sagemaker.cloudformation.parameters import settled, shown
+from racecraft.sagemaker.cloudformation.parameters import redact, resolve_parameters
 from racecraft.sagemaker.cloudformation.source import At
 from racecraft.sagemaker.cloudformation.template import Output, Resource, Template, read_template
 from racecraft.sagemaker.session import ACCOUNT, REGION, ROLE
@@ -106,8 +106,8 @@ def plan(path: str | Path, given: Mapping[str, str], name: str | None = None, re
         raise StackError(
             "--stack-name {name!r}: no name of a stack; expected a letter, then letters, digits and hyphens.", name=name
         )
-    values = settled(template, given)
-    whole = Plan(name, template, shown(template, values))
+    values = resolve_parameters(template, given)
+    whole = Plan(name, template, redact(template, values))
     stack = _Stack(template, values, name, region, whole)
     stack.work_out()
     whole.outputs = [described for output in template.outputs.values() if (described := stack.told(output))]

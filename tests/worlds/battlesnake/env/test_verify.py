@@ -9,7 +9,7 @@ from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.records import RecordedGame, RecordedStep
 from racecraft.worlds.battlesnake.env.reference import Referee, apply_rules
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.verify import tell, verify_games
+from racecraft.worlds.battlesnake.env.verify import board_text, verify_games
 
 
 def a_way(board, snake):
@@ -75,13 +75,13 @@ def test_games_that_our_referee_played_agree(words):
 def test_a_difference_is_told_with_its_place_and_both_boards():
     game = played(2)
     after = game.steps[1].after_rules
-    ours = tell(after)
+    ours = board_text(after)
     after.snakes[0].health -= 1
     report = verify_games([game])
     assert report.mismatches == 2
     assert not report.agrees
     assert report.examples == [
-        f"game at line 17 (standard on standard), turn 1: {who}\nrecorded:\n{tell(after)}\nours:\n{ours}"
+        f"game at line 17 (standard on standard), turn 1: {who}\nrecorded:\n{board_text(after)}\nours:\n{ours}"
         for who in ("referee", "kernel")
     ]
 
@@ -188,7 +188,7 @@ def test_a_board_is_told_with_a_line_for_each_snake():
         Snake("b", [(2, 1), (2, 2)], 0, "snake-collision", "a", 4),
         Snake("c", [(3, 1)], 0, "hazard", "", 5),
     ]
-    assert tell(Board(3, 2, 6, snakes, [(2, 1)])).splitlines() == [
+    assert board_text(Board(3, 2, 6, snakes, [(2, 1)])).splitlines() == [
         "..*",
         "Aa.",
         "a: health 7, length 2, head (0, 0)",

@@ -484,6 +484,6 @@ def test_a_server_that_does_not_answer_a_start_is_hung_up_on():
             self.hung_up += 1
 
     deaf = Deaf()
-    Seat("deaf", deaf).tell("start", {}, 0.01)
+    Seat("deaf", deaf).notify("start", {}, 0.01)
     deaf.woken.set()
     assert deaf.hung_up == 1

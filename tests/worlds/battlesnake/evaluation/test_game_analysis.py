@@ -16,7 +16,7 @@ from racecraft.worlds.battlesnake.env.rulesets import find_ruleset
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.stages import GameContext
 from racecraft.worlds.battlesnake.evaluation import game_analysis
-from racecraft.worlds.battlesnake.evaluation.game_analysis import judge, study_game, study_games, words
+from racecraft.worlds.battlesnake.evaluation.game_analysis import finding_text, search_position, study_game, study_games
 from racecraft.worlds.battlesnake.evaluation.game_files import games_of, snake_names
 from racecraft.worlds.battlesnake.evaluation.match import Played
 from racecraft.worlds.battlesnake.evaluation.record import write_record
@@ -79,7 +79,7 @@ def test_what_lies_too_far_back_is_said_to(files):
 
 
 def test_a_move_into_the_wall_needs_no_search(played):
-    found = judge(played.boards[0], SETTINGS, "s0", 100, "down")
+    found = search_position(played.boards[0], SETTINGS, "s0", 100, "down")
     assert found.loses
     assert found.turns == 0
 
@@ -121,16 +121,16 @@ def test_the_command_tells_it_in_words_and_as_json(files):
     ],
 )
 def test_what_search_finds_at_turn_5_is_said_in_words(value, depth, said):
-    assert words(SearchResult("up", value, depth), 5) == said
+    assert finding_text(SearchResult("up", value, depth), 5) == said
 
 
 def test_a_fatal_move_is_lost_on_the_next_turn_without_a_look(played):
     board = played.boards[0]
-    found = judge(board, SETTINGS, "s0", 100, "down")
-    assert (found.move, found.depth, words(found, board.turn)) == ("down", 1, "lost within 1 turn")
+    found = search_position(board, SETTINGS, "s0", 100, "down")
+    assert (found.move, found.depth, finding_text(found, board.turn)) == ("down", 1, "lost within 1 turn")
     shut_in = Board(7, 7, 9, [Snake("s0", [(0, 0), (1, 0), (1, 1), (0, 1), (0, 2), (0, 3)]), board.snakes[1]], [])
-    none = judge(shut_in, SETTINGS, "s0", 100)
-    assert (none.move, none.depth, none.turns, words(none, 9)) == ("up", 1, 0, "lost within 1 turn")
+    none = search_position(shut_in, SETTINGS, "s0", 100)
+    assert (none.move, none.depth, none.turns, finding_text(none, 9)) == ("up", 1, 0, "lost within 1 turn")
 
 
 def test_a_loss_is_told_whole_as_plain_values(files):
@@ -141,8 +141,8 @@ def test_a_loss_is_told_whole_as_plain_values(files):
         "snake": "s0", "died_on": 13, "cause": "snake-self-collision", "by": "s0", "turn": 9, "played": "left",
         "better": "right",
     }  # fmt: skip
-    assert told["played_says"] == words(loss.played_finding, 9) == "lost within 4 turns"
-    assert told["better_says"] == words(loss.better_finding, 9)
+    assert told["played_says"] == finding_text(loss.played_finding, 9) == "lost within 4 turns"
+    assert told["better_says"] == finding_text(loss.better_finding, 9)
     assert (told["depth"], told["further_back"]) == (loss.better_finding.depth, False)
     assert told["board"][0] == "..Bbb..", "the top row first"
     json.dumps(told)

@@ -32,7 +32,7 @@ class Chair:
         self.heard.append((self.name, "answers", board.turn, snake_id, seconds))
         return self.move or best_safe_move(board, settings, snake_id)
 
-    def tell(self, what, message, seconds):
+    def notify(self, what, message, seconds):
         self.heard.append((self.name, what, message["turn"], message["you"]["id"], seconds))
 
     def leave(self):

@@ -79,7 +79,7 @@ def ok(value):
 def test_a_question_is_dense_json_below_the_servers_own_path_and_a_greeting_has_no_body(wire):
     asked, line = wire(ok({"apiversion": "1", "color": "#00ff00", "head": 3}), ok({"move": "left"}), ok(b"no matter"))
     assert line.address == ("here", 8000)
-    assert asked.looks(1.5) == {"apiversion": "1", "color": "#00ff00"}, "texts only"
+    assert asked.appearance(1.5) == {"apiversion": "1", "color": "#00ff00"}, "texts only"
     assert line.timeout == 1.5
     assert asked.move({"turn": 3, "you": {}}, 0.25) == "left"
     asked.end({"turn": 4}, 0.5)

@@ -160,7 +160,7 @@ def test_who_is_still_busy_is_not_asked_again_and_is_late(clock, monkeypatch):
         seat.prefetch({}, 0.25)
         clock.now += 0.2
         assert answered(seat, 0.25) == "up"
-    seat.tell("end", {}, 0.25)
+    seat.notify("end", {}, 0.25)
     assert waited == [pytest.approx(0.05), 0.0], "what is left of the time since it was asked"
     assert (pool.asked, server.hung_up, seat.failures.timeouts) == (1, 2, 2)
     assert seat.latency_ms == 250
@@ -168,11 +168,11 @@ def test_who_is_still_busy_is_not_asked_again_and_is_late(clock, monkeypatch):
 
 def test_who_comes_to_no_end_of_a_start_is_hung_up_on_and_a_failure_there_is_only_noted(clock):
     server, pool = Server(clock), Never()
-    Seat("slow", server, _pool=pool).tell("start", {}, 0.0)
+    Seat("slow", server, _pool=pool).notify("start", {}, 0.0)
     assert (pool.asked, server.hung_up) == (1, 1)
     seat = Seat("reads", server, _pool=AtOnce())
-    seat.tell("start", {"turn": 0}, 0.5)
-    seat.tell("end", {"turn": 9}, 0.5)
+    seat.notify("start", {"turn": 0}, 0.5)
+    seat.notify("end", {"turn": 9}, 0.5)
     assert server.told == [("start", {"turn": 0}, 0.5), ("end", {"turn": 9}, 0.5)]
     assert (seat.failures.last_error, seat.failures.crashes, seat.failures.timeouts) == ("gone already", 0, 0)
 
@@ -181,7 +181,7 @@ def test_who_looks_at_the_board_is_told_nothing_ahead(clock):
     player, pool = Thinks(clock, 0.0), Never()
     seat = Seat("looks", player, _pool=pool)
     seat.prefetch({}, 0.5)
-    seat.tell("start", {}, 0.5)
+    seat.notify("start", {}, 0.5)
     seat.leave()
     assert (pool.asked, pool.closed, player.told) == (0, 1, [])
 
@@ -200,20 +200,20 @@ def test_a_server_has_five_seconds_to_say_how_it_looks(monkeypatch):
         def __init__(self, url):
             self.url = url
 
-        def looks(self, seconds):
+        def appearance(self, seconds):
             asked.append((self.url, seconds))
             return {"color": "#00ff00", "head": "", "author": "me"}
 
     monkeypatch.setattr(seats, "Remote", Far)
     seat = take_seat("http://there")
     assert asked == [("http://there", 5.0)]
-    assert (seat.name, seat.looks) == ("http://there", LOOKS | {"color": "#00ff00"})
+    assert (seat.name, seat.appearance) == ("http://there", LOOKS | {"color": "#00ff00"})
     assert take_seat("http://there", "mine").name == "mine"
 
 
 def test_a_seat_is_called_as_the_user_wrote_or_named_it_and_dice_are_its_own():
     plain, named = take_seat("hungry"), take_seat("random_safe", "mine", seed=3)
-    assert (plain.name, plain.looks, named.name) == ("hungry", LOOKS, "mine")
+    assert (plain.name, plain.appearance, named.name) == ("hungry", LOOKS, "mine")
     assert plain.failures == Failures(0, 0, "", [], [])
     assert (plain.last_move, plain.latency_ms) == ("up", 0)
 

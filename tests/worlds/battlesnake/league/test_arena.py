@@ -172,7 +172,7 @@ def test_the_least_known_and_least_sure_pair_comes_first():
 
 def test_a_ladder_counts_what_it_hears_apart_and_together():
     ladder = Ladder((2, 4))
-    ladder.hear([game_of((0, 1), (0, 1), 1), game_of((1, 0), (0, 0), 2), game_of((3, 2, 1, 0), (0, 1, 2, 2), 3)])
+    ladder.count([game_of((0, 1), (0, 1), 1), game_of((1, 0), (0, 0), 2), game_of((3, 2, 1, 0), (0, 1, 2, 2), 3)])
     entrants = [Entrant(number, name, "hungry", is_anchor=number == 0) for number, name in enumerate("abcd")]
     assert [ladder.games(size) for size in (0, 2, 4)] == [3, 2, 1]
     assert str(ladder.score(entrants, 0, 1)) == "1-2-0"

@@ -9,7 +9,7 @@ from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.league.spsa import GauntletSettings, WeightTuner
 from racecraft.worlds.battlesnake.players.find import find_player
-from racecraft.worlds.battlesnake.players.kernels.worth import appraise
+from racecraft.worlds.battlesnake.players.kernels.worth import evaluate
 from racecraft.worlds.battlesnake.players.search_position import fill_buffers, position_of
 from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights, read_weights, weights_text
 
@@ -91,7 +91,7 @@ def test_weights_are_read_by_search(tmp_path):
         position = position_of(board, settings, weights=weights)
         worths[weights] = [0.0, 0.0]
         row = position.rows[0, :, 0].astype(float)
-        appraise(0, *position, *fill_buffers(position), row)
+        evaluate(0, *position, *fill_buffers(position), row)
         worths[weights] = row.tolist()
     lengths = worths[Weights(length=1.0, squares=0.0, meal=0.0, room=0.0)]
     assert lengths == pytest.approx([3 / 7, 4 / 7])

@@ -51,10 +51,10 @@ def ways(board, settings, one):
 def opinion(board, settings, me):
     """Appraise with the kernels of `area_control`, not with those of search."""
     lookout = Lookout(board, settings)
-    from racecraft.worlds.battlesnake.players.kernels.territory import appraise
+    from racecraft.worlds.battlesnake.players.kernels.territory import evaluate
 
     games = lookout.games
-    appraise(0, games.bodies, games.snakes, games.cells, lookout.params, lookout._scratch, lookout._squares,
+    evaluate(0, games.bodies, games.snakes, games.cells, lookout.params, lookout._scratch, lookout._squares,
              lookout._food_steps, lookout._worths)  # fmt: skip
     number = [snake.id for snake in board.alive()].index(me)
     others = (lookout._worths.sum() - lookout._worths[number]) / (len(board.alive()) - 1)
@@ -84,7 +84,7 @@ def test_what_is_remembered_does_not_change_what_is_found():
     assert len(boards) > 8
     certainty = AlphaBetaSearch(boards[0], settings, "s0")
     for board in boards:
-        certainty.look(board, settings, "s0")
+        certainty.set_position(board, settings, "s0")
         found = certainty.deepen(time.monotonic() + SOON, deepest=4)
         fresh = AlphaBetaSearch(board, settings, "s0").deepen(time.monotonic() + SOON, deepest=4)
         assert [value for _, value in found.by_depth] == [value for _, value in fresh.by_depth]
@@ -186,7 +186,7 @@ def test_a_first_look_that_is_too_long_is_left_with_a_move():
     assert len(board.alive()) > 5
     certainty = AlphaBetaSearch(board, settings, board.alive()[0].id)
     certainty.deepen(0.0)
-    certainty.look(board, settings, board.alive()[0].id)
+    certainty.set_position(board, settings, board.alive()[0].id)
     begin = time.monotonic()
     found = certainty.deepen(begin)
     assert time.monotonic() - begin < 5

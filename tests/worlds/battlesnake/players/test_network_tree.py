@@ -26,7 +26,7 @@ class Sure:
     def __init__(self, way=None, value=0.0):
         self.way, self.value, self.shown, self.asked = way, value, [], 0
 
-    def appraise(self, observations, action_mask=None):
+    def evaluate(self, observations, action_mask=None):
         self.shown.append({name: array.copy() for name, array in observations.items()} | {"mask": action_mask.copy()})
         rows = len(action_mask)
         self.asked += rows
@@ -68,7 +68,7 @@ def test_the_network_sees_a_leaf_as_training_would_show_it(make, ruleset, outloo
         *leaves.found, *leaves.games,
     )  # fmt: skip
     assert count > 1
-    leaves.appraise(np.arange(8) < count)
+    leaves.evaluate(np.arange(8) < count)
     (shown,) = policy.shown
     row = 0
     _, _, tracks, _ = leaves.found

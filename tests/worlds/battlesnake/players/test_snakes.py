@@ -261,7 +261,7 @@ def test_a_file_plays_and_its_failures_are_named(tmp_path):
     path.write_text(path.read_text().replace("data['nothing']", "'down' if len(turns) < 5 else data['nothing']"))
     player = load_file_player(path)
     _, sent = letter()
-    assert player.looks()["color"] == "#123456"
+    assert player.appearance()["color"] == "#123456"
     player.start(sent, 1)
     assert (player.move(sent, 1), player.move(sent, 1)) == ("left", "up")
     with pytest.raises(PlayerError, match="north"):

@@ -49,7 +49,7 @@ def test_the_more_share_a_board_the_less_is_tried_for_curiosity():
 
 def test_a_tree_that_asks_a_network_stays_as_curious_as_where_networks_learn():
     class Even:
-        def appraise(self, observations, action_mask=None):
+        def evaluate(self, observations, action_mask=None):
             return np.full((len(action_mask), 4), 0.25, np.float32), np.zeros(len(action_mask), np.float32)
 
     tree = NetworkTree(board_of(4), GameSettings(7, 7, 4), "a", Network(Even(), SnakeConfig()))

@@ -11,7 +11,7 @@ import time
 import pytest
 
 from racecraft.serving.loop_lag import LoopLag
-from racecraft.serving.quick_answers import answer_before_thinking, settle
+from racecraft.serving.quick_answers import answer_before_thinking, freeze_loaded
 from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.env.dice import StreamDice
@@ -480,7 +480,7 @@ def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):
         "def move(data):\n    heard.append(data['you']['id'])\n    return {'move': 'up'}\n"
     )
     player = load_file_player(path)
-    server = SnakeServer(player, player.looks())
+    server = SnakeServer(player, player.appearance())
 
     async def talk(port):
         def meet():
@@ -625,6 +625,6 @@ def test_a_serving_process_answers_before_it_thinks(monkeypatch):
 
 def test_what_was_loaded_is_not_searched_for_garbage_again():
     loaded, before = [[] for _ in range(1000)], gc.get_freeze_count()
-    settle()
+    freeze_loaded()
     assert gc.get_freeze_count() > before + len(loaded)
     assert all(one is not loaded for one in gc.get_objects())

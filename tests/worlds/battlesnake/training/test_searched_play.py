@@ -32,7 +32,7 @@ from racecraft.worlds.battlesnake.training.trainer import SnakeRequest, default_
 class Even:
     """A policy that thinks all moves alike, and a critic without hope or fear; the same for a row whoever is beside."""
 
-    def appraise(self, observations, action_mask=None):
+    def evaluate(self, observations, action_mask=None):
         rows = len(action_mask)
         return np.full((rows, 4), 0.25, np.float32), np.zeros(rows, np.float32)
 
@@ -181,7 +181,7 @@ def test_it_learns_what_was_searched_and_what_came_of_it():
         last_observations={"position": shown[-1], SEARCHED: searched[-1]}, last_active=ended[0],
     )  # fmt: skip
     told = learner.update(batch)
-    chances, values = learner.policy.appraise({"position": np.float32([[0, 1], [1, 0]])})
+    chances, values = learner.policy.evaluate({"position": np.float32([[0, 1], [1, 0]])})
     assert chances == pytest.approx(np.array([[0.1, 0.9, 0.0], [0.0, 0.2, 0.8]]), abs=0.06)
     assert values == pytest.approx([1.0, -1.0], abs=0.1)
     assert told["transitions"] == 128

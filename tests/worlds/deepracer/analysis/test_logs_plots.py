@@ -13,7 +13,7 @@ from racecraft.contract.errors import TrackError
 from racecraft.worlds.deepracer.analysis import logs as analysis
 from racecraft.worlds.deepracer.analysis.logs import PlotError
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
-from racecraft.worlds.deepracer.analysis.logs.judged import Judged, judged_in_log
+from racecraft.worlds.deepracer.analysis.logs.judged import Evaluations, judged_in_log
 from racecraft.worlds.deepracer.analysis.logs.laps import correlation
 from racecraft.worlds.deepracer.driving.telemetry.corners import find_corners
 from racecraft.worlds.deepracer.logs import read
@@ -368,7 +368,7 @@ def test_an_evaluation_driven_by_itself_is_a_judgement_too():
     alone = judged_in_log(logs.ticks.collect(), None)
     assert alone.shares == (1.0,)
     assert alone.best_lap_seconds == pytest.approx(12.212, abs=0.001), "explored; the judged one took 13.8 s"
-    assert judged_in_log(logs.training.collect(), None) == Judged()
+    assert judged_in_log(logs.training.collect(), None) == Evaluations()
 
 
 def test_advice_is_silent_where_there_is_little_to_go_by(laps):

@@ -261,4 +261,7 @@ def test_numbers_are_told_as_racers_say_them():
     actions = ContinuousActions(low=(-thirty, 0.5), high=(thirty, 2.0))
     decided = SimpleNamespace(numbers=np.array([[-0.5, 1 / 3]]))
     look = Look("CAMERA", np.zeros((1, 3, 4), np.uint8), np.zeros((1, 3, 4)), None, decided, actions)
-    assert look.told(0) == [("steering", pytest.approx(0.25), "right 15°"), ("speed", pytest.approx(2 / 3), "1.50 m/s")]
+    assert look.decision(0) == [
+        ("steering", pytest.approx(0.25), "right 15°"),
+        ("speed", pytest.approx(2 / 3), "1.50 m/s"),
+    ]

@@ -216,7 +216,7 @@ def test_the_files_tell_the_speed_that_a_car_had_and_the_one_it_was_told():
     for _ in range(12):
         world.step(ahead, buffers)
         recorder(world, buffers, ahead)
-    columns = recorder.take(1)
+    columns = recorder.pop(1)
     assert set(columns["speed_mps"]) == {1.0}
     assert columns["velocity_mps"][1] == 0.0, "the first row after preparing is of a car at rest"
     np.testing.assert_allclose(columns["velocity_mps"][2:7], [0.12, 0.33, 0.54, 0.67, 0.86], atol=0.12)
@@ -242,7 +242,7 @@ def test_a_command_beyond_the_car_is_driven_and_seen_as_sent_and_at_aws_seen_as_
         for _ in range(6):
             world.step(told, buffers)
             recorder(world, buffers, told)
-        stories.append((listener.told, recorder.take(1)))
+        stories.append((listener.told, recorder.pop(1)))
     (heard, files), (plain, plain_files) = stories
     assert {(params["steering_angle"], params["speed"]) for params in heard} == {seen}
     assert {(params["steering_angle"], params["speed"]) for params in plain} == {(30.0, 4.0)}

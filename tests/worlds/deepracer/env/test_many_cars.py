@@ -199,7 +199,7 @@ def test_the_files_tell_whose_tick_it_was():
         world.step(actions, buffers)
         recorder(world, buffers, actions)
         rewards.append(buffers.reward.copy())
-    columns = recorder.take(1)
+    columns = recorder.pop(1)
     assert columns["world"].tolist() == [0] * 12 + [1] * 12
     assert columns["agent"].tolist() == ([0] * 4 + [1] * 4 + [2] * 4) * 2
     assert columns["tick"].tolist() == [1, 2, 3, 4] * 6

@@ -10,7 +10,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.evaluation import by_track
 from racecraft.worlds.deepracer.evaluation.by_track import (
-    Judged,
+    JudgedCourse,
     figures_of,
     headline_of,
     judge_named,
@@ -33,10 +33,10 @@ def part(percent):
 
 def test_laps_are_told_apart_by_track_and_counted_by_role():
     judged = [
-        Judged("A", "A", "trained", "TIME_TRIAL", False, 2),
-        Judged("B", "B", "trained", "TIME_TRIAL", False, 2),
-        Judged("B", "B", "trained", "TIME_TRIAL", False, 1),
-        Judged("C", "C", "held_out", "TIME_TRIAL", False, 2),
+        JudgedCourse("A", "A", "trained", "TIME_TRIAL", False, 2),
+        JudgedCourse("B", "B", "trained", "TIME_TRIAL", False, 2),
+        JudgedCourse("B", "B", "trained", "TIME_TRIAL", False, 1),
+        JudgedCourse("C", "C", "held_out", "TIME_TRIAL", False, 2),
     ]
     report = LapReport((FULL, FULL, FULL, part(40.0), part(10.0), part(20.0), part(30.0)))
     results = results_by_track(report, judged)
@@ -135,7 +135,7 @@ def test_who_held_no_track_out_is_told_so_and_only_where_it_matters(asked):
 
 def test_a_judgement_of_several_tracks_is_plain_values():
     car = SimpleNamespace(run=SimpleNamespace(path="runs/r"), checkpoint=SimpleNamespace(iteration=7))
-    results = results_by_track(LapReport((FULL,)), [Judged("A", "A", "other", "TIME_TRIAL", False, 1)])
+    results = results_by_track(LapReport((FULL,)), [JudgedCourse("A", "A", "other", "TIME_TRIAL", False, 1)])
     told = told_of(car, results, 1)
     assert (told["run"], told["checkpoint"], told["starts"]) == ("runs/r", 7, 1)
     assert told["tracks"] == [results[0].as_dictionary()]

@@ -8,7 +8,7 @@ import pytest
 
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
 from racecraft.worlds.deepracer.evaluation import recompute as module
-from racecraft.worlds.deepracer.evaluation.recompute import episode_begins, places_of, recompute, walk
+from racecraft.worlds.deepracer.evaluation.recompute import episode_begins, places_of, recompute, trace_path
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
 
 
@@ -28,7 +28,7 @@ def test_an_episode_begins_with_another_number_or_with_steps_that_do_not_grow():
 
 
 def test_without_a_column_of_states_the_first_row_of_an_episode_is_held_and_a_flying_lap_is_not():
-    told = walk(trace([0, 0, 1, 1, 2, 2, 3, 3], [1, 2, 1, 2, 3, 4, 2, 3]))
+    told = trace_path(trace([0, 0, 1, 1, 2, 2, 3, 3], [1, 2, 1, 2, 3, 4, 2, 3]))
     assert where(told.begins) == [0, 2, 4, 6]
     assert where(told.held) == [0, 2]
     assert where(told.restarts) == [0, 2], "episodes 2 and 3 begin with a later step: their cars never stood"
@@ -36,7 +36,7 @@ def test_without_a_column_of_states_the_first_row_of_an_episode_is_held_and_a_fl
 
 def test_with_states_a_car_is_held_where_they_say_so_and_restarts_where_it_begins_held_or_anew():
     states = np.array(["prepare", "in_progress", "pause", "park", "in_progress", "prepare", "in_progress", "off_track"])
-    told = walk(trace([0, 0, 0, 0, 1, 2, 3, 3], [1, 2, 3, 4, 5, 6, 1, 2], episode_status=states))
+    told = trace_path(trace([0, 0, 0, 0, 1, 2, 3, 3], [1, 2, 3, 4, 5, 6, 1, 2], episode_status=states))
     assert where(told.begins) == [0, 4, 5, 6]
     assert where(told.held) == [0, 2, 3, 5]
     assert where(told.restarts) == [0, 5, 6]

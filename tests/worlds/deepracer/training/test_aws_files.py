@@ -498,7 +498,7 @@ def test_a_full_disk_is_told_at_the_next_iteration_and_costs_nothing_that_stood(
 
     files = small_files(tmp_path)
     files.keep(with_length(table([(1, False), (2, True)])), report(1))
-    files._background.settle(wait=True)
+    files._background.call_done(wait=True)
     before = (tmp_path / "metrics" / "TrainingMetrics.json").read_bytes()
 
     def full(path):
@@ -507,7 +507,7 @@ def test_a_full_disk_is_told_at_the_next_iteration_and_costs_nothing_that_stood(
     monkeypatch.setattr(atomic, "_to_disk", full)
     files.keep(with_length(table([(1, False), (2, True)])), report(2))
     with pytest.raises(OutputFileError, match="the disk is full"):
-        files._background.settle(wait=True)
+        files._background.call_done(wait=True)
     assert (tmp_path / "metrics" / "TrainingMetrics.json").read_bytes() == before
     with pytest.raises(OutputFileError):
         files.close()

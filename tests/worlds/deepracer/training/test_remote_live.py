@@ -50,7 +50,7 @@ def driven(world, ticks=RING_TICKS, observers=()):
     recorder = EpisodeRecorder()
     buffers = drive(world, 1, observers)
     drive(world, ticks, [*observers, recorder], 1, buffers)
-    return recorder.take(1)
+    return recorder.pop(1)
 
 
 def shared_out(columns, shares):

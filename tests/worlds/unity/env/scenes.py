@@ -441,7 +441,7 @@ class Liar(Player):
     lie = staticmethod(lambda number, message: message)
     count = 0
 
-    def say(self, exchange, message):
+    def exchange_message(self, exchange, message):
         bent = self.lie(self.count, message)
         self.count += 1
         return exchange(bent if isinstance(bent, bytes) else bent.SerializeToString())

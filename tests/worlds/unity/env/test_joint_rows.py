@@ -126,14 +126,14 @@ def test_an_action_is_as_wide_as_the_widest_behavior_wants_it():
 def test_actions_reach_those_who_asked_and_nobody_is_told_for_another():
     """Whoever is acted for and does not ask is told nothing; whoever is not, does nothing."""
     _, seats, _ = joint()
-    seats.settle(0, heard([4, 5], [6], [7]), BEHAVIORS, None)
+    seats.fill_rows(0, heard([4, 5], [6], [7]), BEHAVIORS, None)
     choices = seats.choices(0, np.array([[[2.0, 9.0]], [[1.0, 9.0]], [[0.5, -0.5]]]))
     assert set(choices) == {"Chooser", "Driver", "Other"}
     assert choices["Chooser"].discrete.tolist() == [[2], [1]]
     assert choices["Driver"].continuous.tolist() == [[0.5, -0.5]]
     assert choices["Other"].discrete.tolist() == [[0]]
     assert list(seats.idle_choices(0)) == ["Other"]
-    seats.settle(0, heard([], [6], []), BEHAVIORS, None)
+    seats.fill_rows(0, heard([], [6], []), BEHAVIORS, None)
     assert set(seats.choices(0, np.zeros((3, 1, 2)))) == {"Driver"}
     assert seats.idle_choices(0) == {}
 
@@ -142,16 +142,16 @@ def test_somebody_asks_as_long_as_one_of_them_does():
     _, seats, _ = joint()
     asking = []
     for moment in (heard([4], [6]), heard([4]), heard([], [6]), heard([], [], [7])):
-        seats.settle(0, moment, BEHAVIORS, None)
+        seats.fill_rows(0, moment, BEHAVIORS, None)
         asking.append(seats.has_decisions(0))
     assert asking == [True, True, True, False]
 
 
 def test_what_is_settled_cut_and_cleared_stands_in_each_behaviors_own_rows():
     _, seats, buffers = joint()
-    seats.settle(0, heard([4, 5], [6]), BEHAVIORS, None)
+    seats.fill_rows(0, heard([4, 5], [6]), BEHAVIORS, None)
     seats.begin_step()
-    seats.settle(0, heard([4], [6], gone=([5], [])), BEHAVIORS, buffers)
+    seats.fill_rows(0, heard([4], [6], gone=([5], [])), BEHAVIORS, buffers)
     seats.show(buffers)
     assert buffers.reward.ravel().tolist() == [4, 5, 6]
     assert buffers.terminated.ravel().tolist() == [False, True, False]

@@ -19,7 +19,7 @@ def taken(limits, times):
     quota = RestartQuota(limits, clock)
     given = []
     for clock.now in times:
-        given.append(quota.take() == "")
+        given.append(quota.use() == "")
     assert quota.used == sum(given)
     return given
 
@@ -52,17 +52,17 @@ def test_new_starts_are_counted_as_they_are_given():
     quota = RestartQuota(RestartLimits(2, -1), Clock())
     counts = [quota.used]
     for _ in range(3):
-        quota.take()
+        quota.use()
         counts.append(quota.used)
     assert counts == [0, 1, 2, 2]
 
 
 def test_a_refusal_says_what_was_used_and_what_would_do():
     lifetime, rate = (RestartQuota(RestartLimits(*limits), Clock()) for limits in ((1, -1), (-1, 1, 30)))
-    assert (lifetime.take(), rate.take()) == ("", "")
-    assert lifetime.take() == (
+    assert (lifetime.use(), rate.use()) == ("", "")
+    assert lifetime.use() == (
         "It was started anew 1 times before, and max_lifetime_restarts is 1; give more, or -1 for no limit."
     )
-    assert rate.take() == (
+    assert rate.use() == (
         "It was started anew 1 times in the last 30 s, and restarts_rate_limit_n is 1; give more, or -1 for no limit."
     )

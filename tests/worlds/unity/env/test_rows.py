@@ -38,30 +38,30 @@ def seats_for(worlds, agents=1, processes=1, actions=CHOOSES):
 
 def test_every_process_has_as_many_rows_of_its_own():
     seats, buffers = seats_for(4, agents=2, processes=2)
-    seats.settle(0, heard([1, 2, 3]), {}, None)
-    seats.settle(1, heard([5]), {}, None)
+    seats.fill_rows(0, heard([1, 2, 3]), {}, None)
+    seats.fill_rows(1, heard([5]), {}, None)
     seats.show(buffers)
     assert buffers.observations["sight"][:, :, 0].tolist() == [[1, 2], [3, 0], [5, 0], [0, 0]]
     assert buffers.active.tolist() == [[True, True], [True, False], [True, False], [False, False]]
     assert seats.choices(1, np.arange(8).reshape(4, 2))["A"].discrete.tolist() == [[4]]
     with pytest.raises(UnityError, match="agent 9 of 'A' asks for a decision, but all 4 rows kept for a player"):
-        seats.settle(1, heard([5, 6, 7, 8, 9]), {}, None)
+        seats.fill_rows(1, heard([5, 6, 7, 8, 9]), {}, None)
 
 
 def test_an_episodes_figures_are_its_own():
     """Two steps of reward 3 + 0.5, then an end that brings the same; the next episode's first reward is nobody's."""
     seats, buffers = seats_for(1)
-    seats.settle(0, heard([3], group=0.5), {}, None)
+    seats.fill_rows(0, heard([3], group=0.5), {}, None)
     for _ in range(2):
         seats.choices(0, np.zeros((1, 1)))
-        seats.settle(0, heard([3], group=0.5), {}, buffers)
+        seats.fill_rows(0, heard([3], group=0.5), {}, buffers)
     assert buffers.reward.tolist() == [[7.0]], "what is earned is added to what stands there"
     seats.choices(0, np.zeros((1, 1)))
-    seats.settle(0, heard([4], [3], group=0.5), {}, buffers)
+    seats.fill_rows(0, heard([4], [3], group=0.5), {}, buffers)
     assert buffers.terminated.tolist() == [[True]]
     assert buffers.final_observations["sight"].ravel().tolist() == [3]
     seats.choices(0, np.zeros((1, 1)))
-    seats.settle(0, heard([], [4], interrupted=True), {}, buffers)
+    seats.fill_rows(0, heard([], [4], interrupted=True), {}, buffers)
     assert seats.pop_episodes() == [
         EpisodeRecord(0, 0, 3, 10.5, "terminated"),
         EpisodeRecord(0, 0, 1, 4.0, "truncated"),
@@ -71,32 +71,32 @@ def test_an_episodes_figures_are_its_own():
 
 def test_rows_that_are_free_again_are_given_in_their_order():
     seats, buffers = seats_for(2)
-    seats.settle(0, heard([4, 7]), {}, None)
-    seats.settle(0, heard([8, 9], [7, 4]), {}, buffers)
+    seats.fill_rows(0, heard([4, 7]), {}, None)
+    seats.fill_rows(0, heard([8, 9], [7, 4]), {}, buffers)
     seats.show(buffers)
     assert buffers.observations["sight"].ravel().tolist() == [8, 9]
 
 
 def test_with_the_end_of_an_episode_its_mask_ends():
     seats, buffers = seats_for(1)
-    seats.settle(0, heard([4], forbidden=1), {}, None)
+    seats.fill_rows(0, heard([4], forbidden=1), {}, None)
     seats.show(buffers)
     assert buffers.action_mask.ravel().tolist() == [True, False]
-    seats.settle(0, heard([], [4]), {}, buffers)
+    seats.fill_rows(0, heard([], [4]), {}, buffers)
     seats.show(buffers)
     assert buffers.action_mask.ravel().tolist() == [True, True]
 
 
 def test_who_does_not_ask_is_not_active_and_shows_what_it_saw_last():
     seats, buffers = seats_for(2)
-    seats.settle(0, heard([4, 7]), {}, None)
+    seats.fill_rows(0, heard([4, 7]), {}, None)
     seats.begin_step()
-    seats.settle(0, heard([7]), {}, buffers)
+    seats.fill_rows(0, heard([7]), {}, buffers)
     seats.show(buffers)
     assert buffers.active.ravel().tolist() == [False, True]
     assert buffers.observations["sight"].ravel().tolist() == [4, 7]
     assert seats.has_decisions(0)
-    seats.settle(0, heard(), {}, buffers)
+    seats.fill_rows(0, heard(), {}, buffers)
     assert not seats.has_decisions(0)
     assert seats.choices(0, np.zeros((2, 1))) == {}
 
@@ -104,19 +104,19 @@ def test_who_does_not_ask_is_not_active_and_shows_what_it_saw_last():
 def test_a_process_that_is_lost_cuts_its_own_episodes():
     seats, buffers = seats_for(2, processes=2)
     for process, agent in enumerate((4, 7)):
-        seats.settle(process, heard([agent]), {}, None)
+        seats.fill_rows(process, heard([agent]), {}, None)
     seats.truncate_all(1, buffers)
     assert (buffers.truncated.ravel().tolist(), buffers.terminated.any()) == ([False, True], False)
     assert buffers.final_observations["sight"].ravel().tolist() == [0, 7]
     assert [(episode.world, episode.status) for episode in seats.pop_episodes()] == [(1, "truncated")]
-    seats.settle(1, heard([5]), {}, buffers)
+    seats.fill_rows(1, heard([5]), {}, buffers)
     seats.show(buffers)
     assert buffers.observations["sight"].ravel().tolist() == [4, 5]
 
 
 def test_what_was_before_a_new_beginning_is_forgotten():
     seats, buffers = seats_for(1)
-    seats.settle(0, heard([4], forbidden=0), {}, None)
+    seats.fill_rows(0, heard([4], forbidden=0), {}, None)
     seats.truncate_all(0, buffers)
     seats.clear()
     seats.show(buffers)
@@ -130,7 +130,7 @@ def test_what_was_before_a_new_beginning_is_forgotten():
 
 def test_agents_without_choices_have_no_mask():
     seats, buffers = seats_for(1, actions=STEERS)
-    seats.settle(0, heard([4], actions=STEERS), {}, None)
+    seats.fill_rows(0, heard([4], actions=STEERS), {}, None)
     seats.show(buffers)
     assert buffers.action_mask is None
     assert seats.choices(0, np.full((1, 1, 1), 0.5))["A"].continuous.tolist() == [[0.5]]
@@ -146,7 +146,7 @@ def test_agents_of_other_behaviors_that_ask_do_nothing():
         "C": Moment(told(), told(3)),
         "D": Moment(told(3, actions=STEERS), told()),
     }
-    seats.settle(0, heard([4]) | others, behaviors, None)
+    seats.fill_rows(0, heard([4]) | others, behaviors, None)
     idle = seats.idle_choices(0)
     assert set(idle) == {"B", "D"}
     assert (idle["B"].continuous.tolist(), idle["B"].discrete.tolist()) == ([[0.0], [0.0]], [[1], [1]])
@@ -157,4 +157,4 @@ def test_agents_of_other_behaviors_that_ask_do_nothing():
 def test_a_behavior_that_is_gone_is_a_lie():
     seats, buffers = seats_for(1)
     with pytest.raises(WireError, match="no longer has the behavior 'A'"):
-        seats.settle(0, {}, {}, buffers)
+        seats.fill_rows(0, {}, {}, buffers)

@@ -270,7 +270,7 @@ def test_an_editor_that_hangs_up_is_told_though_there_is_no_process_to_ask(talk,
 
     session = talk(scenes.BasicScene())
     session.reset()
-    monkeypatch.setattr(session._wire, "hear", broken)
+    monkeypatch.setattr(session._wire, "receive", broken)
     with pytest.raises(PlayerDiedError, match="hung up"):
         session.step({BASIC: Choice(discrete=[[2]])})
 
@@ -310,8 +310,8 @@ def heard_by(player):
     """A player that keeps what it is told."""
 
     class Hearing(player):
-        def say(self, exchange, message):
-            data = super().say(exchange, message)
+        def exchange_message(self, exchange, message):
+            data = super().exchange_message(exchange, message)
             self.heard = [*getattr(self, "heard", ()), self._parse(data)]
             return data
 

@@ -38,7 +38,7 @@ def in_background(work):
 def test_a_call_is_heard_and_its_answer_arrives(wire):
     exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"question"))
-    assert wire.hear(5) == b"question"
+    assert wire.receive(5) == b"question"
     wire.answer(b"reply")
     thread.join(60)
     assert got == [b"reply"]
@@ -86,7 +86,7 @@ def test_eight_megabytes_pass(wire):
     exchange, disconnect = call_as_player(wire.port)
     data = bytes(8 * 2**20)
     thread, _ = in_background(lambda: exchange(data))
-    assert wire.hear(10) == data
+    assert wire.receive(10) == data
     wire.answer(b"")
     thread.join(60)
     disconnect()
@@ -97,7 +97,7 @@ def test_a_message_larger_than_the_limit_is_a_named_error():
     exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(bytes(5000)))
     with pytest.raises(WireError, match="1,000 bytes"):
-        wire.hear(5)
+        wire.receive(5)
     thread.join(60)
     assert isinstance(got[0], ConnectionError)
     disconnect()
@@ -110,7 +110,7 @@ def test_bytes_that_are_no_grpc_do_not_disturb(wire):
         stranger.sendall(b"GET / HTTP/1.1\r\n\r\n" + bytes(range(256)) * 10)
         exchange, disconnect = call_as_player(wire.port)
         thread, got = in_background(lambda: exchange(b"hello"))
-        assert wire.hear(5) == b"hello"
+        assert wire.receive(5) == b"hello"
         wire.answer(b"well")
         thread.join(60)
         assert got == [b"well"]
@@ -120,10 +120,10 @@ def test_bytes_that_are_no_grpc_do_not_disturb(wire):
 def test_two_calls_at_once_are_refused(wire):
     exchange, disconnect = call_as_player(wire.port)
     in_background(lambda: exchange(b"one"))
-    assert wire.hear(5) == b"one"
+    assert wire.receive(5) == b"one"
     thread, got = in_background(lambda: exchange(b"two"))
     with pytest.raises(WireError, match="twice"):
-        wire.hear(5)
+        wire.receive(5)
     thread.join(60)
     assert isinstance(got[0], ConnectionError)
     disconnect()
@@ -134,7 +134,7 @@ def test_a_stranger_who_calls_the_port_is_turned_away_and_the_player_goes_on(wir
     exchange, disconnect = call_as_player(wire.port)
     stranger, leave = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"one"))
-    assert wire.hear(5) == b"one"
+    assert wire.receive(5) == b"one"
     with pytest.raises(ConnectionError, match="belongs to another player"):
         stranger(b"me too")
     wire.answer(b"first")
@@ -142,7 +142,7 @@ def test_a_stranger_who_calls_the_port_is_turned_away_and_the_player_goes_on(wir
     with pytest.raises(ConnectionError, match="belongs to another player"):
         stranger(b"and now")
     thread, got_again = in_background(lambda: exchange(b"two"))
-    assert wire.hear(5) == b"two"
+    assert wire.receive(5) == b"two"
     wire.answer(b"second")
     thread.join(60)
     assert (got, got_again) == ([b"first"], [b"second"])
@@ -167,7 +167,7 @@ class Caller:
 def test_of_two_first_callers_the_one_whose_message_arrives_first_is_the_player(wire):
     def slow():
         in_background(lambda: wire._exchange(iter([b"player"]), Caller("a")))
-        assert wire.hear(5) == b"player"
+        assert wire.receive(5) == b"player"
         yield b"stranger"
 
     with pytest.raises(ConnectionError, match="belongs to another player"):
@@ -178,18 +178,18 @@ def test_of_two_first_callers_the_one_whose_message_arrives_first_is_the_player(
 def test_hanging_up_is_noticed_long_before_patience_ends(wire):
     exchange, disconnect = call_as_player(wire.port)
     thread, _ = in_background(lambda: exchange(b"one"))
-    assert wire.hear(5) == b"one"
+    assert wire.receive(5) == b"one"
     begun = time.monotonic()
     disconnect()
     with pytest.raises(PlayerDiedError, match="hung up"):
-        wire.hear(60)
+        wire.receive(60)
     assert time.monotonic() - begun < 30
     thread.join(60)
 
 
 def test_silence_returns_none_after_the_time_given(wire):
     begun = time.monotonic()
-    assert wire.hear(0.3) is None
+    assert wire.receive(0.3) is None
     assert 0.25 < time.monotonic() - begun < 30
 
 
@@ -199,7 +199,7 @@ def test_who_looks_after_the_player_is_asked_while_waiting(wire):
 
     begun = time.monotonic()
     with pytest.raises(UnityError, match="dead"):
-        wire.hear(60, look)
+        wire.receive(60, look)
     assert time.monotonic() - begun < 30
 
 
@@ -211,13 +211,13 @@ def test_an_answer_without_a_question_is_refused(wire):
 def test_closing_answers_the_pending_call_and_twice_is_once(wire):
     exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"one"))
-    assert wire.hear(5) == b"one"
+    assert wire.receive(5) == b"one"
     wire.close(b"goodbye")
     wire.close(b"goodbye")
     thread.join(60)
     assert got == [b"goodbye"]
     with pytest.raises(SessionClosedError):
-        wire.hear(1)
+        wire.receive(1)
     with pytest.raises(SessionClosedError):
         wire.answer(b"")
     disconnect()
@@ -229,7 +229,7 @@ def test_no_thread_is_left_behind():
         wire = Wire()
         exchange, disconnect = call_as_player(wire.port)
         thread, _ = in_background(lambda exchange=exchange: exchange(b"one"))
-        wire.hear(5)
+        wire.receive(5)
         wire.close(b"bye")
         thread.join(60)
         disconnect()
@@ -294,7 +294,7 @@ def test_the_editor_calls_where_ml_agents_listens_and_half_a_gibibyte_passes():
 def test_a_question_is_answered_once(wire):
     exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"question"))
-    assert wire.hear(60) == b"question"
+    assert wire.receive(60) == b"question"
     wire.answer(b"reply")
     with pytest.raises(WireError, match="nothing was asked"):
         wire.answer(b"again")
@@ -306,13 +306,13 @@ def test_a_question_is_answered_once(wire):
 def test_without_time_to_wait_what_is_there_already_is_heard_or_nothing(wire):
     """Who looks after the player is asked before silence is told, and before a loss is."""
     looked = []
-    assert wire.hear(0, lambda: looked.append("silence")) is None
-    assert wire.hear(-1) is None
+    assert wire.receive(0, lambda: looked.append("silence")) is None
+    assert wire.receive(-1) is None
     wire._calls.put(WireError("broken"))
     with pytest.raises(WireError, match="broken"):
-        wire.hear(0, lambda: looked.append("loss"))
+        wire.receive(0, lambda: looked.append("loss"))
     wire._calls.put(b"question")
-    assert wire.hear(0) == b"question"
+    assert wire.receive(0) == b"question"
     assert looked == ["silence", "loss"]
 
 
@@ -320,7 +320,7 @@ def test_closing_without_a_goodbye_cuts_the_call():
     wire = Wire()
     exchange, disconnect = call_as_player(wire.port)
     thread, got = in_background(lambda: exchange(b"question"))
-    assert wire.hear(60) == b"question"
+    assert wire.receive(60) == b"question"
     wire.close()
     thread.join(60)
     assert isinstance(got[0], ConnectionError)

@@ -253,8 +253,8 @@ def seats_for_two():
 def test_an_agent_whose_id_comes_back_gets_its_row_back():
     """Both end in one message and begin again in the other order."""
     seats, buffers = seats_for_two()
-    seats.settle(0, {"A": Moment(told(4, 7), told())}, {}, None)
-    seats.settle(0, {"A": Moment(told(7, 4), told(4, 7))}, {}, buffers)
+    seats.fill_rows(0, {"A": Moment(told(4, 7), told())}, {}, None)
+    seats.fill_rows(0, {"A": Moment(told(7, 4), told(4, 7))}, {}, buffers)
     seats.show(buffers)
     assert buffers.observations["sight"].ravel().tolist() == [4, 7]
     assert buffers.terminated.all()
@@ -264,14 +264,14 @@ def test_an_agent_whose_id_comes_back_gets_its_row_back():
 
 def test_the_reward_beside_a_first_decision_is_nobodys():
     seats, buffers = seats_for_two()
-    seats.settle(0, {"A": Moment(told(4), told())}, {}, None)
-    seats.settle(0, {"A": Moment(told(4, 9), told())}, {}, buffers)
+    seats.fill_rows(0, {"A": Moment(told(4), told())}, {}, None)
+    seats.fill_rows(0, {"A": Moment(told(4, 9), told())}, {}, buffers)
     assert buffers.reward.ravel().tolist() == [4, 0]
 
 
 def test_an_agent_that_ends_before_it_ever_asked_is_passed_over():
     seats, buffers = seats_for_two()
-    seats.settle(0, {"A": Moment(told(4), told(3))}, {}, buffers)
+    seats.fill_rows(0, {"A": Moment(told(4), told(3))}, {}, buffers)
     assert not buffers.ended.any()
     assert seats.pop_episodes() == []
 
@@ -279,7 +279,7 @@ def test_an_agent_that_ends_before_it_ever_asked_is_passed_over():
 def test_an_agent_that_stands_twice_in_a_message_is_a_lie():
     seats, _ = seats_for_two()
     with pytest.raises(WireError, match="twice"):
-        seats.settle(0, {"A": Moment(told(4, 4), told())}, {}, None)
+        seats.fill_rows(0, {"A": Moment(told(4, 4), told())}, {}, None)
 
 
 def test_spare_rows_stay_inactive(opened):

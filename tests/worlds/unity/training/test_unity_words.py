@@ -50,9 +50,9 @@ def run(tmp_path_factory):
 def test_what_was_typed_reaches_the_players_and_is_remembered(run):
     job = RunFolder.open(run).read_job()
     assert job["settings"]["rollout"]["num_worlds"] == 12
-    words = plan_resume(run).words()
+    words = plan_resume(run).world_arguments()
     assert (words["num_players"], words["time_scale"], words["args"]) == (2, 5.0, ("--agents", "6"))
-    assert plan_resume(run).words(for_judge=True)["num_players"] == 1
+    assert plan_resume(run).world_arguments(for_judge=True)["num_players"] == 1
 
 
 def test_agents_are_shared_out_among_the_players_and_as_many_when_it_goes_on(tmp_path):
@@ -82,15 +82,15 @@ def test_words_that_follow_env_args_are_the_players_own(monkeypatch):
 
 def test_the_judge_listens_behind_the_last_of_those_that_teach(tmp_path):
     request = UnityRequest("builtin:Basic", num_envs=3, base_port=6105)
-    assert plan_unity(request).words()["base_port"] == 6105
-    assert plan_unity(request).words(for_judge=True)["base_port"] == 6108
-    assert "base_port" not in plan_unity(UnityRequest("builtin:Basic")).words()
+    assert plan_unity(request).world_arguments()["base_port"] == 6105
+    assert plan_unity(request).world_arguments(for_judge=True)["base_port"] == 6108
+    assert "base_port" not in plan_unity(UnityRequest("builtin:Basic")).world_arguments()
     pytest.importorskip("yaml", reason="pyyaml is not installed")
     (tmp_path / "c.yaml").write_text("env_settings: {base_port: 7000, num_envs: 2, env_args: [--agents, '3']}\n")
     planned = plan_unity(UnityRequest("builtin:Basic", tmp_path / "c.yaml", time_scale=1.0))
-    assert planned.words(for_judge=True)["base_port"] == 7002
-    assert planned.words()["args"] == ("--agents", "3")
-    assert plan_unity(UnityRequest("editor", base_port=6105)).words().get("base_port") is None
+    assert planned.world_arguments(for_judge=True)["base_port"] == 7002
+    assert planned.world_arguments()["args"] == ("--agents", "3")
+    assert plan_unity(UnityRequest("editor", base_port=6105)).world_arguments().get("base_port") is None
 
 
 def test_a_port_that_is_taken_is_told(tmp_path):

@@ -94,7 +94,7 @@ class UnityEnvironment(BaseEnv):
         self._channels = SideChannels()
         self._side_channel_manager = SideChannelManager(side_channels)
         for channel in self._side_channel_manager.channels:
-            self._channels.listen(channel.channel_id, channel.hear)
+            self._channels.listen(channel.channel_id, channel.deliver)
         self._channels_last = _PACKAGE_OF_0 in sys.modules
         self._timeout, self._actions, self._moments = float(timeout_wait), dict[str, ActionTuple](), dict[str, Moment]()
         self._told: dict[str, tuple[DecisionSteps, TerminalSteps]] = {}

@@ -241,7 +241,7 @@ def show_arena(request: ArenaRequest, progress: Progress = quiet) -> Standings:
         )
     one = None if request.name is None else store.find(request.name)
     games, ladder = store.games(), Ladder(store.terms.snakes)
-    ladder.hear(games)
+    ladder.count(games)
     mine = [
         game
         for game in games

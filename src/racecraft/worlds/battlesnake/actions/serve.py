@@ -99,7 +99,7 @@ def _served(
     progress: Progress,
 ) -> ServedSnake:
     """Return a player that is warm, behind a socket that listens."""
-    from racecraft.serving.quick_answers import settle
+    from racecraft.serving.quick_answers import freeze_loaded
     from racecraft.web.server import ListeningServer
     from racecraft.worlds.battlesnake.players.appearance import colour
     from racecraft.worlds.battlesnake.players.find import warm_up
@@ -110,8 +110,8 @@ def _served(
     warm_up(player)
     _let_ponder(player, request.ponder)
     _let_use(player, request.cores, request.player)
-    settle()
-    info = player.looks() if isinstance(player, FilePlayer) else {}
+    freeze_loaded()
+    info = player.appearance() if isinstance(player, FilePlayer) else {}
     if info.get("color"):
         info["color"] = colour(info["color"], f"{request.player}: info()'s color")
     server = SnakeServer(

@@ -170,5 +170,6 @@ def _watch_recorded(game: Path, html: Path | None, page: BoardPage) -> WatchedGa
         write_atomic(html, board_page(title, facts, events, speed=page.speed))
         return WatchedGame(html)
     return WatchedGame(
-        play=lambda shown: shown.hold(BoardServer(title, facts, events, shown.speed), facts["ID"]), page=page
+        play=lambda shown: shown.show_until_interrupt(BoardServer(title, facts, events, shown.speed), facts["ID"]),
+        page=page,
     )

@@ -22,7 +22,7 @@ def _show(found: Study) -> None:
 def _print(loss: Loss, names: dict[str, str]) -> None:
     """Print one loss: who, when, why; the board; the move that was made and the one that search prefers."""
     from racecraft.worlds.battlesnake.env.board import draw
-    from racecraft.worlds.battlesnake.evaluation.game_analysis import words
+    from racecraft.worlds.battlesnake.evaluation.game_analysis import finding_text
 
     letter = chr(ord("A") + [snake.id for snake in loss.board.snakes].index(loss.snake_id) % 26)
     by = f" by {names.get(loss.by, loss.by)}" if loss.by not in ("", loss.snake_id) else ""
@@ -30,11 +30,11 @@ def _print(loss: Loss, names: dict[str, str]) -> None:
     if loss.further_back:
         print(f"lost already at turn {loss.turn}, as far back as was looked (--back, --effort)")
     print("\n".join(f"    {row}" for row in draw(loss.board).splitlines()))
-    print(f"turn {loss.turn}: played {loss.played}, {words(loss.played_finding, loss.turn)}")
+    print(f"turn {loss.turn}: played {loss.played}, {finding_text(loss.played_finding, loss.turn)}")
     if loss.better == loss.played:
         print("         search would have played the same: what lost it lies beyond what it saw (--effort)")
     else:
-        print(f"         search would have played {loss.better}, {words(loss.better_finding, loss.turn)}")
+        print(f"         search would have played {loss.better}, {finding_text(loss.better_finding, loss.turn)}")
 
 
 study = command(action, _show)

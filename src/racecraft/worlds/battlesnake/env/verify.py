@@ -60,7 +60,7 @@ class Report:
         if len(self.examples) < _EXAMPLES:
             rules = f"{game.settings.ruleset} on {game.settings.map}"
             place = f"game at line {game.line} ({rules}), turn {turn}: {what}"
-            self.examples.append(f"{place}\nrecorded:\n{tell(expected)}\nours:\n{tell(found)}")
+            self.examples.append(f"{place}\nrecorded:\n{board_text(expected)}\nours:\n{board_text(found)}")
 
 
 def verify_records(path: str | Path) -> Report:
@@ -93,7 +93,7 @@ def verify_games(games: Iterable[RecordedGame]) -> Report:
     return report
 
 
-def tell(board: Board) -> str:
+def board_text(board: Board) -> str:
     """Return a board as text with a line for each snake."""
     lines = [draw(board)]
     for snake in board.snakes:

@@ -58,13 +58,14 @@ class Loss:
         return {
             "snake": self.snake_id, "died_on": self.died_on, "cause": self.cause, "by": self.by,
             "turn": self.turn, "played": self.played, "better": self.better,
-            "played_says": words(self.played_finding, self.turn), "better_says": words(self.better_finding, self.turn),
+            "played_says": finding_text(self.played_finding, self.turn),
+            "better_says": finding_text(self.better_finding, self.turn),
             "depth": self.better_finding.depth, "further_back": self.further_back,
             "board": draw(self.board).splitlines(),
         }  # fmt: skip
 
 
-def words(found: SearchResult, turn: int) -> str:
+def finding_text(found: SearchResult, turn: int) -> str:
     """Return what a finding says of a position at a turn.
 
     >>> words(SearchResult("up", -999_988, 7), 5)
@@ -116,14 +117,14 @@ def _study_snake(game: RecordedGame, snake_id: str, effort: int, most_back: int)
     end = next(snake for snake in lived[-1].after_map.snakes if snake.id == snake_id)
     for step in reversed(lived[-most_back:]):
         board, played = step.before, step.moves[snake_id]
-        mine = judge(board, game.settings, snake_id, effort)
+        mine = search_position(board, game.settings, snake_id, effort)
         if not mine.loses:
             break
-    made = judge(board, game.settings, snake_id, effort, played)
+    made = search_position(board, game.settings, snake_id, effort, played)
     return Loss(snake_id, end.on, end.cause, end.by, board.turn, played, mine.move, made, mine, board, mine.loses)
 
 
-def judge(board: Board, settings: GameSettings, snake_id: str, effort: int, move: str = "") -> SearchResult:
+def search_position(board: Board, settings: GameSettings, snake_id: str, effort: int, move: str = "") -> SearchResult:
     """Return what search finds in a position, of all moves or of one.
 
     A move that is surely fatal needs no search; where all are, the position is lost.

@@ -107,7 +107,7 @@ def play(
 
 def _card(by_id: dict[str, Seat], game_id: str, timeout_ms: int) -> GameCard:
     names = {one: seat.name for one, seat in by_id.items()}
-    looks = {one: seat.looks for one, seat in by_id.items()}
+    looks = {one: seat.appearance for one, seat in by_id.items()}
     return GameCard(game_id, timeout_ms, names, looks)
 
 
@@ -128,7 +128,7 @@ def _ask(by_id: dict[str, Seat], board: Board, played: Played, seconds: float, s
 
 def _tell(by_id: dict[str, Seat], what: str, board: Board, played: Played, seconds: float) -> None:
     for one, seat in by_id.items():
-        seat.tell(what, message(board, played.settings, one, played.card), seconds)
+        seat.notify(what, message(board, played.settings, one, played.card), seconds)
 
 
 def _keep(played: Played, board: Board, watch: Callable[[Board, GameCard], None] | None) -> None:

@@ -43,7 +43,7 @@ class Remote:
         kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
         self._connection = kind(parts.hostname, port)
 
-    def looks(self, seconds: float) -> dict[str, str]:
+    def appearance(self, seconds: float) -> dict[str, str]:
         """Return what the server says of itself on `GET /`, texts only."""
         reply = self._ask("GET", "/", None, seconds)
         return {key: value for key, value in reply.items() if isinstance(value, str)}

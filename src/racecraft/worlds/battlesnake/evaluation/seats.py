@@ -57,7 +57,7 @@ class Seat:
 
     name: str
     player: SnakePlayer | JsonPlayer
-    looks: dict[str, str] = field(default_factory=lambda: dict(LOOKS))
+    appearance: dict[str, str] = field(default_factory=lambda: dict(LOOKS))
     failures: Failures = field(default_factory=Failures)
     last_move: str = "up"
     latency_ms: int = 0
@@ -108,7 +108,7 @@ class Seat:
             self.failures.note_crash(board.turn, str(error))
         return self.last_move
 
-    def tell(self, what: str, message: Message, seconds: float) -> None:
+    def notify(self, what: str, message: Message, seconds: float) -> None:
         """Tell a JSON player of a start or an end; that it fails there is only noted."""
         if isinstance(self.player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
             return
@@ -170,11 +170,11 @@ def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_
     """
     if "://" in what:
         remote = Remote(what)
-        looks = remote.looks(SETUP_SECONDS)
+        looks = remote.appearance(SETUP_SECONDS)
         return Seat(name or what, remote, _looks(looks))
     player = find_player(what, seed, memory_mb, is_isolated)
     warm_up(player)
-    looks = player.looks() if isinstance(player, FilePlayer) else {}
+    looks = player.appearance() if isinstance(player, FilePlayer) else {}
     return Seat(name or what, player, _looks(looks))
 
 

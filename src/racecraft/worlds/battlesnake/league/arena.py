@@ -68,7 +68,7 @@ class Arena:
     def _next_meeting(self) -> tuple[Meeting, int]:
         """Return who meets, and how many games they had: the last meeting while it goes on, or a new one."""
         while True:
-            self.ladder.hear(self.store.games(self.ladder.last_game))
+            self.ladder.count(self.store.games(self.ladder.last_game))
             entrants = self.store.entrants()
             able = [one.number for one in entrants if not one.rests and self._is_able(one)]
             last = self.store.last_meeting()
@@ -112,7 +112,7 @@ class Arena:
             if gone:
                 return
             kept = self.store.keep(result, record_text(game))
-            self.ladder.hear([kept])
+            self.ladder.count([kept])
             yield kept, game
         while len(self._seats) > SEATS_KEPT:
             self._seats.popitem(last=False)[1].leave()
@@ -166,7 +166,7 @@ class Arena:
         if not isinstance(player, Remote):
             return True
         try:
-            player.looks(SETUP_SECONDS)
+            player.appearance(SETUP_SECONDS)
         except PlayerError:
             return False
         return True

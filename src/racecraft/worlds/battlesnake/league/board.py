@@ -15,7 +15,7 @@ GAMES_AT_A_TIME = 30
 
 def board_facts(store: ArenaStore, ladder: Ladder) -> dict[str, Any]:
     """Return all that a board shows but the list of games; the ladder catches up with the store first."""
-    ladder.hear(store.games(ladder.last_game))
+    ladder.count(store.games(ladder.last_game))
     entrants = store.entrants()
     return {
         "name": store.path.name,

@@ -58,12 +58,12 @@ class Ladder:
         """Number of the last game that was heard of."""
         self._counts = {size: _Counts() for size in (TOGETHER, *sizes)}
 
-    def hear(self, games: Iterable[ArenaGame]) -> None:
+    def count(self, games: Iterable[ArenaGame]) -> None:
         """Count games, in their order."""
         for game in games:
             for size in (TOGETHER, len(game.players)):
                 if size in self._counts:
-                    self._counts[size].hear(game)
+                    self._counts[size].count(game)
             self.last_game = game.number
 
     def games(self, size: int = TOGETHER) -> int:
@@ -119,7 +119,7 @@ class _Counts:
             self.tallies = np.pad(self.tallies, ((0, more), (0, 0)))
         return self
 
-    def hear(self, game: ArenaGame) -> None:
+    def count(self, game: ArenaGame) -> None:
         self.sized(max(game.players) + 1)
         self.games += 1
         self.wins += wins_of(len(self.tallies), [game.result])

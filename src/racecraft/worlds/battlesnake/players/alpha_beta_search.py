@@ -18,7 +18,7 @@ from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.hungry import steps_between
 from racecraft.worlds.battlesnake.players.kernels import alpha_beta as ab
-from racecraft.worlds.battlesnake.players.search_position import DEEPEST, Position, bulk, fill_buffers, position_of
+from racecraft.worlds.battlesnake.players.search_position import DEEPEST, Position, fill_buffers, node_cost, position_of
 from racecraft.worlds.battlesnake.players.weights import DEFAULT_WEIGHTS, Weights
 
 TURNS_AT_A_TIME = 500
@@ -84,9 +84,9 @@ class AlphaBetaSearch:
         self._ahead = int(beside is not None)
         """Turns that its looks begin deeper, so that two do not look at the same."""
         self._state = np.zeros(ab.NUM_STATE, np.int64)
-        self.look(board, settings, snake_id)
+        self.set_position(board, settings, snake_id)
 
-    def look(self, board: Board, settings: GameSettings, snake_id: str) -> None:
+    def set_position(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Turn to a position, of the same game; what is remembered stays."""
         self.position: Position = position_of(board, settings, weights=self._weights)
         num_snakes, area = self.position.rows.shape[1], len(self.position.cells)
@@ -136,7 +136,7 @@ class AlphaBetaSearch:
             if out_of_time and found.turns > 0:
                 self._take_proven_move()
                 return False
-            before, turns_at_a_time = state[[ab.TURNS, ab.LEAVES]], max(16, TURNS_AT_A_TIME // bulk(self.position))
+            before, turns_at_a_time = state[[ab.TURNS, ab.LEAVES]], max(16, TURNS_AT_A_TIME // node_cost(self.position))
             ab.think(
                 turns_at_a_time, state, self._stack, self._seats, self._ways, self._history, self._keys, self._table,
                 *self.position, *self._room,

@@ -17,7 +17,7 @@ from racecraft.worlds.battlesnake.env.kernels.rules import apply_rules
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.state import Games, allocate_games, params_of, put_board
 from racecraft.worlds.battlesnake.players.hungry import steps_between
-from racecraft.worlds.battlesnake.players.kernels.territory import appraise, copy_game, scratch_arrays
+from racecraft.worlds.battlesnake.players.kernels.territory import copy_game, evaluate, scratch_arrays
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, find_snake, safe_moves
 
 NEARBY = 6
@@ -79,7 +79,7 @@ class Lookout:
         apply_rules(
             AFTER, self._moves, games.bodies, games.snakes, games.games, games.cells, games.sides, self.params
         )  # fmt: skip
-        appraise(
+        evaluate(
             AFTER, games.bodies, games.snakes, games.cells, self.params,
             self._scratch, self._squares, self._food_steps, self._worths,
         )  # fmt: skip

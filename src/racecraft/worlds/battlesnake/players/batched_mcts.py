@@ -73,7 +73,7 @@ class BatchedMcts:
             ):  # fmt: skip
                 backup(
                     counts, LEAVES_A_TREE, NETWORK_SHARE, PRIOR_SHARE, *leaves.found, leaves.games[1],
-                    *leaves.appraise(which), nodes[0], nodes[3], nodes[4], nodes[5],
+                    *leaves.evaluate(which), nodes[0], nodes[3], nodes[4], nodes[5],
                 )  # fmt: skip
             if number == 0:
                 self._stir(nodes[4][:, 0], chances)

@@ -66,7 +66,7 @@ class FilePlayer:
         self._lock = threading.Lock()
         self._worker = _Worker(self.path, self._memory_mb, self._is_isolated)
         try:
-            self._worker.take(LOAD_SECONDS)
+            self._worker.receive(LOAD_SECONDS)
         except TimeoutError:
             self.close()
             raise PlayerError(
@@ -78,7 +78,7 @@ class FilePlayer:
             self.close()
             raise
 
-    def looks(self) -> dict[str, str]:
+    def appearance(self) -> dict[str, str]:
         """Return what the file's `info()` says, texts only; empty where there is none."""
         try:
             card: dict[str, str] = self._ask("info", {}, HANGING_SECONDS)
@@ -118,7 +118,7 @@ class FilePlayer:
         try:
             self._await_late_answers(deadline)
             self._worker.put({"ask": what, "data": message})
-            return self._worker.take(deadline - time.monotonic())
+            return self._worker.receive(deadline - time.monotonic())
         except DiedError:
             self._restart()
             raise
@@ -130,7 +130,7 @@ class FilePlayer:
         while self._worker.owes:
             until = min(deadline, self._worker.patience_ends)
             try:
-                self._worker.take(until - time.monotonic())
+                self._worker.receive(until - time.monotonic())
             except TimeoutError:
                 if time.monotonic() < self._worker.patience_ends:
                     raise
@@ -174,7 +174,7 @@ class _Worker:
             raise self._died() from error
         self.owes, self.patience_ends = True, time.monotonic() + HANGING_SECONDS
 
-    def take(self, seconds: float) -> Any:
+    def receive(self, seconds: float) -> Any:
         """Return the answer that is owed; raises TimeoutError, and it stays owed."""
         try:
             line = self._answers.get(timeout=max(0.0, seconds))

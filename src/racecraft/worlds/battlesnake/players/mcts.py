@@ -21,8 +21,8 @@ from racecraft.worlds.battlesnake.players.search_position import (
     DEEPEST,
     Position,
     board_at,
-    bulk,
     fill_buffers,
+    node_cost,
     position_of,
 )
 from racecraft.worlds.battlesnake.players.weights import Weights, default_weights
@@ -69,7 +69,7 @@ class Tree:
     @property
     def walks_at_a_time(self) -> int:
         """Walks between two looks at the clock."""
-        return max(4, WALKS_AT_A_TIME // bulk(self.position))
+        return max(4, WALKS_AT_A_TIME // node_cost(self.position))
 
     @property
     def size(self) -> int:

@@ -26,7 +26,7 @@ from racecraft.worlds.battlesnake.env.observation import (
 )
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
 from racecraft.worlds.battlesnake.env.state import allocate_games, params_of
-from racecraft.worlds.battlesnake.players.kernels.leaves import hear, select_leaves
+from racecraft.worlds.battlesnake.players.kernels.leaves import add_opinions, select_leaves
 from racecraft.worlds.battlesnake.players.kernels.puct import IS_OVER
 from racecraft.worlds.battlesnake.players.mcts import EAGERNESS, Tree
 from racecraft.worlds.battlesnake.players.search_position import DEEPEST
@@ -44,7 +44,7 @@ PRIOR_SHARE = 0.9
 class PolicyValueNetwork(Protocol):
     """A policy over single choices with a critic."""
 
-    def appraise(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> tuple[Array, Array]:
+    def evaluate(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> tuple[Array, Array]:
         """Return how likely each choice is, float32 (R, A), and what is hoped for, float32 (R,), -1 to 1."""
         ...
 
@@ -87,7 +87,7 @@ class Leaves:
         self._scratch = allocate_scratch(settings, most) if network.seen.outlook else None
         self._chances, self._values = np.zeros((*rows, 4), np.float32), np.zeros(rows, np.float32)
 
-    def appraise(self, which: Array) -> tuple[Array, Array]:
+    def evaluate(self, which: Array) -> tuple[Array, Array]:
         """Return what the network makes of the leaves marked in `which`, bool (L,): chances (L, M, 4), values (L, M).
 
         Rows of others, and of snakes that are out, mean nothing. The arrays are written over by the next call.
@@ -105,7 +105,7 @@ class Leaves:
                 self._shown["outlook"],
             )  # fmt: skip
         inputs = {name: array[rows] for name, array in self._shown.items()}
-        self._chances[rows], self._values[rows] = self._network.policy.appraise(inputs, self._mask[rows])
+        self._chances[rows], self._values[rows] = self._network.policy.evaluate(inputs, self._mask[rows])
         return self._chances, self._values
 
 
@@ -147,7 +147,7 @@ class NetworkTree(Tree):
             if asked:
                 which = np.arange(LEAVES_AT_A_TIME) < asked
                 links, _, _, sums, priors, first_worths = self._nodes
-                hear(
+                add_opinions(
                     0, asked, NETWORK_SHARE, PRIOR_SHARE, *self._leaves.found, self._leaves.games[1],
-                    *self._leaves.appraise(which), links, sums, priors, first_worths,
+                    *self._leaves.evaluate(which), links, sums, priors, first_worths,
                 )  # fmt: skip

@@ -70,7 +70,7 @@ def fill_buffers(position: Position) -> tuple[Array, Array]:
     return np.zeros((num_snakes + 1, 3, words), np.uint64), np.zeros((num_snakes, 3), np.int32)
 
 
-def bulk(position: Position) -> int:
+def node_cost(position: Position) -> int:
     """Return how much more there is to do for a position than for a duel on a board of two words, 1 or more."""
     return max(1, position.rows.shape[1] * position.bits.shape[2] // 4)
 

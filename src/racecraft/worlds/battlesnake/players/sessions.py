@@ -70,7 +70,7 @@ class SearchSession:
         if self._certainty is None:
             self._certainty = AlphaBetaSearch(self.board, self.settings, self.snake_id, self._weights)
         elif not self._is_current:
-            self._certainty.look(self.board, self.settings, self.snake_id)
+            self._certainty.set_position(self.board, self.settings, self.snake_id)
         self._is_current = True
         return self._certainty
 

@@ -70,7 +70,7 @@ class BoardPage:
         if self.open_it:  # aside: a browser of the terminal keeps its caller waiting until it is closed
             threading.Thread(target=_open_page, args=(address, self.say), daemon=True).start()
 
-    def hold(self, server: BoardServer, game_id: str) -> None:
+    def show_until_interrupt(self, server: BoardServer, game_id: str) -> None:
         """Show a game that is known to its end, until Ctrl-C."""
         try:
             with suppress(KeyboardInterrupt):

@@ -22,7 +22,7 @@ GAMES_AMONG_ANCHORS = 100
 
 
 @dataclass(frozen=True)
-class Tally:
+class AnchorScore:
     """What came of games against one anchor."""
 
     won: int
@@ -104,14 +104,14 @@ def rating_among(results: Sequence[Result]) -> Rating:
     return Rating(mine.points + shift, mine.low + shift, mine.high + shift)
 
 
-def count(results: Sequence[Result]) -> Tally:
+def count(results: Sequence[Result]) -> AnchorScore:
     """Return how often player 0 won (alone at the first place), drew (shared it) and lost."""
     won = sum(one.places[0] == 0 and one.places.count(0) == 1 for one in results)
     drawn = sum(one.places[0] == 0 and one.places.count(0) > 1 for one in results)
-    return Tally(won, drawn, len(results) - won - drawn)
+    return AnchorScore(won, drawn, len(results) - won - drawn)
 
 
-def _told(tally: Tally) -> dict[str, Any]:
+def _told(tally: AnchorScore) -> dict[str, Any]:
     low, high = wilson(tally.won, tally.games)
     share = tally.won / tally.games
     return {

@@ -83,7 +83,7 @@ class ForeignSeats:
         self._begun += 1
         seated = {f"s{number}": seat for (here, number), seat in self._seats.items() if here == game}
         names = {snake.id: seated[snake.id].name if snake.id in seated else "racecraft" for snake in board.snakes}
-        looks = {snake.id: seated[snake.id].looks if snake.id in seated else {} for snake in board.snakes}
+        looks = {snake.id: seated[snake.id].appearance if snake.id in seated else {} for snake in board.snakes}
         card = GameCard(f"training-{self._begun}", self._timeout_ms, names, looks)
         self._games[game] = card, board
         for seat in seated.values():
@@ -96,7 +96,7 @@ class ForeignSeats:
         for (here, number), seat in self._seats.items():
             if here == game:
                 request = message(board, self._world.game_settings, f"s{number}", card)
-                seat.tell(what, request, self._timeout_ms / 1000)
+                seat.notify(what, request, self._timeout_ms / 1000)
 
     def _note(self, place: tuple[int, int], seat: Seat, is_silent: bool) -> None:
         self._silent[place] = self._silent[place] + 1 if is_silent else 0

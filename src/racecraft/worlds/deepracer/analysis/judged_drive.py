@@ -36,7 +36,7 @@ class Drive:
     """What stood or drove on the road, (T, K, 6) and their kinds (T, K)."""
 
     @property
-    def shown(self) -> CarDrive:
+    def film_drive(self) -> CarDrive:
         """What the car did, as films take it; of a judged race with its trials, resets and penalties."""
         drive = replace(as_drive(self.ticks), boxes=None if self.objects is None else self.objects[0][-1])
         if isinstance(self.report, LapReport):
@@ -101,12 +101,12 @@ def show_drive(
     """
     files = {}
     if picture is not None:
-        draw_path(picture, drive.track, drive.shown)
+        draw_path(picture, drive.track, drive.film_drive)
         files["picture"] = picture
     if video is not None and style is None:
         write_video(
             video,
-            drive.shown,
+            drive.film_drive,
             drive.track,
             mount=drive.car.mount,
             title=headline(drive.car),
@@ -124,7 +124,7 @@ def film_drive(drive: Drive, video: Path, style: FilmStyle, count: PictureCount 
     """Film a drive with one of the cameras of `films/views.py`; return the film and its strip."""
     car = drive.car
     return write_film(
-        video, drive.shown, drive.track, style, car.mount, car.light, title=headline(car), objects=drive.objects,
+        video, drive.film_drive, drive.track, style, car.mount, car.light, title=headline(car), objects=drive.objects,
         count=count,
     )  # fmt: skip
 

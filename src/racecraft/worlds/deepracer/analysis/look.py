@@ -107,7 +107,7 @@ class Look:
         return Along(np.clip(self.confidence.numbers[:, 0], -1.0, 1.0), spread, words, chosen)
 
     @property
-    def doubtful(self) -> Array:
+    def least_confident(self) -> Array:
         """Pictures in the order of doubt, the least sure first, (T,)."""
         values, name = self.confidence_values
         return np.argsort(-values if name.startswith("spread") else values, kind="stable")
@@ -116,7 +116,7 @@ class Look:
         """Return what a number of the actions is called."""
         return CAR_NUMBERS[which] if which < len(CAR_NUMBERS) else f"number {which}"
 
-    def told(self, row: int) -> list[tuple[str, float, str]]:
+    def decision(self, row: int) -> list[tuple[str, float, str]]:
         """Return what it decided at a picture: (what, share of a bar 0 to 1, in words), two lines."""
         one = self.confidence
         if self.labels:

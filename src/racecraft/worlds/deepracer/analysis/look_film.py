@@ -34,7 +34,7 @@ STILL_SECONDS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class CarPositions:
     """Where the car was at each picture."""
 
     track: Track
@@ -43,7 +43,7 @@ class Place:
 
 
 def write_saliency_film(
-    path: str | Path, look: Look, title: str, place: Place | None = None, still: bool = False
+    path: str | Path, look: Look, title: str, place: CarPositions | None = None, still: bool = False
 ) -> Path:
     """Film a look.
 
@@ -64,7 +64,7 @@ def write_saliency_film(
     return path
 
 
-def look_pictures(look: Look, title: str, place: Place | None = None) -> Iterator[Array]:
+def look_pictures(look: Look, title: str, place: CarPositions | None = None) -> Iterator[Array]:
     """Yield the film's pictures, (HEIGHT, WIDTH, 3) uint8."""
     from PIL import Image, ImageDraw
 
@@ -84,7 +84,7 @@ def look_pictures(look: Look, title: str, place: Place | None = None) -> Iterato
             left = _left(number)
             canvas[TOP : TOP + EYE[1], left : left + EYE[0]] = view
         if track_map is not None:
-            track_map.lay(canvas, row)
+            track_map.draw_on(canvas, row)
         yield canvas
 
 
@@ -109,7 +109,7 @@ def _write_choice(pen: Any, look: Look, row: int) -> None:
     """Write what was chosen, two bars."""
     left, width = GAP + 10, EYE[0] - 20
     is_choice = bool(look.labels)
-    for number, (what, share, words) in enumerate(look.told(row)):
+    for number, (what, share, words) in enumerate(look.decision(row)):
         y = BELOW + 12 + 62 * number
         head = ("chosen", "second best")[number] + ": " if is_choice else ""
         pen.text((left, y), fitted(head + what, font(14), width - 70), WHITE if number == 0 else QUIET, font(14))
@@ -158,7 +158,7 @@ class _Line:
 class _Map:
     """The map with the car on it."""
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: CarPositions) -> None:
         room = (EYE[0] - 20, HEIGHT - BELOW - 20)
         self._map = TrackMap.of(place.track, *room, GROUND)
         self._xy = self._map.pixels(place.xy)
@@ -166,7 +166,7 @@ class _Map:
         self._left = _left(2) + 10 + (room[0] - width) // 2
         self._top = BELOW + (room[1] - height) // 2
 
-    def lay(self, canvas: Array, row: int) -> None:
+    def draw_on(self, canvas: Array, row: int) -> None:
         """Lay the map on a picture, in place."""
         picture = self._map.picture.copy()
         x, y = self._xy[row]

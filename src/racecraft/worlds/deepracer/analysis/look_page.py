@@ -20,7 +20,7 @@ from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import BLUE, INK, QUIET
 from racecraft.pages.parts import Bar, Heading, card, heading, page, paragraph, table
 from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
-from racecraft.worlds.deepracer.analysis.look_film import Place
+from racecraft.worlds.deepracer.analysis.look_film import CarPositions
 from racecraft.worlds.deepracer.analysis.path_picture import DARK_RED
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SurfaceAttention
 from racecraft.worlds.deepracer.files.sensor_names import LIDARS
@@ -45,7 +45,7 @@ class LapLook:
     """A look at a lap that was driven for it."""
 
     look: Look
-    place: Place
+    place: CarPositions
     progress_percent: Any
     """(T,) of the lap, 0 to 100."""
     surfaces: Sequence[SurfaceAttention]
@@ -244,7 +244,7 @@ def doubts_figure(lap: LapLook) -> Figure:
         axes = figure.add_subplot(lines, columns, number + 1)
         axes.imshow(glowing(look.frames[row], heat[row], (400, 300)))
         axes.axis("off")
-        sentences = [f"{what} {words}" for what, _, words in look.told(row)]
+        sentences = [f"{what} {words}" for what, _, words in look.decision(row)]
         axes.set_title(f"{lap.progress_percent[row]:.0f} % of the lap\n" + "\n".join(sentences), fontsize=9, loc="left")
     return figure
 
@@ -252,7 +252,7 @@ def doubts_figure(lap: LapLook) -> Figure:
 def _doubts(look: Look) -> list[int]:
     """Return the pictures of greatest doubt that do not lie beside each other, in the order of the lap."""
     kept: list[int] = []
-    for row in look.doubtful.tolist():
+    for row in look.least_confident.tolist():
         if all(abs(row - other) >= APART for other in kept):
             kept.append(row)
         if len(kept) == DOUBTS:

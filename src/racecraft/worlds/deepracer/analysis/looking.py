@@ -25,7 +25,7 @@ from racecraft.worlds.deepracer.analysis.lap_film import HEIGHT as FILM_HEIGHT
 from racecraft.worlds.deepracer.analysis.lap_film import VIEW_WIDTH
 from racecraft.worlds.deepracer.analysis.lap_film import WIDTH as FILM_WIDTH
 from racecraft.worlds.deepracer.analysis.look import Look, look_at
-from racecraft.worlds.deepracer.analysis.look_film import Place
+from racecraft.worlds.deepracer.analysis.look_film import CarPositions
 from racecraft.worlds.deepracer.analysis.look_page import LapLook
 from racecraft.worlds.deepracer.analysis.surfaces import (
     SURFACES,
@@ -68,7 +68,7 @@ def look_at_lap(car: TrainedCar, track: Track, question: ExplainTarget = TAKEN) 
     look = look_at(car.policy, eyes.seen, car.policy.spec.actions, question)
     surfaces = _surfaces(car.policy, world, look, eyes.seen, keeper)
     last = len(drive) - 1
-    return LapLook(look, Place(world.track, drive.xy), drive.progress_percent, surfaces, drive.outcome(last))
+    return LapLook(look, CarPositions(world.track, drive.xy), drive.progress_percent, surfaces, drive.outcome(last))
 
 
 def _surfaces(

@@ -75,7 +75,7 @@ def first_full_lap(run: RunFolder, best: TrainedCar) -> Drive | None:
             continue
         drive = drive_laps(car, car.trained_on, laps=1)
         if isinstance(drive.report, LapReport) and drive.report.all_full:
-            return drive.shown
+            return drive.film_drive
     return None
 
 

@@ -63,7 +63,7 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     draw_curves(files["curves"], run.read_metrics(), score_name=find_kind(KIND).score.name)
     why = explain_failures(car, car.trained_on, str(run.path), **WHY)
     film = small_film(files["video"])
-    write_report(run, files["report"], of_world=lambda facts: car_parts(facts, drive.shown, film, why=why))
+    write_report(run, files["report"], of_world=lambda facts: car_parts(facts, drive.film_drive, film, why=why))
     return files
 
 
@@ -82,7 +82,7 @@ def report_parts(facts: RunFacts, plots: Sequence[Path]) -> Iterator[PagePart]:
     """
     own = own_plots_of(facts.run, plots)
     car = load_trained_car(facts.run.path, "best")
-    drive = drive_laps(car, car.trained_on, laps=1).shown
+    drive = drive_laps(car, car.trained_on, laps=1).film_drive
     why = explain_failures(car, car.trained_on, str(facts.run.path), **WHY)
     yield from car_parts(facts, drive, _film_of(facts.run, car), own, why)
 

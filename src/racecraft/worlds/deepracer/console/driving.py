@@ -92,7 +92,7 @@ def teach(console: Console, request: Request, fields: Fields) -> str:
     )
     shutil.copyfile(laps.path, model.path / LAPS)
     begin_training(console.home, model, parts.words(values))
-    console.watcher.look()
+    console.watcher.refresh()
     return address(model.name)
 
 

@@ -77,7 +77,7 @@ class Worker:
             reply["error"] = str(error)
         except RewardFileError as error:
             reply["file_error"] = [str(error.found), str(error.expected), str(error.hint), error.line, error.key]
-        if printed := self._printed.take():
+        if printed := self._printed.pop():
             reply["printed"] = printed
         self._channel.send(to_head(reply) if reply else b"", np.array(paid).tobytes())
 

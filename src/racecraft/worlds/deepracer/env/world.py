@@ -278,7 +278,7 @@ class RaceWorld:
         ahead of the others.
         """
         self._parked[:] = self._cars["away"] = rows
-        kernels.settle(self._arrays, self._objects, self._cars, self._around)
+        kernels.refresh_nearby(self._arrays, self._objects, self._cars, self._around)
 
     def take_part(self, rows: Array, come: Array, buffers: StepBuffers) -> None:
         """Let only these cars (bool (N, M)) drive on, the others wait off the road; those that come see anew."""

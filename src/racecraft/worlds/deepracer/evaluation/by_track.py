@@ -25,7 +25,7 @@ STARTS = 5
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedCourse:
     """A course that is judged, as a table names it."""
 
     label: str
@@ -38,7 +38,7 @@ class Judged:
     """Laps that are driven on it, one from each start."""
 
 
-def results_by_track(report: LapReport, judged: Sequence[Judged]) -> tuple[TrackResult, ...]:
+def results_by_track(report: LapReport, judged: Sequence[JudgedCourse]) -> tuple[TrackResult, ...]:
     """Return what the laps of a report came to, course by course; they lie in the order of the courses.
 
     Two courses of one label are told apart by a number.
@@ -164,9 +164,9 @@ def told_of(car: TrainedCar, results: Sequence[TrackResult], starts: int) -> dic
     return {**document, "tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)}
 
 
-def judged_course(course: LaidCourse, role: str, starts: int) -> Judged:
+def judged_course(course: LaidCourse, role: str, starts: int) -> JudgedCourse:
     """Return what a table says of a course."""
-    return Judged(course.label, course.track.name, role, course.race.type, course.race.reverse, starts)
+    return JudgedCourse(course.label, course.track.name, role, course.race.type, course.race.reverse, starts)
 
 
 def _with_race(car: TrainedCar, course: LaidCourse) -> TrainedCar:

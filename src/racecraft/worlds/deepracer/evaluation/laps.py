@@ -151,7 +151,7 @@ def judge_laps(policy: Policy, world: RaceWorld, laps: int, observers: Sequence[
     drive = None if observers else compiled_drive(policy, world)
     for attempt in itertools.count():
         if drive is not None:
-            drive.episode(attempt, keeper.look)
+            drive.episode(attempt, keeper.record)
         else:
             play_episodes(policy, world, seed=attempt, observers=[*observers, keeper])
         if keeper.is_full:
@@ -172,9 +172,9 @@ class _LapKeeper:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         assert isinstance(world, RaceWorld)
-        self.look(world)
+        self.record(world)
 
-    def look(self, world: RaceWorld) -> None:
+    def record(self, world: RaceWorld) -> None:
         """Look at what the car's tick came to."""
         report = world.reports[0, 0]
         full = report["status"] == race.LAP_COMPLETE

@@ -67,7 +67,7 @@ class RecomputedTrace(TracePath):
     or where both ways agree equally well."""
 
 
-def walk(trace: SimTrace) -> TracePath:
+def trace_path(trace: SimTrace) -> TracePath:
     """Return what a trace says of its car's whereabouts, without asking a track."""
     begins = episode_begins(trace)
     known = "episode_status" in trace.columns
@@ -84,7 +84,7 @@ def recompute(trace: SimTrace, track: Track) -> RecomputedTrace:
         track: The circuit it was driven on.
     """
     columns = trace.columns
-    walked = walk(trace)
+    walked = trace_path(trace)
     places, begins, held = walked.places, walked.begins, walked.held
     status = columns.get("episode_status", np.full(len(trace), ""))
     progress, backwards, waypoints = _along(trace, track, begins)

@@ -9,7 +9,7 @@ import numpy as np
 
 from racecraft.worlds.deepracer.evaluation.car_verdict import RECORDED_CARS, CarVerdict, judge_car
 from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop
-from racecraft.worlds.deepracer.evaluation.recompute import walk
+from racecraft.worlds.deepracer.evaluation.recompute import trace_path
 from racecraft.worlds.deepracer.logs.about import facts_of
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
@@ -46,7 +46,7 @@ def recorded_car(folder: str | Path) -> RecordedCar | None:
             continue  # `racecraft replay` names what is wrong with it
     if not traces:
         return None
-    walks = [walk(trace) for trace in traces]
+    walks = [trace_path(trace) for trace in traces]
     errors = {
         car: np.concatenate(
             [drive_open_loop(trace, way, car).position_m["1s"] for trace, way in zip(traces, walks, strict=True)]

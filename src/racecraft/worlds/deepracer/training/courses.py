@@ -1,7 +1,7 @@
 """Where cars of one training drive differently: several tracks, several races, both directions at once.
 
-Begin with `Course`: what was written, in worker-N.env (`requested_courses`) or typed (`groups.py`). `lay_out` makes it
-definite: a track and a `RaceConfig` each, over which the cars of a training are shared out.
+Begin with `Course`: what was written, in worker-N.env (`requested_courses`) or typed (`groups.py`). `load_courses`
+makes it definite: a track and a `RaceConfig` each, over which the cars of a training are shared out.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def workers_asked(env: RunEnv) -> int:
     return int(workers)
 
 
-def lay_out(
+def load_courses(
     courses: tuple[Course, ...], track: Track, settings: Settings, track_variable: str
 ) -> tuple[LaidCourse, ...]:
     """Return the courses with their tracks loaded, the training's own first.

@@ -22,7 +22,13 @@ from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.by_track import Judged, figures_of, headline_of, results_by_track, summary_of
+from racecraft.worlds.deepracer.evaluation.by_track import (
+    JudgedCourse,
+    figures_of,
+    headline_of,
+    results_by_track,
+    summary_of,
+)
 from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport, judge_laps, judge_starts
 from racecraft.worlds.deepracer.files.generalisation import TRAINED, TrackResult, write_generalisation
 from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
@@ -62,7 +68,7 @@ class CarEvaluator:
         trained_in: RaceWorld | MultiCourseWorld | OpponentWorld | None = None,
         best_by: str = "progress",
         flying: Sequence[RaceWorld] = (),
-        by_track: Sequence[Judged] = (),
+        by_track: Sequence[JudgedCourse] = (),
         times_flying: bool = False,
         known_lap_seconds: float | None = None,
     ) -> None:

@@ -39,7 +39,7 @@ from racecraft.worlds.deepracer.tracks.importer import travels
 from racecraft.worlds.deepracer.tracks.track import Track
 from racecraft.worlds.deepracer.training.aws.setup import FROM_ENV
 from racecraft.worlds.deepracer.training.car_choice import choose_car, table_notes, waypoint_notes
-from racecraft.worlds.deepracer.training.courses import Course, lay_out, notes_on_courses
+from racecraft.worlds.deepracer.training.courses import Course, load_courses, notes_on_courses
 from racecraft.worlds.deepracer.training.groups import ALL, Group, requested_groups, track_names, worlds_for
 from racecraft.worlds.deepracer.training.hold_out import as_dictionary as held_out_as_dictionary
 from racecraft.worlds.deepracer.training.hold_out import held_out_tracks, require_apart, twins_of
@@ -197,7 +197,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, environment.env)
     plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
-    courses = lay_out(groups or environment.courses, track, settings, TRACK_VARIABLE)
+    courses = load_courses(groups or environment.courses, track, settings, TRACK_VARIABLE)
     _require_drivable(courses, held_out, settings)
     apart = require_apart([course.track for course in courses] or [track], held_out)
     remarks = notes_in(model, settings.race.type, is_racing)

@@ -12,7 +12,7 @@ from typing import Any
 
 from racecraft.algorithms.apex import ApexConfig
 from racecraft.algorithms.dqn import DqnConfig
-from racecraft.algorithms.half_precision import settled
+from racecraft.algorithms.half_precision import processor_precision
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.algorithms.sac import SacConfig
@@ -338,7 +338,7 @@ def resolve_precision(settings: Settings, notes: list[str]) -> Settings:
     """Put what this processor multiplies fast in the place of the precision `auto`; bfloat16 is added to `notes`."""
     if "ppo" not in settings:
         return settings
-    precision = settled(settings.ppo.precision)
+    precision = processor_precision(settings.ppo.precision)
     if settings.ppo.precision == "auto" and precision == "bfloat16":
         notes.append("layers multiply in bfloat16; --set ppo.precision=float32 is slower and exactly AWS's")
     return with_values(settings, "ppo", {"precision": precision})

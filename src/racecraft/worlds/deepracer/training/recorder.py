@@ -36,7 +36,7 @@ class EpisodeRecorder:
             self._objects.append(places)
         self._rewards.append(buffers.reward.copy())
 
-    def take(self, iteration: int) -> dict[str, Array]:
+    def pop(self, iteration: int) -> dict[str, Array]:
         """Return the ticks kept since the last call, T x N x M of them, as the columns of `formats/episodes.py`.
 
         Rows are ordered by world, then by car, then by time. `episode` numbers a car's own episodes from 0. Where a

@@ -35,7 +35,7 @@ from racecraft.worlds.deepracer.env.reward_caller import CarRewards
 from racecraft.worlds.deepracer.env.reward_process import CALL_SECONDS, RewardProcess, open_reward
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.by_track import Judged, judged_course
+from racecraft.worlds.deepracer.evaluation.by_track import JudgedCourse, judged_course
 from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
 from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, TRAINED
 from racecraft.worlds.deepracer.files.hyperparameters import write_hyperparameters
@@ -307,7 +307,7 @@ def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCo
     return MultiCourseWorld(courses) if len(courses) > 1 else courses[0]
 
 
-def judged_courses(planned: CarPlan) -> list[Judged]:
+def judged_courses(planned: CarPlan) -> list[JudgedCourse]:
     """Return what is judged, in the order of `judged_world`; none where it is one course and nothing is held out."""
     courses = [(one, TRAINED) for one in planned.judged_courses]
     courses += [(one, HELD_OUT) for one in planned.held_out_courses]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from racecraft.contract.errors import EnvironmentFailedError, RacecraftError
-from racecraft.contract.user_code_location import shown, user_code_location
+from racecraft.contract.user_code_location import display_path, user_code_location
 
 WRAPPERS = ("gymnasium.", "racecraft.", "gym.")
 """Modules whose classes lay something round an environment: their names begin so."""
@@ -178,7 +178,7 @@ def _place(env: Any, method: str) -> str:
         file, (_, line) = inspect.getsourcefile(function), inspect.getsourcelines(function)
     except (OSError, TypeError):
         return ""
-    return f"{shown(file)}:{line}: " if file else ""
+    return f"{display_path(file)}:{line}: " if file else ""
 
 
 def _line(place: str) -> str:

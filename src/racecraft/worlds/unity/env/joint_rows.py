@@ -104,7 +104,7 @@ class JointSeats:
         """Tell whether an agent of the process waits for an action."""
         return any(seats.has_decisions(process) for seats in self._seats)
 
-    def settle(
+    def fill_rows(
         self,
         process: int,
         moments: Mapping[str, Moment],
@@ -113,7 +113,7 @@ class JointSeats:
     ) -> None:
         """Sort one process's news into rows."""
         for base, seats in zip(self._parts, self._seats, strict=True):
-            seats.settle(process, moments, behaviors, None if buffers is None else self._view(base, buffers))
+            seats.fill_rows(process, moments, behaviors, None if buffers is None else self._view(base, buffers))
 
     def truncate_all(self, process: int, buffers: StepBuffers) -> None:
         """Cut every episode of a process that was lost."""

@@ -104,19 +104,19 @@ class Player:
         """Connect, introduce ourselves, show the scene until told goodbye; return an exit code."""
         exchange, disconnect = call_as_player(self.port)
         try:
-            start = self._parse(self.say(exchange, self._introduction()))
+            start = self._parse(self.exchange_message(exchange, self._introduction()))
             if start.header.status != messages.STATUS_OK:
                 return 0
             self.scene.begin(start.unity_input.rl_initialization_input.seed)
-            answer = self._parse(self.say(exchange, self._empty()))
+            answer = self._parse(self.exchange_message(exchange, self._empty()))
             while answer.header.status == messages.STATUS_OK:
                 self._apply_actions(answer.unity_input.rl_input)
-                answer = self._parse(self.say(exchange, self._news()))
+                answer = self._parse(self.exchange_message(exchange, self._news()))
             return 0
         finally:
             disconnect()
 
-    def say(self, exchange: Callable[[bytes], bytes], message: Any) -> bytes:
+    def exchange_message(self, exchange: Callable[[bytes], bytes], message: Any) -> bytes:
         """Send one message and return the answer's bytes."""
         return exchange(message.SerializeToString())
 

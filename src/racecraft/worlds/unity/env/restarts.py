@@ -56,7 +56,7 @@ class RestartQuota:
         self.used = 0
         """New starts so far."""
 
-    def take(self) -> str:
+    def use(self) -> str:
         """Use one new start.
 
         Returns:

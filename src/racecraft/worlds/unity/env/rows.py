@@ -94,7 +94,7 @@ class Seats:
         """Tell whether an agent of the process waits for an action."""
         return any(self._guests[process].asked.values())
 
-    def settle(
+    def fill_rows(
         self,
         process: int,
         moments: Mapping[str, Moment],

@@ -304,7 +304,7 @@ class Session:
         look_after = self._process.require_alive if self._process else (lambda: None)
         started = time.monotonic()
         try:
-            data = self._wire.hear(self._timeout_seconds, look_after)
+            data = self._wire.receive(self._timeout_seconds, look_after)
         except (PlayerDiedError, WireError) as loss:
             raise self._explained(loss) from loss
         if data is None:

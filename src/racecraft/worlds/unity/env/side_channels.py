@@ -166,28 +166,28 @@ class Reader:
 
     def read_bool(self) -> bool:
         """Read one byte."""
-        return self.take(1) != b"\0"
+        return self.read(1) != b"\0"
 
     def read_int(self) -> int:
         """Read an int32."""
-        number: int = struct.unpack("<i", self.take(4))[0]
+        number: int = struct.unpack("<i", self.read(4))[0]
         return number
 
     def read_float(self) -> float:
         """Read a float32."""
-        number: float = struct.unpack("<f", self.take(4))[0]
+        number: float = struct.unpack("<f", self.read(4))[0]
         return number
 
     def read_string(self) -> str:
         """Read a length and that many ASCII characters."""
-        return self.take(self.read_int()).decode("ascii", errors="replace")
+        return self.read(self.read_int()).decode("ascii", errors="replace")
 
     def read_floats(self) -> list[float]:
         """Read a length and that many float32s."""
         count = self.read_int()
-        return list(struct.unpack(f"<{count}f", self.take(4 * count)))
+        return list(struct.unpack(f"<{count}f", self.read(4 * count)))
 
-    def take(self, count: int) -> bytes:
+    def read(self, count: int) -> bytes:
         """Read so many bytes."""
         left = len(self.data) - self.at
         if not 0 <= count <= left:
@@ -210,8 +210,8 @@ def split(data: bytes) -> list[tuple[uuid.UUID, bytes]]:
     """
     reader, records = Reader(data), []
     while reader.at < len(data):
-        channel = uuid.UUID(bytes_le=reader.take(16))
-        records.append((channel, reader.take(reader.read_int())))
+        channel = uuid.UUID(bytes_le=reader.read(16))
+        records.append((channel, reader.read(reader.read_int())))
     return records
 
 

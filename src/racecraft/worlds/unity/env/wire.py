@@ -42,7 +42,7 @@ MAX_MESSAGE_BYTES = 512 * 2**20
 EDITOR_PORT = 5004
 
 _log = logging.getLogger("racecraft.unity")
-_WATCH_SECONDS = 0.1  # how often a waiting `hear` looks after the player; a death is noticed well within a second
+_WATCH_SECONDS = 0.1  # how often a waiting `receive` looks after the player; a death is noticed well within a second
 
 
 class Wire:
@@ -96,7 +96,7 @@ class Wire:
             ) from cause
         self._server.start()
 
-    def hear(self, timeout_seconds: float, look_after: Callable[[], None] = lambda: None) -> bytes | None:
+    def receive(self, timeout_seconds: float, look_after: Callable[[], None] = lambda: None) -> bytes | None:
         """Wait for the player's next call and return its bytes, or None when `timeout_seconds` have passed.
 
         Args:

@@ -343,7 +343,7 @@ class UnityWorld:
         player.session.close(patience_seconds=0.0)
         if self._build.is_editor:
             raise loss
-        if why_not := self._quotas[player.index].take():
+        if why_not := self._quotas[player.index].use():
             raise type(loss)(f"{loss}\n{why_not}") from loss
         _log.warning("A Unity player was lost and is started anew; its episodes under way are cut: %s", loss)
         try:
@@ -354,7 +354,7 @@ class UnityWorld:
         player.session, player.first = again.session, again.first
 
     def _settle(self, player: _Player, moments: Mapping[str, Moment], buffers: StepBuffers | None) -> None:
-        self._seats.settle(player.index, moments, player.session.behaviors, buffers)
+        self._seats.fill_rows(player.index, moments, player.session.behaviors, buffers)
 
     def _close_players(self) -> None:
         sessions = self.sessions

@@ -67,7 +67,7 @@ def play_scene(request: UnityRequest, say: MessageCallback = print) -> dict[str,
     policy, request = _policy_for(request)
     stops = _stops_of(request.stops)
     planned = plan_unity(request, learns=False)
-    world = UnityWorld(planned.build, **planned.words(inference=True))
+    world = UnityWorld(planned.build, **planned.world_arguments(inference=True))
     report, reason = _Report(), "Ctrl-C"
     with contextlib.closing(world):
         _require_same_scene(policy, world.behaviors)
@@ -153,7 +153,7 @@ def _play(
         report.steps += int(buffers.active.sum())
         world.step(actions, buffers)
         counter.count(buffers)
-        report.episodes += counter.take()
+        report.episodes += counter.pop()
         policy.reset_state(buffers.ended.reshape(rows))
         if report.seconds - report.said > SAY_SECONDS:
             report.said = report.seconds

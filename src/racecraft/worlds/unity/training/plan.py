@@ -113,7 +113,7 @@ class UnityPlan:
     """The run to go on with."""
     notes: tuple[str, ...] = ()
 
-    def words(self, for_judge: bool = False, inference: bool = False) -> dict[str, Any]:
+    def world_arguments(self, for_judge: bool = False, inference: bool = False) -> dict[str, Any]:
         """Return the arguments of `UnityWorld`: of the players that teach, of the one that judges, of those watched."""
         request = self.request
         named = request.behavior or [name for name in self.config.behaviors if name != "*"]
@@ -142,7 +142,7 @@ class UnityPlan:
             words["args"] = ("--agents", str(self.settings.evaluation.episodes if for_judge else each))
         return words
 
-    def asked(self, behaviors: Sequence[Behavior]) -> dict[str, Any]:
+    def request_values(self, behaviors: Sequence[Behavior]) -> dict[str, Any]:
         """Return what job.json tells of the request: enough to begin again from it."""
         return {
             "build": self.build_name,
@@ -293,7 +293,7 @@ def _trainer_of(config: TrainerConfig, behavior: str | None) -> str:
     return SAC if named and all(one.trainer == SAC for one in named) else DEFAULT_ALGORITHM
 
 
-def heard(plan: UnityPlan, behaviors: Sequence[Behavior]) -> UnityPlan:
+def with_scene(plan: UnityPlan, behaviors: Sequence[Behavior]) -> UnityPlan:
     """Return the plan now that the scene is known.
 
     Where only the configuration asks for SAC, and SAC cannot learn this scene, PPO learns instead, and that is said, if

@@ -1,6 +1,6 @@
 """What only the scene could tell of a Unity training: how many agents learn, and what they see.
 
-Begin with `settle`.
+Begin with `resolve`.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def own_groups(settled: ResolvedSettings, algorithm: Algorithm) -> dict[str, dic
     return {base: {name: groups[name] for name in own if name in groups} for base, groups in by_name.items()}
 
 
-def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str, slice]) -> ResolvedSettings:
+def resolve(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str, slice]) -> ResolvedSettings:
     """Settle what only the scene could tell.
 
     The defaults come first, then what the scene needs, then the configuration, then what was typed.

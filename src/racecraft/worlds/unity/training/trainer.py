@@ -35,12 +35,12 @@ from racecraft.worlds.unity.training.plan import (
     UnityPlan,
     UnityRequest,
     default_settings,
-    heard,
     plan_resume,
     plan_unity,
     stops_for,
+    with_scene,
 )
-from racecraft.worlds.unity.training.resolve_settings import ResolvedSettings, file_name, own_groups, settle, whose
+from racecraft.worlds.unity.training.resolve_settings import ResolvedSettings, file_name, own_groups, resolve, whose
 
 __all__ = ["KIND", "Request", "UnityRequest", "default_settings", "build_experiment", "plan", "plan_resume", "summary"]
 
@@ -65,17 +65,17 @@ def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Exper
     if planned.build.is_editor:
         say(f"waiting on port {EDITOR_PORT} for the Unity Editor: press Play there")
     with contextlib.ExitStack() as players:
-        world = UnityWorld(planned.build, **planned.words())
+        world = UnityWorld(planned.build, **planned.world_arguments())
         players.callback(world.close)
         behaviors = world.behaviors
-        planned = heard(planned, behaviors)
-        settled = settle(planned, behaviors, world.rows_of)
+        planned = with_scene(planned, behaviors)
+        settled = resolve(planned, behaviors, world.rows_of)
         stops = parse_stops(planned.request.stops, SCORE)
         if planned.begun is None:
             stops = stops_for(planned.request, settled.max_steps, planned.build_name)
         judged: UnityWorld | None = None
         if not planned.build.is_editor:
-            judged = UnityWorld(planned.build, **planned.words(for_judge=True))
+            judged = UnityWorld(planned.build, **planned.world_arguments(for_judge=True))
             players.callback(judged.close)
         curriculum = _curriculum(planned, world, judged, say)
         names = ", ".join(behavior.base_name for behavior in behaviors)
@@ -88,7 +88,7 @@ def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Exper
             seed=planned.seed,
             stops=stops,
             evaluator=lambda learner, run: _evaluator(world, judged, learner, run, episodes, stops, curriculum),
-            asked=planned.asked(behaviors),
+            asked=planned.request_values(behaviors),
             metadata={
                 "build": planned.build_name, **card_for(behaviors, own_groups(settled, planned.algorithm)),
             },

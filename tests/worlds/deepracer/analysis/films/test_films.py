@@ -217,7 +217,7 @@ def test_the_leader_stands_on_top_of_the_tower_beside_its_colour():
     row = round(0.36 * strip)
     for tick, order in ((0, (1, 0, 2)), (1, (0, 1, 2)), (9, (0, 1, 2))):  # behind its end a race stays as it was
         picture = np.full((540, 960, 3), 200, np.uint8)
-        tower.lay(tick, picture)
+        tower.draw_on(tick, picture)
         chips = [tuple(picture[2 * strip + k * row + row // 2, round(0.02 * 960) + 1].tolist()) for k in range(3)]
         assert chips == [paints[car] for car in order]
         assert (picture[: 2 * strip] == 200).all(), "a banner has its place above"
@@ -348,7 +348,7 @@ def test_every_figure_is_written_whole(monkeypatch, drive, size):
     written = []
     monkeypatch.setattr(figures, "fitted", lambda text, face, width: written.append((text, face, width)) or text)
     width, height = SIZES[size]
-    figures.Overlay(judged, "reinvent_base-1", width, height).lay(5, np.zeros((height, width, 3), np.uint8))
+    figures.Overlay(judged, "reinvent_base-1", width, height).draw_on(5, np.zeros((height, width, 3), np.uint8))
     assert [text for text, *_ in written][0] == "reinvent_base-1"
     assert "12.34 m/s" in [text for text, *_ in written]
     for text, face, room in written:

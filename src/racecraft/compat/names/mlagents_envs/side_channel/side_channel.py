@@ -95,7 +95,7 @@ class SideChannel(ABC):
     def on_message_received(self, msg: IncomingMessage) -> None:
         """Hear a message of the scene."""
 
-    def hear(self, payload: bytes) -> None:
+    def deliver(self, payload: bytes) -> None:
         """Have a payload of the scene read by `on_message_received`."""
         self.on_message_received(IncomingMessage(payload))
 

@@ -58,7 +58,7 @@ class SideChannelManager:
             raise UnityEnvironmentException(str(cause)) from cause
         for channel, payload in records:
             if channel in self._side_channels_dict:
-                self._side_channels_dict[channel].hear(payload)
+                self._side_channels_dict[channel].deliver(payload)
             else:
                 _log.warning("A message for side channel %s came, and nobody listens to it.", channel)
 

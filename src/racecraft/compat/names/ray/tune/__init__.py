@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from racecraft.compat.names.ray.tune import registry
-from racecraft.compat.own_trainables import Trainable, is_own, report, train_own
+from racecraft.compat.own_trainables import Trainable, learns_by_itself, report, train_own
 from racecraft.compat.rllib_training import train_experiment
 from racecraft.compat.rllib_words import EXPERIMENT_WORDS
 from racecraft.contract.arguments import require_arguments
@@ -67,7 +67,7 @@ def run(
     _say_unfollowed("tune.run", recorded, (*RUNNING_ARGUMENTS, *EXPERIMENT_WORDS))
     words = {word: value for word, value in recorded.items() if word in EXPERIMENT_WORDS}
     kind = run_or_experiment
-    if is_own(kind):
+    if learns_by_itself(kind):
         return train_own(kind, {"stop": stop, "config": config, **words})
     algorithm = kind.__name__.removesuffix("Trainer") if isinstance(kind, type) else kind
     return train_experiment({**words, "run": algorithm, "stop": stop or {}, "config": config or {}})

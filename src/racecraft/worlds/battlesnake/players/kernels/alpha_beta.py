@@ -6,7 +6,7 @@ that a head as long may enter too counts as a head-to-head. The stack of choices
 stop after any number of turns and go on later: whoever calls it looks at the clock in between.
 
 Values are those of the own snake, in ten-thousandths of worth: WIN less the turn at which the last other is gone, -WIN
-and the turn of the own end, DRAWN and the turn where all leave together; between them what `worth.appraise` says.
+and the turn of the own end, DRAWN and the turn where all leave together; between them what `worth.evaluate` says.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from racecraft.worlds.battlesnake.players.kernels.position import (
     count_alive,
     safe_ways,
 )
-from racecraft.worlds.battlesnake.players.kernels.worth import appraise
+from racecraft.worlds.battlesnake.players.kernels.worth import evaluate
 
 WIN, PROVEN = 1_000_000, 500_000
 """A value beyond PROVEN, up or down, is no opinion."""
@@ -103,7 +103,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
         elif alive == 1 and not rules[SOLO]:
             state[VALUE], state[TOLD] = WIN - rules[TURN] - d, 1
         elif d == state[DEPTH]:
-            appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
+            evaluate(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
             state[LEAVES] += 1
             state[VALUE], state[TOLD] = _opinion(me, alive, worths), 1
         else:

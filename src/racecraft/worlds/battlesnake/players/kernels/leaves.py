@@ -1,7 +1,7 @@
 """Leaves of a search tree that a network appraises, compiled: many are found, then asked about at once.
 
 `select_leaves` walks a tree of `puct.py` to positions that it does not know and lays them out as games of the world
-(`env/state.py`), where the same kernels as in training say what each snake sees. `hear` takes what the
+(`env/state.py`), where the same kernels as in training say what each snake sees. `add_opinions` takes what the
 network made of them back up the tree.
 
 A walk that waits for its answer counts on its way as one that came to nothing ("virtual loss"), so that the next walks
@@ -24,7 +24,7 @@ from racecraft.kernels import lean_kernel
 from racecraft.worlds.battlesnake.env.kernels import columns as col
 from racecraft.worlds.battlesnake.players.kernels import position as at
 from racecraft.worlds.battlesnake.players.kernels.puct import FIRST_CHILD, IS_OVER, NEXT_SIBLING, choose_way, make_node
-from racecraft.worlds.battlesnake.players.kernels.worth import appraise
+from racecraft.worlds.battlesnake.players.kernels.worth import evaluate
 
 NODE, PLY = 0, 1
 AWAITED = 2
@@ -77,7 +77,7 @@ def select_leaves(walks, me, eager, first, beyond, ring, rows, bits, cells, edge
         if is_new:
             node = size[0]
             size[0] += 1
-            appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
+            evaluate(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
             make_node(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths)
             if links[node, IS_OVER] == 0:
                 links[node, IS_OVER] = AWAITED
@@ -95,7 +95,7 @@ def select_leaves(walks, me, eager, first, beyond, ring, rows, bits, cells, edge
 
 
 @lean_kernel
-def hear(first, beyond, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
+def add_opinions(first, beyond, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
          links, sums, priors, first_worths):  # fmt: skip
     """Take what a network made of leaves `first` … `beyond` - 1 into the tree.
 
@@ -216,9 +216,9 @@ def descend_all(left, eager, each, ring, rows, bits, cells, edges, rules, pools,
 @lean_kernel
 def backup(counts, each, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
              links, sums, priors, first_worths):  # fmt: skip
-    """Take what a network made of the leaves of G trees into them; see `descend_all` and `hear`."""
+    """Take what a network made of the leaves of G trees into them; see `descend_all` and `add_opinions`."""
     for g in range(counts.shape[0]):
-        hear(
+        add_opinions(
             g * each, g * each + counts[g], network_share, prior_share, asked, paths, tracks, opinions, snakes,
             chances, values, links[g], sums[g], priors[g], first_worths[g],
         )  # fmt: skip

@@ -21,7 +21,7 @@ import numpy as np
 
 from racecraft.kernels import lean_kernel
 from racecraft.worlds.battlesnake.players.kernels.position import OUT, SOLO, advance, count_alive, safe_ways
-from racecraft.worlds.battlesnake.players.kernels.worth import appraise
+from racecraft.worlds.battlesnake.players.kernels.worth import evaluate
 
 FIRST_CHILD, NEXT_SIBLING, IS_OVER = 0, 1, 2
 
@@ -62,7 +62,7 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
             for s in range(num_snakes):
                 worths[s] = first_worths[node, s]
         else:
-            appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
+            evaluate(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
             if child < links.shape[0]:
                 make_node(
                     child, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths

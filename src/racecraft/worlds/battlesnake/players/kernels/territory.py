@@ -90,7 +90,7 @@ def claim(g, bodies, snakes, cells, params, scratch, squares, food_steps):
 
 
 @lean_kernel
-def appraise(g, bodies, snakes, cells, params, scratch, squares, food_steps, worths):
+def evaluate(g, bodies, snakes, cells, params, scratch, squares, food_steps, worths):
     """Write what the position is worth to each snake, 0 (dead) to 1 (won), into `worths` float64 (M,).
 
     A living snake is worth its share of the claimed squares (0.6), its share of the lengths (0.2), and how sure its
@@ -164,6 +164,6 @@ def copy_game(source, target, bodies, snakes, games, cells):
 
 
 def scratch_arrays(num_snakes: int, area: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return `scratch`, `squares`, `food_steps` and `worths` for `appraise`."""
+    """Return `scratch`, `squares`, `food_steps` and `worths` for `evaluate`."""
     scratch = np.zeros((4, area), np.int32)
     return scratch, np.zeros(num_snakes, np.int32), np.zeros(num_snakes, np.int32), np.zeros(num_snakes, np.float64)

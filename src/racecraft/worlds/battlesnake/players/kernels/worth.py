@@ -1,4 +1,4 @@
-"""What a position of a search is worth to each snake, compiled: the weights of `territory.appraise`, over bits."""
+"""What a position of a search is worth to each snake, compiled: the weights of `territory.evaluate`, over bits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from racecraft.worlds.battlesnake.players.kernels.position import (
 
 
 @lean_kernel
-def appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths):
+def evaluate(d, ring, rows, bits, cells, edges, rules, pools, found, worths):
     """Write what ply d is worth to each snake, 0 (dead) to 1 (won), into `worths` float64 (M,).
 
     A living snake is worth its share of the claimed squares (0.6), its share of the lengths (0.2), and how sure its

@@ -43,7 +43,7 @@ class Overlay:
         self._banner = font(max(12, round(0.5 * self._strip)), bold=True)
         self._title = _bold_within(name, 1.5 * self._share, 0.5 * self._strip)
 
-    def lay(self, tick: int, picture: Array) -> None:
+    def draw_on(self, tick: int, picture: Array) -> None:
         """Lay the figures of a tick over a picture (H, W, 3) uint8, in place."""
         from PIL import Image, ImageDraw
 

@@ -146,9 +146,9 @@ def _pictures(
     picture = np.empty((height, width, 3), np.uint8)
     for moment, tick in enumerate(taken.ticks.tolist()):
         view.paint(moment, picture)
-        overlay.lay(tick, picture)
+        overlay.draw_on(tick, picture)
         if tower is not None:
-            tower.lay(tick, picture)
+            tower.draw_on(tick, picture)
         yield picture
 
 

@@ -47,8 +47,8 @@ def paint_car(picture: Array, eye: CameraPose, shell: Shell, pose: tuple[float, 
     ground = _cut(_into_camera(eye, _placed(_FOOTPRINT, pose)))
     shapes = [(_projected(face, eye, picture), colour) for face, colour in lit]
     shapes = [(outline, colour) for outline, colour in shapes if len(outline) > 2]
-    lay(picture, [(_projected(ground, eye, picture), (0, 0, 0))] if len(ground) > 2 else [], SHADOW)
-    lay(picture, shapes, 1.0)
+    draw_polygons(picture, [(_projected(ground, eye, picture), (0, 0, 0))] if len(ground) > 2 else [], SHADOW)
+    draw_polygons(picture, shapes, 1.0)
 
 
 _FOOTPRINT = np.array(
@@ -115,7 +115,7 @@ def _projected(points: Array, eye: CameraPose, picture: Array) -> Array:
     return np.column_stack([0.5 * width - points[:, 1] * scale, 0.5 * height + points[:, 2] * scale])
 
 
-def lay(picture: Array, shapes: list[tuple[Array, tuple[int, int, int]]], cover: float) -> None:
+def draw_polygons(picture: Array, shapes: list[tuple[Array, tuple[int, int, int]]], cover: float) -> None:
     """Lay polygons over a picture (H, W, 3) uint8 with soft edges, in order; in place.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.analysis.films.shells import Shell
-from racecraft.worlds.deepracer.analysis.films.solids import FINE, CameraPose, lay, paint_car
+from racecraft.worlds.deepracer.analysis.films.solids import FINE, CameraPose, draw_polygons, paint_car
 from racecraft.worlds.deepracer.env.kernels.boxes import FIRST_OBJECT
 from racecraft.worlds.deepracer.env.light import palette_under
 from racecraft.worlds.deepracer.env.scene import FIELD, dash_rings, road_rings, start_rings
@@ -76,7 +76,7 @@ class TopMap:
             corners = np.array([(x, y)]) + (along + across, along - across, -along - across, across - along)
             red, green, blue = self._colours[FIRST_OBJECT + kind].tolist()
             shapes.append((self.pixels(corners), (red, green, blue)))
-        lay(picture, shapes, 1.0)
+        draw_polygons(picture, shapes, 1.0)
 
     def _painted(self, track: Track) -> Array:
         from PIL import Image, ImageDraw

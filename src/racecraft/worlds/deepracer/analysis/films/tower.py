@@ -43,7 +43,7 @@ class Tower:
         size = max(9, round(0.6 * self._row))
         self._plain, self._bold = font(size), font(size, bold=True)
 
-    def lay(self, tick: int, picture: Array) -> None:
+    def draw_on(self, tick: int, picture: Array) -> None:
         """Lay the order of a tick over a picture (H, W, 3) uint8, in place."""
         from PIL import Image, ImageDraw
 

@@ -19,7 +19,7 @@ from racecraft.worlds.deepracer.analysis.drive import CRASHED
 from racecraft.worlds.deepracer.analysis.logs.actions import action_histogram, action_table
 from racecraft.worlds.deepracer.analysis.logs.episodes import QUINTILES, simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.intervals import correlation_interval
-from racecraft.worlds.deepracer.analysis.logs.judged import Judged
+from racecraft.worlds.deepracer.analysis.logs.judged import Evaluations
 from racecraft.worlds.deepracer.analysis.logs.laps import correlation
 from racecraft.worlds.deepracer.analysis.logs.place_advice import exits, sectors, speed
 from racecraft.worlds.deepracer.analysis.logs.plot import values
@@ -58,7 +58,7 @@ ANEW = "racecraft train my-car --from RUN:best"
 
 
 def advice(
-    ticks: pl.DataFrame, track: Track | None, learner: Learner | None = None, judged: Judged | None = None
+    ticks: pl.DataFrame, track: Track | None, learner: Learner | None = None, judged: Evaluations | None = None
 ) -> list[Advice]:
     """Return what a training's ticks suggest, the weightiest first; nothing where there are too few episodes.
 
@@ -70,7 +70,7 @@ def advice(
         learner: Which algorithm learned, and how it was set; None: unknown, and no setting of it is named.
         judged: Its evaluations; None: unknown, and the training's episodes alone are gone by.
     """
-    episodes, judged = _as_they_ended(ticks), judged or Judged()
+    episodes, judged = _as_they_ended(ticks), judged or Evaluations()
     if episodes.height < FEWEST_EPISODES:
         return []
     late = episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))
@@ -136,7 +136,7 @@ def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
         )
 
 
-def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, judged: Judged) -> Iterator[Advice]:
+def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, judged: Evaluations) -> Iterator[Advice]:
     import polars as pl
 
     progress = pl.col("progress_share")

@@ -23,7 +23,7 @@ PER_CENT = 100.0
 
 
 @dataclass(frozen=True)
-class Judged:
+class Evaluations:
     """The evaluations of a training, in their order."""
 
     shares: tuple[float, ...] = ()
@@ -55,14 +55,14 @@ class Judged:
         return f"Judged without exploration, its {count} came to {came} of a lap.{lap}"
 
 
-def judged_in_run(metrics: Sequence[Mapping[str, Any]]) -> Judged:
+def judged_in_run(metrics: Sequence[Mapping[str, Any]]) -> Evaluations:
     """Return the evaluations of a run of cars, by its metrics.jsonl."""
     evaluated = [row for row in metrics if row.get("evaluation_score") is not None]
     laps = [float(row["best_lap_seconds"]) for row in evaluated if row.get("best_lap_seconds")]
-    return Judged(tuple(float(row["evaluation_score"]) / PER_CENT for row in evaluated), min(laps, default=None))
+    return Evaluations(tuple(float(row["evaluation_score"]) / PER_CENT for row in evaluated), min(laps, default=None))
 
 
-def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Judged:
+def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Evaluations:
     """Return the evaluations that a log tells of.
 
     Those between a training's iterations, by the metrics files, of the latest round; where there is none, evaluations
@@ -83,9 +83,9 @@ def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Judged:
     else:
         driven = ticks.filter(pl.col("phase") == "evaluation")
         if not driven.height:
-            return Judged()
+            return Evaluations()
         rows = simulation_agg(driven).group_by("round", "stream", maintain_order=True).agg(share.mean())
-    return Judged(tuple(rows["progress_share"].to_list()), best_lap_seconds(simulation_agg(ticks), metrics))
+    return Evaluations(tuple(rows["progress_share"].to_list()), best_lap_seconds(simulation_agg(ticks), metrics))
 
 
 def best_lap_seconds(episodes: pl.DataFrame, metrics: pl.DataFrame | None) -> float | None:

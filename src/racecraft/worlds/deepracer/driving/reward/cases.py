@@ -44,7 +44,7 @@ MAX_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
-class Place:
+class Situation:
     """Where a car is and what it is told."""
 
     share: float = 0.1
@@ -76,10 +76,10 @@ class Case:
     """One expectation."""
 
     name: str
-    here: Place
+    here: Situation
     expectation: str
     """One of EXPECTATIONS."""
-    bound: float | Place
+    bound: float | Situation
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,8 @@ def _case(path: Path, table: Any) -> Case:
     return Case(name, _place(path, name, table.get("here", {})), expectations[0], bound)
 
 
-def _place(path: Path, name: str, table: Any) -> Place:
-    known = [field.name for field in fields(Place)]
+def _place(path: Path, name: str, table: Any) -> Situation:
+    known = [field.name for field in fields(Situation)]
     if not isinstance(table, dict):
         found = Message("a place that is {found!r}", found=table)
         raise InputFileError(path, found, Message("a table such as {example}", example="{ share = 0.1 }"), key=name)
@@ -158,12 +158,12 @@ def _place(path: Path, name: str, table: Any) -> Place:
             raise InputFileError(path, found, expected, nearest(key, known), key=name)
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
             raise InputFileError(path, Message("`{key} = {found!r}`", key=key, found=value), "a number", key=name)
-    return Place(**{key: float(value) for key, value in table.items()})
+    return Situation(**{key: float(value) for key, value in table.items()})
 
 
 def _run(case: Case, track: Track, payer: Payer) -> Result:
     paid = _paid(case.here, track, payer)
-    if isinstance(case.bound, Place):
+    if isinstance(case.bound, Situation):
         other = _paid(case.bound, track, payer)
         words = {"more_than": "more than", "less_than": "less than"}[case.expectation]
         passed = paid > other if case.expectation == "more_than" else paid < other
@@ -176,6 +176,6 @@ def _run(case: Case, track: Track, payer: Payer) -> Result:
     return Result(case, bool(passed), f"pays {paid:.6g}; expected {words} {case.bound:g}")
 
 
-def _paid(place: Place, track: Track, payer: Payer) -> float:
+def _paid(place: Situation, track: Track, payer: Payer) -> float:
     """Return what a place pays; NaN, which meets no expectation, where the function failed."""
     return float(payer.compute_rewards(track, place.rows(track)).rewards[1])

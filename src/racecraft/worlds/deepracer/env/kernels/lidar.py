@@ -70,7 +70,7 @@ def look_around(lidar, scene, objects, cars, n, m, key, ranges, view):
             if other != m and not cars[n, other].away:
                 add_car(lidar, car, cars[n, other], ranges)
         add_noise(lidar, car, key, ranges)
-    tell(lidar, ranges, view)
+    write_ranges(lidar, ranges, view)
 
 
 @kernel
@@ -187,7 +187,7 @@ def add_noise(lidar, car, key, ranges):
 
 
 @kernel
-def tell(lidar, ranges, view):
+def write_ranges(lidar, ranges, view):
     """Write what the policy is told of a reading (facts 2.2): beams cut to a range, or the nearest in each sector."""
     if view.shape[0] == 0:
         return

@@ -43,7 +43,7 @@ def draw_view(scene, camera, eyes, palette, around, painted, cars, n, m, frame):
 
 
 @kernel
-def look(track, around, scene, optics, eyes, palettes, cars, n, m, frame, critic_view):
+def render_observations(track, around, scene, optics, eyes, palettes, cars, n, m, frame, critic_view):
     """Draw what each eye of car m of world n sees, and write what only a critic may see.
 
     The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the

@@ -17,11 +17,11 @@ from racecraft.kernels import kernel, parallel_kernel, prange
 from racecraft.kernels.rng import normal_at, uniform_at
 from racecraft.worlds.deepracer.env.kernels.bots import drive_bots
 from racecraft.worlds.deepracer.env.kernels.boxes import is_in_frame
-from racecraft.worlds.deepracer.env.kernels.lidar import look_around, tell
+from racecraft.worlds.deepracer.env.kernels.lidar import look_around, write_ranges
 from racecraft.worlds.deepracer.env.kernels.localise import locate, undo_jump
 from racecraft.worlds.deepracer.env.kernels.nearby import collect_nearby
 from racecraft.worlds.deepracer.env.kernels.objects import hits, is_to_blame, objects_around
-from racecraft.worlds.deepracer.env.kernels.observations import look
+from racecraft.worlds.deepracer.env.kernels.observations import render_observations
 from racecraft.worlds.deepracer.env.kernels.placing import place_objects
 from racecraft.worlds.deepracer.env.kernels.starts import drive_on, is_driving_on, make_room, restart, take_start
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wheels_after
@@ -61,7 +61,9 @@ def place_on_grid(
             make_room(track, objects, cars, n, m, m)
         collect_nearby(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
-            look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
+            render_observations(
+                track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m]
+            )
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
@@ -77,8 +79,10 @@ def look_again(
         collect_nearby(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
             if rows[n, m]:
-                look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
-                tell(lidar, ranges[n, m], lidar_views[n, m])
+                render_observations(
+                    track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m]
+                )
+                write_ranges(lidar, ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
@@ -152,7 +156,7 @@ def tick_world(
     is_anew = False
     for m in range(cars.shape[1]):
         if reports[n, m].terminated or reports[n, m].truncated:
-            look(
+            render_observations(
                 track, around, scene, optics, eyes, palettes, cars, n, m,
                 last_frames[n, m], last_critic_views[n, m],
             )  # fmt: skip
@@ -170,12 +174,14 @@ def tick_world(
         collect_nearby(track, objects, cars, around, n)
     for m in range(cars.shape[1]):
         if not parked[n, m]:
-            look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
+            render_observations(
+                track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m]
+            )
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @kernel
-def settle(track, objects, cars, around):
+def refresh_nearby(track, objects, cars, around):
     """Write down anew what every car finds around it, as after cars were parked."""
     for n in range(cars.shape[0]):
         collect_nearby(track, objects, cars, around, n)

@@ -104,7 +104,7 @@ class AwsFiles:
         Raises:
             OutputFileError: A file could not be written.
         """
-        self._background.settle()
+        self._background.call_done()
         if len(columns["track_length_m"]):
             self._track_length_m = float(columns["track_length_m"][0])
         filling = self._blocks[-1]
@@ -120,14 +120,14 @@ class AwsFiles:
         Raises:
             OutputFileError: A file could not be written.
         """
-        self._background.settle()
+        self._background.call_done()
         self._take_evaluation(report)
         self._mark(report)
         self._hand_over()
 
     def state(self) -> dict[str, Any]:
         """Return what is not on the disk yet and what is needed to go on: arrays and plain values."""
-        self._background.settle()
+        self._background.call_done()
         return {
             "clock": self._clock,
             "cutter": self._cutter.state(),
@@ -169,7 +169,7 @@ class AwsFiles:
             OutputFileError: A file could not be written.
         """
         try:
-            self._background.settle(wait=True)
+            self._background.call_done(wait=True)
             if self._blocks[-1].episodes:
                 trace = self._blocks[-1].trace(self._track_length_m)
                 write_atomic(self._place.training_trace(self._blocks[-1].number), sim_trace_text(trace))
