@@ -107,7 +107,7 @@ def tick(
         numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
         sent: (N, M, 2) the same as sent to the cars.
-        parked: (N, M) bool, cars that take no part: they stand, see nothing, and their reports say so.
+        parked: (N, M) bool, cars that take no part: they stand, and their reports say so.
         keys: (N, M) uint64, each car's own stream of chance.
         cars: CAR_STATE (N, M), advanced in place.
         reports: TICK_REPORT (N, M), written.
@@ -173,11 +173,8 @@ def tick_world(
     if is_anew:
         collect_nearby(track, objects, cars, around, n)
     for m in range(cars.shape[1]):
-        if not parked[n, m]:
-            render_observations(
-                track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m]
-            )
-            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
+        render_observations(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
+        look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @kernel
