@@ -15,7 +15,7 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
                                                          rc.close_race, rc.reset_race, rc.withdraw_entry,
                                                          rc.show_board, rc.show_racer, rc.show_records,
                                                          rc.show_standings, rc.create_season, rc.audit_races,
-                                                         rc.export_league, rc.film_race_drive
+                                                         rc.export_league, rc.film_race_drive, rc.show_on_screen
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
 

@@ -62,7 +62,7 @@ def test_in_any_portions_they_are_the_mean_and_deviation_of_all():
     rows = rng.normal([3.0, -200.0, 7.0], [2.0, 50.0, 0.0], (900, 3)).astype(np.float32)
     statistics = RunningStatistics(3)
     for part in np.split(rows, [0, 1, 40, 600]):
-        statistics.take(torch.from_numpy(part))
+        statistics.update(torch.from_numpy(part))
     everything = rows.astype(np.float64)
     mean, deviation = (part.numpy() for part in statistics.mean_and_deviation())
     np.testing.assert_allclose(mean, everything.mean(axis=0), rtol=1e-6)

@@ -78,7 +78,7 @@ def error_about(reader, path):
     try:
         reader(path)
     except (InputFileError, SeveralFaultsError) as letter:
-        return str(letter)
+        return "\n".join(str(fault) for fault in getattr(letter, "faults", [letter]))
     return ""
 
 

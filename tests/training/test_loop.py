@@ -97,7 +97,7 @@ class Collector:
 def train(results, every=1, iterations=None, share=None, stops=None):
     """Train for as many iterations as there are results, nothing learned; return outcome, reports and the loop."""
     learner = SimpleNamespace(experience="rollout", update=lambda batch: {})
-    feed = SimpleNamespace(take=lambda batch: batch)
+    feed = SimpleNamespace(add=lambda batch: batch)
     notes = Notes()
     loop = TrainingLoop(
         Collector(), learner, ScriptedJudge(results), notes, notes,
@@ -173,7 +173,7 @@ def test_laps_from_every_start_twice_in_a_row_are_stable_only_when_they_are_conf
     TrainingLoop(
         Collector(), SimpleNamespace(experience="rollout", update=lambda batch: {}), judge, notes, notes,
         RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(stable_after=2),
-        parse_stops(["laps", "iterations=9"]), SimpleNamespace(take=lambda batch: batch),
+        parse_stops(["laps", "iterations=9"]), SimpleNamespace(add=lambda batch: batch),
     ).run("scripted")  # fmt: skip
     assert (len(notes.reports), notes.reasons, judge.asked) == (ends, ["laps"], asked)
 
@@ -315,7 +315,7 @@ def looked_at(collector, stop, clock, asked_at=float("inf")):
     loop = TrainingLoop(
         collector, SimpleNamespace(experience="rollout", update=lambda batch: {}), ScriptedJudge([lap(1, None)] * 3),
         notes, notes, RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=100), parse_stops([stop]),
-        SimpleNamespace(take=lambda batch: batch),
+        SimpleNamespace(add=lambda batch: batch),
     )  # fmt: skip
     return loop.run("scripted")
 
@@ -328,7 +328,7 @@ def test_a_training_that_fails_says_so_where_it_would_say_why_it_stopped():
     notes = Notes()
     loop = TrainingLoop(
         Collector(), learner, ScriptedJudge([]), notes, notes, RolloutConfig(num_worlds=1, horizon=1),
-        EvaluationConfig(), parse_stops(["iterations=3"]), SimpleNamespace(take=lambda batch: "what was collected"),
+        EvaluationConfig(), parse_stops(["iterations=3"]), SimpleNamespace(add=lambda batch: "what was collected"),
     )  # fmt: skip
     with pytest.raises(DivergedError):
         loop.run("scripted")

@@ -59,7 +59,7 @@ FROM_ELSEWHERE = {
 def sentence(name: str) -> str:
     """Return the sentence about a name that nothing sets.
 
-    >>> told("primary_max_run_time")
+    >>> sentence("primary_max_run_time")
     'nothing sets primary_max_run_time. Set it, in seconds.'
     """
     return f"nothing sets {name}." + (f" {HINTS[name]}." if name in HINTS else "")

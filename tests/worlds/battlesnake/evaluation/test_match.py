@@ -17,7 +17,7 @@ SMALL = GameSettings(7, 7, 2)
 class Chair:
     """Stands where a seat is expected, and writes down what is asked of it."""
 
-    looks = LOOKS
+    appearance = LOOKS
 
     def __init__(self, name, heard, latency_ms=0, move=""):
         self.name, self.heard, self.latency_ms, self.move = name, heard, latency_ms, move

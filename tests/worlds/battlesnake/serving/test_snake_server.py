@@ -493,7 +493,7 @@ def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):
 
     seat, played = serving(server, talk)
     player.close()
-    assert seat.looks["color"] == "#123456"
+    assert seat.appearance["color"] == "#123456"
     assert (seat.failures.timeouts, seat.failures.crashes) == (0, 0)
     assert path.with_suffix(".txt").read_text() == "start s0 s0 end"
     assert played.boards[1].snakes[0].head[1] == played.boards[0].snakes[0].head[1] + 1

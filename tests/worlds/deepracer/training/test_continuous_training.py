@@ -144,7 +144,7 @@ def test_a_space_beyond_the_car_trains_and_is_said_once(tmp_path):
     assert said.startswith("model_metadata.json: actions from -45 to 45° and 0 to 8 m/s reach beyond")
     run = carry_out("deepracer", plan, Silence(), lambda line: None).run
     episodes = pl.concat([pl.read_parquet(path) for path in sorted(run.episodes.iterdir())])
-    assert episodes["steering_rad"].max() == math.radians(45)
-    assert episodes["speed_mps"].min() == 0.0
+    assert episodes["steering_rad"].max() == math.radians(30), "what is driven"
+    assert episodes["speed_mps"].min() == 0.1
     assert episodes["velocity_mps"].max() < 4.2, "4 m/s at most is sent, and the car drives 3 % faster than told"
-    assert episodes["reward"].max() == pytest.approx(8.0)
+    assert episodes["reward"].max() == pytest.approx(4.0)

@@ -89,7 +89,7 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
 
 def meaning(asked):
     settings = (asked.track, asked.overrides, asked.start_offset, asked.stops, asked.judging)
-    courses = [(course.worker, course.track, course.other_way) for course in asked.courses]
+    courses = [(course.worker, course.track, course.alternates) for course in asked.courses]
     return (*settings, asked.clone_from, asked.files, asked.keys, courses)
 
 

@@ -68,7 +68,7 @@ class Loss:
 def finding_text(found: SearchResult, turn: int) -> str:
     """Return what a finding says of a position at a turn.
 
-    >>> words(SearchResult("up", -999_988, 7), 5)
+    >>> finding_text(SearchResult("up", -999_988, 7), 5)
     'lost within 7 turns'
     """
     if found.wins:

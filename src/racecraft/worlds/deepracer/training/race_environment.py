@@ -101,11 +101,10 @@ def read_race_environment(
             try:
                 return _environment_of(whole, place, clones, drfc), faults
             except RunEnvError as error:
+                if any(str(error) == str(found) for found in faults.found):
+                    break  # of a folder that is read by itself, whatever is left out here
                 faults.found.append(error)
-                rest = whole.without(error)
-                if rest == whole:
-                    break
-                whole = rest
+                whole = whole.without(error)
     return RaceEnvironment(), faults
 
 

@@ -35,15 +35,15 @@ class Evaluations:
     def completes_laps(self) -> bool:
         """Whether the car laps when it does not explore, by the latest evaluations.
 
-        >>> Judged((0.2, 1.0, 0.98)).completes_laps, Judged((1.0, 0.6)).completes_laps, Judged().completes_laps
-        (True, False, False)
+        >>> [Evaluations(progress).completes_laps for progress in ((0.2, 1.0, 0.98), (1.0, 0.6), ())]
+        [True, False, False]
         """
         return bool(self.shares) and min(self.shares[-LATEST:]) >= ROUND
 
     def words(self) -> str:
         """Return a sentence of what the latest evaluations came to; "" where there was none.
 
-        >>> Judged((0.2, 1.0, 0.98), 14.5).words()
+        >>> Evaluations((0.2, 1.0, 0.98), 14.5).words()
         'Judged without exploration, its last 2 evaluations came to 100 % and 98 % of a lap. Its best lap took 14.50 s.'
         """
         if not self.shares:

@@ -7,7 +7,8 @@ class ShapesFigure extends Figure {
     this.append(element("div", { class: "four" }, ...tracks.map(({ letter, length, width, points }) => {
       const xs = points.map(one => one[0]), ys = points.map(one => one[1]), name = letter.toUpperCase();
       const drawn = picture(boxAround(xs, ys, 100), `<polygon class="road" stroke-width="${100 * width}" points="${line(xs, ys)}"/>`, t("Centre line of track {name}", { name }));
-      drawn.append(element("b", {}, name), ` ${t("{length} m long, {width} m wide", { length: length.toFixed(1), width: width.toFixed(2) })}`);
+      const size = t("{length} m long, {width} m wide", { length: length.toFixed(1), width: width.toFixed(2) });
+      drawn.append(element("b", {}, name), ` ${size}`);
       return drawn;
     })));
   }
