@@ -12,6 +12,9 @@ import pytest
 from tests.jobs.conftest import home  # noqa: F401 - a fixture
 from tests.jobs.makers import wait_until
 
+from racecraft.jobs import submit as submitting
+from racecraft.jobs.tuning import training_trials
+
 TRIALS = 2
 WORDS = (
     "tune", "--trials", str(TRIALS), "--parallel", "1", "--run", "search",
@@ -43,6 +46,17 @@ def test_a_search_that_is_killed_counts_the_trial_that_went_on(home, tmp_path): 
     trials = kill_and_go_on(home, tmp_path, 0.0)
     assert [one["state"] for one in trials] == ["complete"] * TRIALS
     assert len(home.store().jobs()) == TRIALS, "no trial was started twice"
+
+
+def test_a_trial_whose_search_was_killed_before_it_started_a_supervisor_gets_one(home, tmp_path, monkeypatch):  # noqa: F811
+    started = []
+    monkeypatch.setattr(submitting, "ensure_supervisor", lambda home: None)
+    monkeypatch.setattr(training_trials, "ensure_supervisor", started.append)
+    words = ("gym", "train", "CartPole-v1")
+    launch = training_trials.TrainingTrials(tmp_path, words, training_trials.Objective("best_score"), 1, home)
+    launch(0, {})
+    assert launch.find(0) is not None
+    assert started == [home]
 
 
 @pytest.mark.long

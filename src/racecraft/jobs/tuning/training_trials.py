@@ -19,6 +19,7 @@ from racecraft.jobs.metrics import check_definitions, read_metrics
 from racecraft.jobs.states import State
 from racecraft.jobs.store import get
 from racecraft.jobs.submit import environment_here, request_stop, submit_numbered
+from racecraft.jobs.supervisor_start import ensure_supervisor
 from racecraft.jobs.tuning.search import TrialStatus
 from racecraft.jobs.tuning.space import as_text
 
@@ -109,6 +110,8 @@ class TrainingTrials:
         mine = {TUNING: str(self._folder.absolute()), TRIAL: number}
         for job in reversed(jobs):
             if mine.items() <= job.spec.recorded.items():
+                if not job.ended:
+                    ensure_supervisor(self._home)  # that process may have been killed before it started one
                 return TrainingTrial(job.name, self._folder / TRIALS / str(number), self._objective, self._home)
         return None
 
