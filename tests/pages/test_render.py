@@ -10,9 +10,10 @@ import jinja2
 import pytest
 from babel.messages.extract import extract_from_file
 
+import racecraft
 from racecraft.pages.assets import PREFIX, find_served, imported
 from racecraft.pages.every_part import every_part
-from racecraft.pages.render import module_texts, render, render_file, render_served, script_sum
+from racecraft.pages.render import environment, module_texts, render, render_file, render_served, script_sum
 
 SOURCE = Path(str(files("racecraft")))
 FOR_FILES_ONLY = {"logs_explorer.html"}
@@ -125,6 +126,17 @@ def test_a_page_brings_the_texts_of_its_modules_in_the_readers_language(monkeypa
         for _, text, *_ in extract_from_file("javascript", MODULES[module], keywords={"t": None}, options=inside)
     }  # fmt: skip
     assert module_texts([name]) == {text: text.swapcase() for text in marked if text.swapcase() != text}
+
+
+def test_every_template_can_be_read():
+    """Those of pages that no test visits, too: a bracket too many is a page that answers 500."""
+    templates = [path for path in Path(racecraft.__file__).parent.rglob("*.html") if "vendor" not in path.parts]
+    assert len(templates) > 50
+    for path in templates:
+        try:
+            environment(inline=False).parse(path.read_text(encoding="utf-8"))
+        except jinja2.TemplateSyntaxError as error:
+            pytest.fail(f"{path}:{error.lineno}: {error.message}")
 
 
 def test_an_english_page_brings_no_texts():

@@ -267,7 +267,7 @@ def _files_of(request: RaceRequest) -> tuple[RaceEnvironment, ModelFolder]:
     environment, faults = read_race_environment(request.folder, request.clone_from is None, request.drfc)
     with faults.collect():
         model = read_model_folder(environment.files or request.folder, environment.keys)
-    if faults.found and not request.track and environment.track:
+    if faults.found and not request.track and environment.track:  # otherwise the plan loads it, and refuses it
         with faults.collect():
             _load_track(replace(request, track=environment.track), environment.env)
     faults.raise_found()
