@@ -25,6 +25,9 @@ def test_a_detached_training_is_watched_stopped_resumed_and_forgotten(racecraft,
     assert "job gym-1 goes on by itself, run runs/gym-1" in said.out
     followed = racecraft("jobs", "logs", "-f", "gym-1")
     assert "stopped: iterations=3" in followed.out
+    as_json = racecraft("jobs", "logs", "gym-1", "--json")
+    assert json.loads(as_json.out) == {"job": "gym-1", "log": str(home.log("gym-1"))}
+    assert as_json.err == followed.out, "the log leaves standard output to the object"
     assert racecraft("jobs", "wait", "gym-1").out == "gym-1: Completed\n"
     told = json.loads(racecraft("jobs", "show", "gym-1", "--json").out)
     assert (told["status"], told["attempts"], told["run"]) == ("Completed", 1, str(tmp_path / "runs" / "gym-1"))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.actions.action import action
+from racecraft.actions.action import Served, action
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
 
@@ -40,6 +41,13 @@ class ResumeJobRequest(JobRequest):
     stop: tuple[str, ...] = option((), "New stop conditions, such as minutes=10.")
 
 
+@dataclass(frozen=True, kw_only=True)
+class JobLogRequest(JobRequest):
+    """Which job's log, and until when."""
+
+    follow: bool = option(False, "Until the job has ended.", "--follow", "-f")
+
+
 @dataclass(frozen=True)
 class JobState:
     """A job as it stands."""
@@ -68,6 +76,29 @@ class ShownJob(JobState):
     def as_dictionary(self) -> dict[str, Any]:
         """Return all that is known of the job."""
         return {**job_figures(self.job), "spec": self.job.spec.as_dictionary(), "log": self.log}
+
+
+@dataclass(frozen=True)
+class JobLog(Served):
+    """The log of a job; serving it reports each line."""
+
+    job: str
+    log: Path
+    follows: bool
+    """Until the job has ended; else what it has written so far."""
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return the job and where its log is."""
+        return {"job": self.job, "log": self.log}
+
+    def serve(self, ready: Callable[[], None], progress: Progress) -> None:
+        """Report each line as it is written."""
+        from racecraft.jobs.job_paths import JobPaths
+        from racecraft.jobs.store import get
+
+        ready()
+        store = JobPaths.of_user().store()
+        report_lines(self.log, lambda: not self.follows or get(store, self.job).ended, self.job, progress)
 
 
 @dataclass(frozen=True)
@@ -116,6 +147,20 @@ def show_job(request: JobRequest, progress: Progress = quiet) -> ShownJob:
     home = JobPaths.of_user()
     job = get(home.store(), request.name)
     return ShownJob(job, home.log(request.name))
+
+
+@action
+def show_job_log(request: JobLogRequest, progress: Progress = quiet) -> JobLog:
+    """Print what a job said; with --json the log goes to standard error.
+
+    Example: racecraft jobs logs -f gym-1
+    """
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.jobs.store import get
+
+    home = JobPaths.of_user()
+    get(home.store(), request.name)
+    return JobLog(request.name, home.log(request.name), request.follow)
 
 
 @action
@@ -170,6 +215,24 @@ def delete_job(request: JobRequest, progress: Progress = quiet) -> DeletedJob:
     home = JobPaths.of_user()
     delete(home, home.store(), request.name)
     return DeletedJob(request.name)
+
+
+def report_lines(log: Path, ended: Callable[[], bool], job: str, progress: Progress) -> None:
+    """Report the lines of a log as it grows; Ctrl-C ends the reports and not the job.
+
+    Args:
+        log: Where it is written; it need not exist yet.
+        ended: Tells whether nothing more will come.
+        job: Whose log it is.
+        progress: Receives each line.
+    """
+    from racecraft.jobs.follow import follow
+
+    try:
+        for text in follow(log, ended):
+            progress(text.removesuffix("\n"))
+    except KeyboardInterrupt:
+        progress(f"\n{job} goes on by itself.")
 
 
 def job_figures(job: Job) -> dict[str, Any]:

@@ -12,20 +12,21 @@ import inspect
 import re
 import sys
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from racecraft.actions.action import Action, Served
-from racecraft.cli.options import Json
 from racecraft.cli.output import counting, print_json, say
 from racecraft.contract.progress import Count, Progress
-from racecraft.settings.request import Option, make_request, options_of
+from racecraft.settings.request import Option, make_request, option_names, options_of
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 
 SECTIONS = re.compile(r"\n\s*\n\s*(Args|Returns|Raises):\n")
 """Where the help ends and the sections for programmers begin."""
@@ -57,6 +58,12 @@ class TerminalProgress(Progress):
 
         return watcher(sys.stderr if self.quiet_stdout else sys.stdout)
 
+    def confirm(self, question: str) -> None:
+        """Ask a person; the answer no ends the command with code 1."""
+        if not sys.stdin.isatty():
+            super().confirm(question)
+        typer.confirm(question, abort=True, err=self.quiet_stdout)
+
     @contextmanager
     def counting(self, unit: str) -> Iterator[Count]:
         """Yield a callback that shows how much is done on a terminal."""
@@ -65,7 +72,12 @@ class TerminalProgress(Progress):
 
 
 def command(
-    action: Action[Any], show: Callable[[Any], None], *, messages_aside: bool = False, help: str = ""
+    action: Action[Any],
+    show: Callable[[Any], None],
+    *,
+    messages_aside: bool = False,
+    help: str = "",
+    shared: type | None = None,
 ) -> Callable[..., None]:
     """Return a command that Typer understands.
 
@@ -74,11 +86,13 @@ def command(
         show: Prints a result for people.
         messages_aside: Whether messages always go to standard error.
         help: Its help; empty: the action's docstring.
+        shared: Options that are typed before the command's name, with `shared_options`.
     """
+    before = () if shared is None else option_names(shared)
 
     def run(context: typer.Context, **typed: Any) -> None:
         json = typed.pop("json")
-        named = {name: value for name, value in typed.items() if _is_given(context, name)}
+        named = {**(context.obj or {}), **_given(context, typed)}
         request: Any = make_request(action.request, **named)
         progress = TerminalProgress(quiet_stdout=messages_aside, json=json)
         result = action(request, progress=progress)
@@ -91,16 +105,27 @@ def command(
             raise typer.Exit(code)
 
     parameters = [inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)]
-    parameters += [parameter_of(row) for row in options_of(action.request)]
+    parameters += [parameter_of(row) for row in options_of(action.request) if row.name not in before]
     parameters.append(inspect.Parameter("json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Json))
     run.action = action  # type: ignore[attr-defined]  # `racecraft schema` describes it
     return with_parameters(run, parameters, help or str(action.__doc__), action.__name__)
 
 
-def _is_given(context: typer.Context, name: str) -> bool:
-    """Tell whether an option was typed or stands in the environment."""
-    source = context.get_parameter_source(name)
-    return source is not None and source.name in ("COMMANDLINE", "ENVIRONMENT")
+def shared_options(of: type, help: str) -> Callable[..., None]:
+    """Return the callback of a group of commands that share options, which are typed before the command's name."""
+
+    def keep(context: typer.Context, **typed: Any) -> None:
+        context.obj = _given(context, typed)
+
+    parameters = [inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)]
+    return with_parameters(keep, [*parameters, *map(parameter_of, options_of(of))], help, of.__name__)
+
+
+def _given(context: typer.Context, typed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that were typed or stand in the environment."""
+    sources = {name: context.get_parameter_source(name) for name in typed}
+    given = ("COMMANDLINE", "ENVIRONMENT")
+    return {name: typed[name] for name, source in sources.items() if source is not None and source.name in given}
 
 
 def with_parameters(

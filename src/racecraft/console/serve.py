@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from racecraft.actions.action import Served, action
+from racecraft.actions.action import action
+from racecraft.actions.served_pages import ServedPages, listen
 from racecraft.actions.watch import port_help
 from racecraft.contract.errors import SettingError
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
-
-if TYPE_CHECKING:
-    from racecraft.web.server import ListeningServer
 
 PORT = 8200
 FOLDER = Path("~/racecraft")
@@ -34,26 +31,14 @@ class ConsoleRequest(Request):
 
 
 @dataclass(frozen=True)
-class ServedConsole(Served):
+class ServedConsole(ServedPages):
     """The console of a workspace."""
 
-    address: str
     folder: Path
-    listening: ListeningServer
-    opens_page: bool
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return address and workspace."""
         return {"address": self.address, "folder": str(self.folder)}
-
-    def serve(self, ready: Callable[[], None], progress: Progress) -> None:
-        """Answer until Ctrl-C or SIGTERM."""
-        from racecraft.web.browser import open_page
-
-        ready()
-        if self.opens_page:
-            open_page(self.address)
-        self.listening.run()
 
 
 @action
@@ -73,17 +58,14 @@ def console(request: ConsoleRequest, progress: Progress = quiet) -> ServedConsol
     """
     from racecraft.console.application import make_console
     from racecraft.web.access import access_for
-    from racecraft.web.ports import choose_port
-    from racecraft.web.server import ListeningServer, Tls, address_of
+    from racecraft.web.server import Tls
 
     if (request.tls_cert is None) != (request.tls_key is None):
         raise SettingError("found only one of --tls-cert and --tls-key; expected both or none.")
     tls = Tls(request.tls_cert, request.tls_key) if request.tls_cert and request.tls_key else None
-    chosen, note = choose_port(request.port, PORT)
-    if note:
-        progress(note)
     access = access_for(request.host)
     application = make_console(request.folder, access=access, database=request.database)
-    listening = ListeningServer(application, request.host, chosen, tls)
-    address = address_of(request.host, listening.port, access, scheme="https" if tls else "http")
-    return ServedConsole(address, request.folder.expanduser().resolve(), listening, request.open_it)
+    address, listening = listen(
+        application, access, host=request.host, port=request.port, usual_port=PORT, progress=progress, tls=tls
+    )
+    return ServedConsole(address, listening, request.open_it, request.folder.expanduser().resolve())

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from subprocess import DEVNULL
 from typing import Any
 
+from racecraft.contract.errors import UserInputError
+
 Count = Callable[[int, int], None]
 """Called with how many are done and how many there are in all."""
 
@@ -30,6 +32,16 @@ class Progress:
     def training_callback(self) -> Any:
         """Return a `TrainingCallback` that shows each iteration of a training; None: nothing shows it."""
         return None
+
+    def confirm(self, question: str) -> None:
+        """Ask a person before something is changed.
+
+        Raises:
+            UserInputError: No terminal to answer it.
+        """
+        raise UserInputError(
+            "{question} No terminal to answer it; expected -f where nothing shall be asked.", question=question
+        )
 
     @contextmanager
     def counting(self, unit: str) -> Iterator[Count]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -18,6 +17,7 @@ from racecraft.actions.jobs import (
     list_jobs,
     resume_job,
     show_job,
+    show_job_log,
     stop_job,
     wait_for_job,
 )
@@ -25,10 +25,6 @@ from racecraft.actions.submit_job import run_job
 from racecraft.cli.from_request import command
 from racecraft.cli.jobs.submitted import show_submitted
 
-if TYPE_CHECKING:
-    pass
-
-Name = Annotated[str, typer.Argument(metavar="JOB", help="A job's name; `racecraft jobs list` has them all.")]
 WORDS = {"allow_interspersed_args": False, "ignore_unknown_options": True}
 """What follows the first word is the job's own."""
 
@@ -82,28 +78,7 @@ def _show_deleted(done: DeletedJob) -> None:
 app.command("run", context_settings=WORDS)(command(run_job, show_submitted))
 app.command("list")(command(list_jobs, _show_list))
 app.command("show")(command(show_job, _show_job))
-
-
-@app.command()
-def logs(
-    name: Name, follow_: Annotated[bool, typer.Option("--follow", "-f", help="Until the job has ended.")] = False
-) -> None:
-    """Print what a job said.
-
-    Example: racecraft jobs logs -f gym-1
-    """
-    from racecraft.jobs.follow import follow
-    from racecraft.jobs.job_paths import JobPaths
-    from racecraft.jobs.store import get
-
-    home = JobPaths.of_user()
-    store = home.store()
-    get(store, name)
-    for text in follow(home.log(name), lambda: not follow_ or get(store, name).ended):
-        sys.stdout.write(text)
-        sys.stdout.flush()
-
-
+app.command("logs")(command(show_job_log, lambda log: None))
 app.command("stop")(command(stop_job, _show_state))
 app.command("wait")(command(wait_for_job, _show_ended))
 app.command("resume")(command(resume_job, _show_state))

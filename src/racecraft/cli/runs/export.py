@@ -6,9 +6,10 @@ from racecraft.actions.export import ExportedRun, export_run
 from racecraft.cli.from_request import command
 
 
-def _show(done: ExportedRun) -> None:
+def show(done: ExportedRun) -> None:
+    """Print what was written."""
     for line in done.exported.lines:
         print(line)
 
 
-export = command(export_run, _show)
+export = command(export_run, show)

@@ -7,8 +7,9 @@ from racecraft.actions.report import report as action
 from racecraft.cli.from_request import command
 
 
-def _show(done: Reported) -> None:
+def show(done: Reported) -> None:
+    """Print where the page is."""
     print(f"report: {done.report}")
 
 
-report = command(action, _show)
+report = command(action, show)

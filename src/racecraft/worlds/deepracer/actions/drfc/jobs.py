@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from racecraft.actions.action import Served
+from racecraft.actions.jobs import report_lines
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.message import Message
 from racecraft.contract.progress import Progress
-from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder, open_drfc_folder
+from racecraft.worlds.deepracer.actions.drfc.installation import Installation
+from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -17,21 +21,57 @@ if TYPE_CHECKING:
     from racecraft.jobs.job import Job
     from racecraft.worlds.deepracer.files.drfc_jobs import RecordedJob
 
-Files = tuple[Path, Path | None, str | None]
-"""An installation as it is named: its folder, its run.env, an experiment; None: its own."""
-
 
 class NothingToDoError(UserInputError):
     """What a command is to act on is not there."""
 
 
-def opened(files: Files) -> DrfcFolder:
-    """Return an installation, its settings read anew, what the shell says laid over them.
+@dataclass(frozen=True)
+class StartedJob(Served):
+    """A job of an installation; serving it reports its log until it has ended."""
 
-    Raises:
-        UserInputError: There is none, or its files cannot be used.
-    """
-    return open_drfc_folder(*files, os.environ)
+    job: str
+    model: Path
+    sentence: str
+    """What it does, for people."""
+    log: Path | None = None
+    """None: no log is reported."""
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return job, model and log."""
+        return {"job": self.job, "model": self.model, "log": self.log}
+
+    def serve(self, ready: Callable[[], None], progress: Progress) -> None:
+        """Report each line of the log as it is written; Ctrl-C ends the reports and not the job."""
+        ready()
+        if self.log is not None:
+            report_job(self.job, self.log, progress)
+
+
+@dataclass(frozen=True)
+class StoppedJobs:
+    """Jobs of an installation that were asked to end, each with its state."""
+
+    run_id: int
+    states: dict[str, str]
+    model: str = ""
+    """The run folder of the training that was stopped."""
+
+
+def report_job(job: str, log: Path, progress: Progress) -> None:
+    """Report the lines of a job's log, or of a file that it writes, until the job has ended."""
+    from racecraft.jobs.job_paths import JobPaths
+    from racecraft.jobs.store import get
+
+    store = JobPaths.of_user().store()
+    report_lines(log, lambda: get(store, job).ended, job, progress)
+
+
+def log_of(job: Job) -> Path:
+    """Return the log of a job."""
+    from racecraft.jobs.job_paths import JobPaths
+
+    return JobPaths.of_user().log(job.name)
 
 
 def trained_model(drfc: DrfcFolder) -> RunFolder:
@@ -134,7 +174,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def begin_job(
-    files: Files,
+    installation: Installation,
     drfc: DrfcFolder,
     kind: str,
     model: Path,
@@ -146,7 +186,7 @@ def begin_job(
     Several run ids are at work at once, as many as the racer begins: such a job counts no cores of the machine.
 
     Args:
-        files: The installation as it was named; the job reads the same files.
+        installation: As it was named; the job reads the same files.
         drfc: The installation.
         kind: TRAINING or EVALUATION.
         model: The run folder it works on.
@@ -160,8 +200,8 @@ def begin_job(
     from racecraft.worlds.deepracer.files.drfc_jobs import TRAINING, RecordedJob, record_job
 
     here = drfc.path.absolute()
-    _, config, experiment = files
-    options = [("--config", config and str(Path(config).absolute())), ("--experiment", experiment)]
+    config = installation.config and str(installation.config.absolute())
+    options = [("--config", config), ("--experiment", installation.experiment)]
     which = [word for name, value in options if value for word in (name, value)]
 
     def spec(name: str) -> JobSpec:
@@ -248,11 +288,11 @@ def stop_job(job: Job, seconds: float = 60.0) -> Job:
     return wait(home, home.store(), job.name, seconds)
 
 
-def stop_latest(files: Files, kind: str, begins: str, progress: Progress) -> Job | None:
-    """Stop the latest job of this run id and say how it ended; None where it had ended before.
+def stop_latest(drfc: DrfcFolder, kind: str, begins: str, progress: Progress) -> StoppedJobs:
+    """Stop the latest job of this run id.
 
     Args:
-        files: The installation as it was named.
+        drfc: The installation.
         kind: TRAINING or EVALUATION.
         begins: The command that begins one.
         progress: Receives messages.
@@ -261,13 +301,12 @@ def stop_latest(files: Files, kind: str, begins: str, progress: Progress) -> Job
         NothingToDoError: There is none.
         JobError: It does not end.
     """
-    job = require_job(opened(files), kind, begins)
+    job = require_job(drfc, kind, begins)
     if job.ended:
         progress(f"{job.name}: had ended already ({job.state})")
-        return None
+        return StoppedJobs(drfc.run_id, {})
     job = stop_job(job)
-    progress(f"{job.name}: {job.state}")
-    return job
+    return StoppedJobs(drfc.run_id, {job.name: job.state.value}, job.spec.run)
 
 
 def _legal(name: str) -> str:

@@ -68,11 +68,11 @@ class ModelCopy:
         send(self.target, self.place, progress)
 
 
-def raise_upload_prefix(drfc: DrfcFolder, dry_run: bool, progress: Progress) -> None:
-    """Raise the number at the end of DR_UPLOAD_S3_PREFIX in run.env."""
+def raise_upload_prefix(drfc: DrfcFolder, dry_run: bool = False) -> str:
+    """Raise the number at the end of DR_UPLOAD_S3_PREFIX in run.env; return the new prefix."""
     from racecraft.worlds.deepracer.files.run_env import edit_run_env, next_prefix
 
     raised = next_prefix(drfc.text("DR_UPLOAD_S3_PREFIX"))
     if not dry_run:
         edit_run_env(drfc.config, {"DR_UPLOAD_S3_PREFIX": raised})
-    progress(f"DR_UPLOAD_S3_PREFIX {'would be' if dry_run else 'is'} {raised}")
+    return raised

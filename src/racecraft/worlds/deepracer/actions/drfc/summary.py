@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from racecraft.actions.action import action
+from racecraft.contract.progress import Progress, quiet
+from racecraft.worlds.deepracer.actions.drfc.installation import InstallationRequest
 from racecraft.worlds.deepracer.actions.drfc.jobs import latest_job
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
-TOLD = {
+SETTINGS = {
     "track": "DR_WORLD_NAME",
     "race": "DR_RACE_TYPE",
     "car": "DR_CAR_NAME",
@@ -20,6 +24,29 @@ TOLD = {
 }
 
 
+@dataclass(frozen=True)
+class Summary:
+    """Settings, jobs and models of an installation."""
+
+    facts: dict[str, Any]
+    notes: tuple[str, ...]
+    """What was noticed while reading its files."""
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return settings, jobs and models by name."""
+        return self.facts
+
+
+@action
+def summary(request: InstallationRequest, progress: Progress = quiet) -> Summary:
+    """Show what run.env asks for, what is at work under this run id, and which models the bucket holds.
+
+    Example: racecraft dr summary
+    """
+    drfc = request.installation.open()
+    return Summary(summary_of(drfc), drfc.notes)
+
+
 def summary_of(drfc: DrfcFolder) -> dict[str, Any]:
     """Return settings, jobs and models by name."""
     from racecraft.formats.run_folder import JOB
@@ -28,7 +55,7 @@ def summary_of(drfc: DrfcFolder) -> dict[str, Any]:
     bucket = drfc.bucket
     models = sorted(path.parent.name for path in bucket.glob(f"*/{JOB}")) if bucket.is_dir() else []
     facts: dict[str, Any] = {"installation": str(drfc.path), "run.env": str(drfc.config), "run id": drfc.run_id}
-    facts |= {told: drfc.text(name) for told, name in TOLD.items()}
+    facts |= {title: drfc.text(name) for title, name in SETTINGS.items()}
     for kind in (TRAINING, EVALUATION):
         job = latest_job(drfc, kind)
         facts[kind] = None if job is None else f"{job.name}: {job.state}"

@@ -2,77 +2,92 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+from collections.abc import Callable
+from typing import Any
 
 import typer
 
-from racecraft.worlds.deepracer.cli.dr import (
-    bucket,
-    custom_files,
-    environment,
-    evaluation,
-    logs,
-    models,
-    pages,
-    removed,
-    stopping,
-    summary,
-    training,
+from racecraft.actions.action import Action
+from racecraft.cli.from_request import command, shared_options
+from racecraft.cli.runs.export import show as show_exported
+from racecraft.cli.runs.report import show as show_report
+from racecraft.cli.runs.watch import show as show_watched
+from racecraft.worlds.deepracer.actions.drfc.custom_files import download_custom_files, upload_custom_files
+from racecraft.worlds.deepracer.actions.drfc.environment import shell_env, update_env
+from racecraft.worlds.deepracer.actions.drfc.evaluate import run_evaluation, start_evaluation, stop_evaluation
+from racecraft.worlds.deepracer.actions.drfc.installation import Installation
+from racecraft.worlds.deepracer.actions.drfc.local_bucket import local_aws
+from racecraft.worlds.deepracer.actions.drfc.logs import logs_robomaker, logs_sagemaker
+from racecraft.worlds.deepracer.actions.drfc.summary import summary
+from racecraft.worlds.deepracer.actions.drfc.train import (
+    increment_training,
+    run_training,
+    start_training,
+    stop_all,
+    stop_training,
 )
+from racecraft.worlds.deepracer.actions.drfc.upload import (
+    download_model,
+    increment_upload_model,
+    upload_car_zip,
+    upload_model,
+)
+from racecraft.worlds.deepracer.actions.drfc.viewer import (
+    run_viewer,
+    start_loganalysis,
+    start_metrics,
+    start_viewer,
+    stop_viewer,
+)
+from racecraft.worlds.deepracer.cli.dr import removed, shown
+from racecraft.worlds.deepracer.cli.logs import show as show_logs
 
-EXPERIMENT = "RACECRAFT_DR_EXPERIMENT"
-"""Variable of the shell in which `bin/activate.sh -e NAME` leaves the name."""
+HELP = "The commands of DeepRacer for Cloud, without Docker; `racecraft init FOLDER` makes them dr- commands."
+WORDS = {"ignore_unknown_options": True}
 
 app = typer.Typer(
-    help="The commands of DeepRacer for Cloud, without Docker; `racecraft init FOLDER` makes them dr- commands.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",
+    help=HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown"
 )
+app.callback()(shared_options(Installation, HELP))
 
 
-@app.callback()
-def dr(
-    context: typer.Context,
-    folder: Annotated[
-        Path,
-        typer.Option(envvar="DR_DIR", help="The installation: a folder with run.env."),
-    ] = Path("."),
-    config: Annotated[Path | None, typer.Option(envvar="DR_CONFIG", help="The run.env that counts.")] = None,
-    experiment: Annotated[
-        str | None, typer.Option(envvar=EXPERIMENT, help="A folder below experiments/ whose files come first.")
-    ] = None,
+def _add(
+    name: str,
+    action: Action[Any],
+    show: Callable[[Any], None],
+    *,
+    hidden: bool = False,
+    context: dict[str, bool] | None = None,
+    messages_aside: bool = False,
 ) -> None:
-    """The commands of DeepRacer for Cloud, without Docker; `racecraft init FOLDER` makes them dr- commands."""
-    context.obj = (folder, config, experiment)
+    made = command(action, show, shared=Installation, messages_aside=messages_aside)
+    app.command(name, hidden=hidden, context_settings=context)(made)
 
 
-app.command(name="update-env")(environment.update_env)
-app.command(name="env", hidden=True)(environment.env)
-app.command(name="summary")(summary.summary)
-app.command(name="upload-custom-files")(custom_files.upload_custom_files)
-app.command(name="download-custom-files")(custom_files.download_custom_files)
-app.command(name="start-training")(training.start_training)
-app.command(name="run-training", hidden=True)(training.run_training)
-app.command(name="increment-training")(training.increment_training)
-app.command(name="stop-training")(training.stop_training)
-app.command(name="stop-all")(stopping.stop_all)
-app.command(name="start-evaluation")(evaluation.start_evaluation)
-app.command(name="run-evaluation", hidden=True)(evaluation.run_evaluation)
-app.command(name="stop-evaluation")(evaluation.stop_evaluation)
-app.command(name="logs-sagemaker")(logs.logs_sagemaker)
-app.command(name="logs-robomaker")(logs.logs_robomaker)
-app.command(name="start-viewer")(pages.start_viewer)
-app.command(name="run-viewer", hidden=True)(pages.run_viewer)
-app.command(name="stop-viewer")(pages.stop_viewer)
-app.command(name="start-loganalysis")(pages.start_loganalysis)
-app.command(name="start-metrics")(pages.start_metrics)
-app.command(name="upload-model")(models.upload_model)
-app.command(name="increment-upload-model")(models.increment_upload_model)
-app.command(name="download-model")(models.download_model)
-app.command(name="upload-car-zip")(models.upload_car_zip)
-app.command(name="local-aws", context_settings=bucket.WORDS)(bucket.local_aws)
+_add("update-env", update_env, shown.show_settings)
+_add("env", shell_env, shown.show_shell_lines, hidden=True, messages_aside=True)
+_add("summary", summary, shown.show_summary)
+_add("upload-custom-files", upload_custom_files, shown.show_copied_files)
+_add("download-custom-files", download_custom_files, shown.show_copied_files)
+_add("start-training", start_training, shown.show_started)
+_add("run-training", run_training, shown.show_trained, hidden=True)
+_add("increment-training", increment_training, shown.show_next_training)
+_add("stop-training", stop_training, shown.show_stopped)
+_add("stop-all", stop_all, shown.show_stopped)
+_add("start-evaluation", start_evaluation, shown.show_started)
+_add("run-evaluation", run_evaluation, shown.show_judged, hidden=True)
+_add("stop-evaluation", stop_evaluation, shown.show_stopped)
+_add("logs-sagemaker", logs_sagemaker, shown.show_started)
+_add("logs-robomaker", logs_robomaker, shown.show_started)
+_add("start-viewer", start_viewer, shown.show_started)
+_add("run-viewer", run_viewer, show_watched, hidden=True)
+_add("stop-viewer", stop_viewer, shown.show_closed)
+_add("start-loganalysis", start_loganalysis, show_logs)
+_add("start-metrics", start_metrics, show_report)
+_add("upload-model", upload_model, shown.show_copied_model)
+_add("increment-upload-model", increment_upload_model, shown.show_raised)
+_add("download-model", download_model, shown.show_copied_model)
+_add("upload-car-zip", upload_car_zip, show_exported)
+_add("local-aws", local_aws, shown.show_local, context=WORDS)
 for name, answer in removed.COMMANDS.items():
     app.command(name=name, hidden=True, context_settings=removed.WORDS)(answer)
