@@ -137,7 +137,7 @@ class League:
         """Return a race by its id, or by its title where only one has it.
 
         Raises:
-            SettingError: There is none.
+            SettingError: There is none, or several have the title.
         """
         if re.fullmatch(r"[a-z0-9-]+", id) and (file := self.folder(id) / RACE).is_file():
             return self._kept(file, Race)
@@ -145,6 +145,10 @@ class League:
         named = [race for race in races if race.title.casefold() == id.casefold()]
         if len(named) == 1:
             return named[0]
+        if named:
+            ids = ", ".join(race.id for race in named)
+            raise SettingError("{count} races are called {id!r}; expected an id: {ids}.", count=len(named), id=id,
+                               ids=ids)  # fmt: skip
         known = [race.id for race in races]
         raise SettingError("{league} has no race {id!r}. {hint}", league=self.path, id=id, hint=nearest(id, known))
 
@@ -410,7 +414,7 @@ def _as_json(value: Any) -> bytes:
 
 
 def _write_secret(path: Path) -> None:
-    if path.is_file():
+    if path.is_file() and path.stat().st_size:
         return
     with atomic_file(path) as part:
         part.touch(0o600)

@@ -50,9 +50,8 @@ def enter_race(request: EnterRequest, progress: Progress = quiet) -> Entered:
 
     league = request.open()
     race = league.race(request.race)
-    entry = admit(
-        league, race, request.model, request.racer or user_name(), time.time(), request.person, request.model_name
-    )
+    racer = user_name() if request.racer is None else request.racer
+    entry = admit(league, race, request.model, racer, time.time(), request.person, request.model_name)
     own = sum(one.racer == entry.racer for one in league.entries(race.id).values())
     return Entered(race.id, entry, None if race.max_submissions is None else race.max_submissions - own)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from racecraft.contract.errors import SettingError
-from racecraft.league.race import BEST, FORMATS, MAX_WINDOW, RANKINGS, SOLO, STAGES, Race
+from racecraft.league.race import AVERAGE, BEST, FORMATS, MAX_WINDOW, RANKINGS, SOLO, STAGES, TOTAL, Race
 from racecraft.settings.request import Request, option
 
 
@@ -74,26 +74,27 @@ def make_race(
     Raises:
         UserInputError: Options contradict each other, or the folder cannot be written.
     """
-    from racecraft.actions.league.options import moment
+    from racecraft.actions.league.options import moment, require_dates, title_of
     from racecraft.league.store import League
 
-    if not title.strip():
-        raise SettingError("the title is empty; expected a name for the race.")
+    title = title_of(title, "race")
+    if ranking.window is not None and ranking.ranking not in (AVERAGE, TOTAL):
+        raise SettingError("--window counts laps of --ranking average or total, and the ranking is {ranking}.",
+                           ranking=ranking.ranking)  # fmt: skip
     window = ranking.window or laps
-    if ranking.ranking in ("average", "total") and ranking.format == SOLO and window > laps:
+    if ranking.ranking in (AVERAGE, TOTAL) and ranking.format == SOLO and window > laps:
         raise SettingError(
             "--window is {window}, and a drive has {laps} laps; expected at most that many.", window=window, laps=laps
         )
     opens, closes = moment(deadline.opens, "--opens"), moment(deadline.closes, "--closes")
-    if opens is not None and closes is not None and closes <= opens:
-        raise SettingError("--closes is not after --opens; expected a later moment.")
+    require_dates(deadline.practice, opens, closes, deadline.season or "")
     league = League.open_or_create(folder)
     season = league.season(deadline.season).id if deadline.season else ""
     qualifier = league.race(deadline.qualifier).id if deadline.qualifier else ""
     return league.add_race(
         Race(
             id="",
-            title=title.strip(),
+            title=title,
             kind=kind,
             tracks=tuple(tracks),
             rules=dict(rules),

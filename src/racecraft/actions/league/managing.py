@@ -7,7 +7,8 @@ import time
 from dataclasses import dataclass, replace
 
 from racecraft.actions.action import action
-from racecraft.actions.league.options import RaceNamed, moment
+from racecraft.actions.league.options import RaceNamed, moment, require_dates, title_of
+from racecraft.contract.errors import SettingError
 from racecraft.contract.progress import Progress, quiet
 from racecraft.league.race import Race
 from racecraft.settings.request import argument, option
@@ -40,7 +41,7 @@ def edit_race(request: EditRequest, progress: Progress = quiet) -> ChangedRace:
     league = request.open()
     race = league.race(request.race)
     if request.title is not None:
-        race = replace(race, title=request.title.strip() or race.title)
+        race = replace(race, title=title_of(request.title, "race"))
     if request.opens is not None:
         race = replace(race, opens=moment(request.opens, "--opens"))
     if request.closes is not None:
@@ -49,6 +50,7 @@ def edit_race(request: EditRequest, progress: Progress = quiet) -> ChangedRace:
         race = replace(race, max_submissions=request.submissions or None)
     if request.season is not None:
         race = replace(race, season=league.season(request.season).id if request.season else "")
+    require_dates(race.is_practice, race.opens, race.closes, race.season)
     league.save_race(race)
     return ChangedRace(race)
 
@@ -71,7 +73,7 @@ def copy_race(request: CopyRequest, progress: Progress = quiet) -> ChangedRace:
     before = league.race(request.race)
     race = replace(
         before,
-        title=request.title,
+        title=title_of(request.title, "race"),
         created=time.time(),
         opens=None,
         closes=moment(request.closes, "--closes"),
@@ -95,13 +97,26 @@ def open_race(request: RaceNamed, progress: Progress = quiet) -> ChangedRace:
     """Open a race that was closed.
 
     Example: racecraft league open club-evening
+
+    Raises:
+        UserInputError: Its deadline has passed.
     """
+    race = request.open().race(request.race)
+    if race.closes is not None and race.closes <= time.time():
+        raise SettingError(
+            "the deadline of {race} has passed; expected a later one, or none. racecraft league edit {race} "
+            '--closes +2h, or --closes ""',
+            race=race.id,
+        )
     return _set_closed(request, False)
 
 
 def _set_closed(request: RaceNamed, is_closed: bool) -> ChangedRace:
     league = request.open()
-    race = replace(league.race(request.race), is_closed=is_closed)
+    race = league.race(request.race)
+    if race.is_practice:
+        raise SettingError("{race} is a practice race, which is always open; expected another one.", race=race.id)
+    race = replace(race, is_closed=is_closed)
     league.save_race(race)
     return ChangedRace(race)
 

@@ -58,14 +58,43 @@ def moment(text: str | None, name: str) -> float | None:
     units = {"m": 60.0, "h": 3600.0, "d": 86400.0}
     try:
         if text.startswith("+") and text[-1] in units:
-            return time.time() + float(text[1:-1]) * units[text[-1]]
+            return datetime.fromtimestamp(time.time() + float(text[1:-1]) * units[text[-1]]).timestamp()
         return datetime.fromisoformat(text).timestamp()
-    except (ValueError, OverflowError) as error:
+    except (ValueError, OverflowError, OSError) as error:
         raise SettingError(
             "{name} is {text!r}; expected a moment such as 2026-12-01T18:00, or +90m, +3h, +2d from now.",
             name=name,
             text=text,
         ) from error
+
+
+def title_of(text: str, what: str) -> str:
+    """Return the title that a user typed.
+
+    Args:
+        text: As it was typed.
+        what: Whose, for the message: "race".
+
+    Raises:
+        SettingError: It is empty.
+    """
+    if not text.strip():
+        raise SettingError("the title is empty; expected a name for the {what}.", what=what)
+    return text.strip()
+
+
+def require_dates(is_practice: bool, opens: float | None, closes: float | None, season: str) -> None:
+    """Refuse a deadline that does not come after the opening, and all dates of a practice race.
+
+    Raises:
+        SettingError: One of both.
+    """
+    if is_practice and (opens is not None or closes is not None or season):
+        raise SettingError(
+            "a practice race is always open and in no season; expected none of --opens, --closes, --season."
+        )
+    if opens is not None and closes is not None and closes <= opens:
+        raise SettingError("--closes is not after --opens; expected a later moment.")
 
 
 def user_name() -> str:

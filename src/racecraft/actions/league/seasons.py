@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from racecraft.actions.action import action
-from racecraft.actions.league.options import LeagueOptions
-from racecraft.contract.errors import SettingError
+from racecraft.actions.league.options import LeagueOptions, title_of
+from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.progress import Progress, quiet
 from racecraft.league.race import Season
 from racecraft.settings.request import argument, option
@@ -50,10 +50,11 @@ def create_season(request: CreateSeasonRequest, progress: Progress = quiet) -> M
         raise SettingError(
             "--points is {points!r}; expected whole numbers with commas, such as 10,6,3,1.", points=request.points
         ) from error
-    if min(points) < 0 or not request.title.strip():
-        raise SettingError("a season has a title and no negative points; expected both.")
+    title = title_of(request.title, "season")
+    if min(points) < 0:
+        raise SettingError("--points is {points!r}; expected no negative points.", points=request.points)
     league = League.open_or_create(request.league)
-    season = Season(id="", title=request.title.strip(), points=points, counted=request.counted, created=time.time())
+    season = Season(id="", title=title, points=points, counted=request.counted, created=time.time())
     return MadeSeason(league.add_season(season))
 
 
@@ -95,10 +96,17 @@ def show_records(request: RecordsRequest, progress: Progress = quiet) -> Records
     """Show the fastest laps ever driven in races, by track.
 
     Example: racecraft league records --track Oval_track
+
+    Raises:
+        UserInputError: No race is on the track.
     """
     from racecraft.league.records import fastest_laps
 
-    return Records(tuple(fastest_laps(request.open(), request.track)))
+    league = request.open()
+    tracks = sorted({track for race in league.races() for track in race.tracks})
+    if request.track is not None and request.track not in tracks:
+        raise SettingError("no race is on {track!r}. {hint}", track=request.track, hint=nearest(request.track, tracks))
+    return Records(tuple(fastest_laps(league, request.track)))
 
 
 @dataclass(frozen=True, kw_only=True)

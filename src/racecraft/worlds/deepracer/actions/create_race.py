@@ -15,6 +15,12 @@ from racecraft.settings.request import Request, argument, group, option
 
 TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT", "HEAD_TO_MODEL")
 DONE = ("any", "all")
+ONLY_OF = {
+    "boxes": "OBJECT_AVOIDANCE", "box_positions": "OBJECT_AVOIDANCE", "bots": "HEAD_TO_BOT",
+    "bot_speed": "HEAD_TO_BOT", "bot_lane_change": "HEAD_TO_BOT", "done_condition": "HEAD_TO_MODEL",
+    "race_seconds": "TIME_TRIAL",
+}  # fmt: skip
+"""Options that say something in one type of race alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,6 +100,10 @@ def create_race(request: CreateRaceRequest, progress: Progress = quiet) -> Chang
     if meets:
         values.setdefault("type", "HEAD_TO_MODEL")
     rules = CarRules(**values)
+    for name, type in ONLY_OF.items():
+        if name in values and rules.type != type:
+            raise SettingError("--{name} is of --type {type}, and this race is {found}; expected one of both.",
+                               name=name.replace("_", "-"), type=type, found=rules.type)  # fmt: skip
     if rules.is_meeting != meets:
         raise SettingError(
             "--type {type} and --format {format} do not fit; expected HEAD_TO_MODEL with round_robin or bracket, any "
