@@ -3,6 +3,7 @@
 import pytest
 
 from racecraft.league.board import board_of
+from racecraft.league.heats import Heat, next_heat, remaining
 from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 
 
@@ -81,6 +82,26 @@ def test_an_entry_that_could_not_be_driven_says_why():
     failed = Result(heat="00001", entries=(1,), drives=(), judged=1.0, failure="damaged")
     (row,) = board_of(race(), entries("Ann"), {"00001": failed}).rows
     assert (row.place, row.failure) == (None, "damaged")
+
+
+def test_a_meeting_that_could_not_be_driven_is_nobodys_win_and_says_why():
+    def met(*numbers, **values):
+        outcomes = tuple(Outcome(place=place, total_seconds=9.0 + place) for place in (2, 1))
+        drives = () if values else (Drive(track="t", seed=0, outcomes=outcomes),)
+        return Result(heat="{:05}-{:05}".format(*numbers), entries=numbers, drives=drives, judged=1.0, **values)
+
+    results = {one.heat: one for one in (met(1, 2), met(1, 3, failure="damaged"), met(2, 3))}
+    rows = board_of(race(format="round_robin"), entries("Ann", "Bob", "Cy"), results).rows
+    assert [(row.racer, row.score) for row in rows] == [("Cy", 1.0), ("Bob", 1.0), ("Ann", 0.0)]
+    assert [row.failure for row in rows] == ["", "", "damaged"]
+
+
+def test_a_racer_who_enters_again_meets_everybody_anew():
+    robin, twice = race(format="round_robin"), entries("Ann", "Bob", "Cy", "Ann")
+    heats = {name: Result(heat=name, entries=(), drives=(), judged=1.0)
+             for name in ("00001-00002", "00001-00003", "00002-00003")}  # fmt: skip
+    assert remaining(robin, twice, heats) == 2
+    assert next_heat(robin, twice, heats) == Heat("00002-00004", (2, 4))
 
 
 def test_rows_are_a_sequence_that_is_made_where_it_is_looked_at():

@@ -27,7 +27,7 @@ class Driver:
     def __enter__(self): return self
     def __exit__(self, *error): pass
     def close(self): pass
-    def drive(self, order, tell):
+    def drive(self, order, on_progress):
         time.sleep(0.02)
         outcome = Outcome(laps=(float(order.seed),), total_seconds=1.0, progress_percent=100.0)
         return Driven((outcome,), {"a/drive.bin": b"0" * 200_000, "b.csv": b"1"})
@@ -112,7 +112,7 @@ def test_a_driver_that_crashes_is_a_failed_entry_and_the_race_goes_on(league, mo
         def close(self):
             pass
 
-        def drive(self, order, tell):
+        def drive(self, order, on_progress):
             raise judging.DriveError("the process that drove ended (SIGSEGV)")
 
     monkeypatch.setattr(judging, "DriveProcess", Crash)

@@ -1,14 +1,19 @@
 """Seasons, records and files of a league whose results are written by hand."""
 
 import csv
+import errno
 import json
 import shutil
+from dataclasses import replace
+from unittest.mock import Mock
 
 import pytest
 
 from racecraft.actions.league.exporting import export_league
 from racecraft.actions.league.seasons import create_season
 from racecraft.contract.errors import UserInputError
+from racecraft.league import store
+from racecraft.league.entering import admit
 from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 from racecraft.league.records import career_of, fastest_laps
 from racecraft.league.seasons import standings
@@ -37,6 +42,19 @@ def add(league, title, laps, created=0.0, **values):
     return race
 
 
+def test_a_league_that_was_broken_off_has_no_empty_secret(tmp_path, monkeypatch):
+    """From an empty one everybody could make the seeds."""
+    folder = tmp_path / "league"
+    with monkeypatch.context() as full:
+        full.setattr(store.secrets, "token_hex", Mock(side_effect=OSError(errno.ENOSPC, "No space left")))
+        with pytest.raises(UserInputError, match="the disk is full"):
+            League.open_or_create(folder)
+    assert not (folder / "secret").exists()
+    (folder / "secret").touch()  # as older versions left it
+    League.open_or_create(folder)
+    assert len(bytes.fromhex((folder / "secret").read_text())) == 32
+
+
 def test_a_season_counts_the_best_races_and_no_qualifier(league):
     season = create_season("Winter", points="5,3,1", counted=2, league=league.path).season
     laps = {"Ann": [8.0], "Bob": [9.0], "Cy": [10.0]}
@@ -50,6 +68,19 @@ def test_a_season_counts_the_best_races_and_no_qualifier(league):
         ("Cy", 2, (0, 1, 1, 0)),
     ]
     assert found.is_over
+
+
+def test_only_the_first_of_a_qualifier_enter_its_final(league):
+    qualifier = add(league, "Qualifier", {"Ann": [8.0], "Bob": [9.0]})
+    final = add(league, "Final", {}, qualifier=qualifier.id, qualified=1, stage="final")
+    final = replace(final, is_closed=False)
+    for racer, refusal in (
+        ("Bob", "Bob has place 2 in qualifier; expected one of the first 1"),
+        ("Cy", "Cy has place none in qualifier"),
+        ("Ann", "there is no such folder; expected a run folder"),  # she may, with a model
+    ):
+        with pytest.raises(UserInputError, match=refusal):
+            admit(league, final, "/nowhere", racer, 1.0)
 
 
 def test_a_season_with_an_open_race_has_no_champion(league):

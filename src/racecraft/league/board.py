@@ -62,7 +62,7 @@ def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str
     for result in results.values():
         if not all(number in entries for number in result.entries):
             continue
-        wins[standing_of(result)[0]] += 1
+        wins[standing_of(result)[0]] += not result.failure
         for index, number in enumerate(result.entries):
             reached[number] = max(reached[number], result.round)
             last[number] = result, index
@@ -87,6 +87,7 @@ def _meeting_rows(race: Race, entries: Mapping[int, Entry], results: Mapping[str
                 gap=float(wins[order[0]] - wins[number]),
                 interval=float(wins[order[max(0, place - 2)]] - wins[number]),
                 submissions=sum(one.racer == entry.racer for one in entries.values()),
+                failure=latest_result.failure if latest_result else "",
                 **figures_of(latest_result, index),
             )
         )

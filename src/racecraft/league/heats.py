@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from racecraft.league.ladder import meetings_left, next_meeting
@@ -40,8 +40,7 @@ def next_heat(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Re
     if race.format == LADDER:
         group = next_meeting(race, field, entries, results)
         return None if group is None else Heat(_free_name(results), tuple(group))
-    pairs = (Heat(f"{a:05}-{b:05}", (a, b)) for a, b in itertools.combinations(field, 2))
-    return next((heat for heat in pairs if heat.name not in results), None)
+    return next((heat for heat in _pairs(field) if heat.name not in results), None)
 
 
 def remaining(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Result]) -> int:
@@ -51,14 +50,18 @@ def remaining(race: Race, entries: Mapping[int, Entry], results: Mapping[str, Re
     field = latest_of_each(entries)
     if race.format == LADDER:
         return meetings_left(race, field, results)
-    count = len(field)
-    heats = count - 1 if race.format == BRACKET else count * (count - 1) // 2
-    return max(0, heats - len(results))
+    if race.format == BRACKET:
+        return max(0, len(field) - 1 - len(results))
+    return sum(heat.name not in results for heat in _pairs(field))
 
 
 def latest_of_each(entries: Mapping[int, Entry]) -> list[int]:
     """Return the newest entry of each racer, in the order of their numbers."""
     return sorted({entry.racer: number for number, entry in sorted(entries.items())}.values())
+
+
+def _pairs(field: Sequence[int]) -> Iterator[Heat]:
+    return (Heat(f"{a:05}-{b:05}", (a, b)) for a, b in itertools.combinations(field, 2))
 
 
 def _free_name(results: Mapping[str, Result]) -> str:
