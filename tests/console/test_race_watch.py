@@ -2,6 +2,7 @@
 
 import os
 import time
+from dataclasses import asdict
 
 from racecraft.console.race_watch import LEFT_SECONDS, RaceWatch
 from racecraft.league.race import Driving, Entry, Race, Result
@@ -31,8 +32,9 @@ def test_a_heat_is_told_while_it_is_driven_and_forgotten_when_its_judge_is_no_mo
     race = league.add_race(Race(id="", title="Club", kind="deepracer", tracks=("Oval_track",), rules={})).id
     watch = RaceWatch(tmp_path / "league")
     assert watch.driving() == {}
-    league.save_driving(race, Driving(racers=("Mia",), share=0.5, text="lap 2 of 3, 50 %"))
-    assert watch.driving() == {race: {"racers": ("Mia",), "share": 0.5, "text": "lap 2 of 3, 50 %"}}
+    driving = Driving(racers=("Mia",), share=0.5, text="lap 2 of 3, 50 %", places=((1.5, -0.25),))
+    league.save_driving(race, driving)
+    assert watch.driving() == {race: asdict(driving)}
     assert RaceWatch(tmp_path / "league", "another").driving() == {}
     long_ago = time.time() - LEFT_SECONDS - 1.0
     os.utime(league.folder(race) / "driving.json", (long_ago, long_ago))

@@ -28,15 +28,18 @@ from racecraft.isolation.layers import restrict
 from racecraft.isolation.process import CodeProcess, EndedError
 from racecraft.isolation.readable import files_of_python
 from racecraft.kernels.compile import cache_folder, write_nothing
-from racecraft.league.race import Outcome
-from racecraft.league.world_part import Driven, DriveOrder, Tell, league_world
+from racecraft.league.race import Outcome, Places
+from racecraft.league.world_part import Driven, DriveOrder, OnProgress, league_world, no_progress
 
 WARM_SECONDS, DRIVE_SECONDS = 300.0, 600.0
 """How long a process may import and compile; how long it may drive."""
-TELL_SECONDS = 0.4
-"""How often it tells how far it is."""
+PROGRESS_SECONDS = 0.4
+"""How often its owner learns how far it is."""
 MEMORY_BYTES, FILE_BYTES = 4 << 30, 256 << 20
 """How much memory it may have, and how long a file that it writes may be."""
+
+
+_Progress = tuple[float, str, Places]
 
 
 class DriveError(Exception):
@@ -79,13 +82,13 @@ class DriveProcess:
         self._process.close()
         self._scratch.cleanup()
 
-    def drive(self, order: DriveOrder, recorded: Path | None = None, tell: Tell = lambda share, text: None) -> Driven:
+    def drive(self, order: DriveOrder, recorded: Path | None = None, on_progress: OnProgress = no_progress) -> Driven:
         """Drive on one track.
 
         Args:
             order: What is driven.
             recorded: The folder of an earlier drive, whose actions are driven again; None: the models act.
-            tell: Is told about twice a second how far they are.
+            on_progress: Is called about twice a second.
 
         Raises:
             DriveError: It cannot be driven, crashed, or did not end in time.
@@ -99,7 +102,7 @@ class DriveProcess:
         if not self.layers:
             places = [*self._readable, *order.models, *order.files, *([recorded] if recorded else ())]
             request |= {"readable": [str(place) for place in places], "scratch": self._scratch.name}
-        head, body = self._ask(request, DRIVE_SECONDS, tell)
+        head, body = self._ask(request, DRIVE_SECONDS, on_progress)
         self.layers = self.layers or tuple(head["layers"])
         outcomes = msgspec.convert(head["outcomes"], tuple[Outcome, ...])
         files, at = {}, 0
@@ -113,11 +116,11 @@ class DriveProcess:
             self._ask({"warm_up": self._kind}, WARM_SECONDS)
 
     def _ask(
-        self, request: dict[str, Any], seconds: float, tell: Tell = lambda share, text: None
+        self, request: dict[str, Any], seconds: float, on_progress: OnProgress = no_progress
     ) -> tuple[dict[str, Any], bytes]:
         try:
             head, body = self._process.ask(
-                to_head(request), b"", seconds, lambda value: tell(*msgspec.convert(value, tuple[float, str]))
+                to_head(request), b"", seconds, lambda value: on_progress(*msgspec.convert(value, _Progress))
             )
         except EndedError as error:
             how = f"took longer than {seconds:g} s" if error.was_late else error.found
@@ -135,7 +138,7 @@ def main() -> None:
         while True:
             head, _ = channel.receive()
             try:
-                channel.send(*_answer(from_head(head), _teller(channel)))
+                channel.send(*_answer(from_head(head), _sender(channel)))
             except RacecraftError as error:
                 channel.send(to_head({"error": str(error)}))
     except EOFError:
@@ -145,20 +148,20 @@ def main() -> None:
         os._exit(1)
 
 
-def _teller(channel: Channel) -> Tell:
-    """Return what tells the owner how far a drive is, at most every TELL_SECONDS."""
+def _sender(channel: Channel) -> OnProgress:
+    """Return what sends the owner how far a drive is, at most every PROGRESS_SECONDS."""
     due = 0.0
 
-    def tell(share: float, text: str) -> None:
+    def send(share: float, text: str, places: Places) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            channel.send(to_head({"told": (share, text)}))
-            due = time.monotonic() + TELL_SECONDS
+            channel.send(to_head({"told": (share, text, places)}))
+            due = time.monotonic() + PROGRESS_SECONDS
 
-    return tell
+    return send
 
 
-def _answer(request: dict[str, Any], tell: Tell) -> tuple[bytes, bytes]:
+def _answer(request: dict[str, Any], on_progress: OnProgress) -> tuple[bytes, bytes]:
     if "warm_up" in request:
         league_world(str(request["warm_up"])).warm_up()
         return b"", b""
@@ -167,7 +170,7 @@ def _answer(request: dict[str, Any], tell: Tell) -> tuple[bytes, bytes]:
     recorded = request["recorded"]
     may_limit = "scratch" in request and (recorded is not None or world.is_alone(order))
     layers = _limit(request["readable"], request["scratch"]) if may_limit else ()
-    driven = world.drive(order, tell) if recorded is None else world.redrive(order, Path(str(recorded)))
+    driven = world.drive(order, on_progress) if recorded is None else world.redrive(order, Path(str(recorded)))
     outcomes = msgspec.to_builtins(driven.outcomes)
     files = [(name, len(data)) for name, data in driven.files.items()]
     return to_head({"outcomes": outcomes, "files": files, "layers": layers}), b"".join(driven.files.values())

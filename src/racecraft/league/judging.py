@@ -17,7 +17,7 @@ from types import TracebackType
 from racecraft.contract.errors import SettingError
 from racecraft.league.drive_process import DriveError, DriveProcess
 from racecraft.league.heats import Heat, next_heat, remaining
-from racecraft.league.race import Drive, Driving, Race, Result
+from racecraft.league.race import Drive, Driving, Places, Race, Result
 from racecraft.league.store import TRACKS, League
 from racecraft.league.world_part import DriveOrder
 
@@ -120,10 +120,13 @@ def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -
     drives: list[Drive] = []
     files, failure = {}, ""
 
-    def tell(share: float, text: str) -> None:
-        league.save_driving(race.id, Driving(racers=names, share=(len(drives) + share) / len(race.tracks), text=text))
+    def on_progress(share: float, text: str, places: Places = ()) -> None:
+        track, count = len(drives), len(race.tracks)
+        league.save_driving(
+            race.id, Driving(racers=names, share=(track + share) / count, text=text, track=track, places=places)
+        )
 
-    tell(0.0, "")
+    on_progress(0.0, "")
     try:
         for index, track in enumerate(race.tracks):
             seed = league.seed(race.id, heat.name, index)
@@ -131,7 +134,7 @@ def _judge_heat(league: League, race: Race, heat: Heat, process: DriveProcess) -
                 rules=race.rules, track=league.track(race.id, track), seed=seed, models=models, names=names,
                 files=(str((league.folder(race.id) / TRACKS).resolve()),),
             )  # fmt: skip
-            driven = process.drive(order, tell=tell)
+            driven = process.drive(order, on_progress=on_progress)
             drives.append(Drive(track=track, seed=seed, outcomes=driven.outcomes, folder=f"drives/{heat.name}-{index}"))
             files[index] = driven.files
     except DriveError as error:

@@ -173,6 +173,10 @@ class Result:
         return {}
 
 
+Places = tuple[tuple[float, float], ...]
+"""Where each car of a heat is, (x, y) each in metres, x east, y north; () in a world without roads."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Driving:
     """A heat that is being driven."""
@@ -182,6 +186,10 @@ class Driving:
     """How much of it is driven, 0 to 1."""
     text: str = ""
     """The same for people: "lap 2 of 3, 45 %"."""
+    track: int = 0
+    """Which of the race's tracks, counted from 0."""
+    places: Places = ()
+    """Where each of them is now."""
 
 
 @dataclass(frozen=True, kw_only=True)

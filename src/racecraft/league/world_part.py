@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kinds import find_kind
-from racecraft.league.race import Outcome, Race
+from racecraft.league.race import Outcome, Places, Race
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +39,12 @@ class Driven:
     """What is kept of it, by path below the folder of the drive."""
 
 
-Tell = Callable[[float, str], None]
-"""Is told how much of a heat is driven, 0 to 1, and the same for people."""
+OnProgress = Callable[[float, str, Places], None]
+"""Is called with how much of a heat is driven, 0 to 1, the same for people, and where each car is."""
+
+
+def no_progress(share: float, text: str, places: Places) -> None:
+    """Do nothing."""
 
 
 class LeagueWorld(Protocol):
@@ -65,8 +69,8 @@ class LeagueWorld(Protocol):
     def warm_up(self) -> None:
         """Import and compile what a drive needs, before there is one."""
 
-    def drive(self, order: DriveOrder, tell: Tell) -> Driven:
-        """Let the models drive, and tell how far they are as often as one likes."""
+    def drive(self, order: DriveOrder, on_progress: OnProgress) -> Driven:
+        """Let the models drive, and call `on_progress` as often as one likes."""
 
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Drive again by the actions that a drive has recorded in its folder."""
@@ -84,11 +88,17 @@ class LeagueWorld(Protocol):
             UserInputError: The files are missing or damaged, or nothing here encodes films.
         """
 
-    def shown(self, folder: Path, track: str) -> dict[str, Any]:
-        """Return a judged drive as a page shows it from above.
+    def road(self, track: str) -> dict[str, Any] | None:
+        """Return a track as a page shows it from above; None where there is no road.
 
-        `inner` and `outer` border of the road, (x, y) each in metres, x east, y north; `closed`; `tick_seconds`; and
-        `cars`, each with x, y, lap_seconds and laps by tick.
+        `inner` and `outer` border, (x, y) each in metres, x east, y north; `closed`.
+
+        Args:
+            track: Its name; of one that the race has kept, the file.
+        """
+
+    def shown(self, folder: Path) -> dict[str, Any]:
+        """Return a judged drive as a page shows it from above: `tick_seconds`; `cars`: x, y, lap_seconds, laps by tick.
 
         Raises:
             UserInputError: Its files are missing or damaged.

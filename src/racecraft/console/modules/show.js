@@ -1,5 +1,5 @@
 /* A race for an audience. A drive that was judged is shown from above first; then the board moves to its result.
-   Without news the leader's drive is shown again. */
+   Without news one sees where the cars are that are driven now, or the leader's drive again. */
 import { showDriving } from "racecraft.console/driving.js";
 
 const SVG = "http://www.w3.org/2000/svg", PAUSE_MS = 4000, FRESH_MS = 8000, TRAIL_TICKS = 30, MOST_WAITING = 3;
@@ -8,7 +8,7 @@ const clock = document.getElementById("clock"), lost = document.getElementById("
 const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 const toldIn = page => JSON.parse(page.querySelector("main script[type='application/json']").textContent);
-let told = toldIn(document), next = null;
+let told = toldIn(document), next = null, now = null, moved = () => {};
 const seen = new Set(told.heats.map(one => one.heat)), waiting = [];
 let playing = false;
 
@@ -20,28 +20,29 @@ function element(name, attributes) {
 }
 const line = points => points.map(([x, y], k) => `${k ? "L" : "M"}${x} ${-y}`).join("");
 
-/** Draws the road and returns what moves: a trail and a car for each car of the drive. */
-function draw(drive) {
+/** Draws a road and returns what moves on it: a trail and a car for each car. */
+function draw(road, count) {
   map.replaceChildren();
-  const all = [...drive.inner, ...drive.outer], xs = all.map(p => p[0]), ys = all.map(p => -p[1]);
+  const all = [...road.inner, ...road.outer], xs = all.map(p => p[0]), ys = all.map(p => -p[1]);
   const left = Math.min(...xs), top = Math.min(...ys), wide = Math.max(...xs) - left, high = Math.max(...ys) - top;
   const pad = .04 * Math.max(wide, high), unit = Math.max(wide, high) / 100;
   map.setAttribute("viewBox", `${left - pad} ${top - pad} ${wide + 2 * pad} ${high + 2 * pad}`);
-  const road = drive.closed ? line(drive.outer) + "Z" + line(drive.inner) + "Z" : line([...drive.outer, ...[...drive.inner].reverse()]) + "Z";
-  element("path", { class: "road", d: road, "stroke-width": unit * .3 });
-  return drive.cars.map((_, k) => ({
+  const d = road.closed ? line(road.outer) + "Z" + line(road.inner) + "Z" : line([...road.outer, ...[...road.inner].reverse()]) + "Z";
+  element("path", { class: "road", d, "stroke-width": unit * .3 });
+  return Array.from({ length: count }, (_, k) => ({
     trail: element("polyline", { class: `trail${k ? " second" : ""}`, "stroke-width": unit }),
     car: element("circle", { class: `car${k ? " second" : ""}`, r: unit * 1.7, "stroke-width": unit * .4 }),
   }));
 }
 
-/** Shows one heat; resolves when it is over, or where it yields as soon as a new one waits. */
+/** Shows one heat; resolves when it is over, or where it yields as soon as there is news. */
 async function play(heat, label, yields = false) {
   for (const [number, track] of heat.tracks.entries()) {
     const answer = await fetch(`${told.base}/drives/${heat.heat}/${number}`);
     if (!answer.ok) continue;
-    const drive = await answer.json(), shapes = draw(drive);
-    if (!drive.cars.length) continue;  // its files are gone
+    const drive = await answer.json();
+    if (!drive.cars.length || !told.roads[number]) continue;  // its files are gone
+    const shapes = draw(told.roads[number], drive.cars.length);
     who.textContent = `${label}${heat.racers.join(" against ")}${heat.tracks.length > 1 ? `, ${track}` : ""}`;
     await run(drive, shapes, yields);
   }
@@ -55,12 +56,26 @@ function run(drive, shapes, yields) {
       drive.cars.forEach((car, k) => place(car, shapes[k], Math.min(at, car.x.length - 1)));
       const first = drive.cars[0], tick = Math.min(Math.floor(at), first.x.length - 1);
       clock.textContent = `Lap ${first.laps[tick] + 1}  ${first.lap_seconds[tick].toFixed(2)} s`;
-      if (yields && waiting.length) done();
+      if (yields && (waiting.length || isDriven())) done();
       else if (at < ticks - 1) requestAnimationFrame(frame);
       else setTimeout(done, still ? PAUSE_MS : 800);
     };
     requestAnimationFrame(frame);
   });
+}
+
+const isDriven = () => now !== null && now.places.length > 0 && told.roads[now.track] !== null;
+
+/** Shows where the cars are that are driven now; resolves when their drive is over, or a judged one waits. */
+async function follow() {
+  const { track, racers, places } = now, shapes = draw(told.roads[track], places.length);
+  const paths = places.map(() => ({ x: [], y: [] }));
+  who.textContent = `Now: ${racers.join(" against ")}`;
+  while (isDriven() && !waiting.length && now.track === track && `${now.racers}` === `${racers}`) {
+    now.places.forEach(([x, y], k) => { paths[k].x.push(x); paths[k].y.push(y); place(paths[k], shapes[k], paths[k].x.length - 1); });
+    clock.textContent = now.text;
+    await new Promise(done => { moved = done; });
+  }
 }
 
 function place(car, shape, at) {
@@ -88,6 +103,7 @@ async function goOn() {
   for (;;) {
     const heat = waiting.shift();
     if (heat) { await play(heat, ""); showBoard(heat.heat); }
+    else if (isDriven()) { await follow(); continue; }
     else if (told.leader) { await play(told.leader, "Leading: ", true); }
     else break;
     await new Promise(done => setTimeout(done, heat ? PAUSE_MS : 1000));
@@ -106,12 +122,19 @@ async function look() {
   for (const one of fresh) { seen.add(one.heat); waiting.push(one); }
   waiting.splice(0, Math.max(0, waiting.length - MOST_WAITING));
   if (!waiting.length && !fresh.length) showBoard("");
+  moved();
   goOn();
 }
 
 const stream = new EventSource(told.events);
 stream.addEventListener("races", event => { if (JSON.parse(event.data).changed.includes(told.race)) look(); });
-stream.addEventListener("drives", event => showDriving(JSON.parse(event.data)));
+stream.addEventListener("drives", event => {
+  const heats = JSON.parse(event.data);
+  showDriving(heats);
+  now = heats[told.race] ?? null;
+  moved();
+  goOn();
+});
 stream.onopen = () => { lost.hidden = true; look(); };
 stream.onerror = () => { lost.hidden = false; };
 navigator.wakeLock?.request("screen").catch(() => {});

@@ -22,6 +22,7 @@ from racecraft.league.heats import latest_of_each, solo_heat
 from racecraft.league.race import SOLO, Entry, Race, Result
 from racecraft.league.scoring import ranking_text
 from racecraft.league.snapshot import Snapshot, snapshot_of
+from racecraft.league.store import League
 from racecraft.league.world_part import league_world
 from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.errors import WebError
@@ -53,7 +54,8 @@ def screen_routes(console: Console) -> list[BaseRoute]:
 
     def page(request: Request) -> Response:
         race = require_link(console, request)
-        data = show_data(snapshot_of(league_of(console), race), request.url.path, f"{request.url.path}/events")
+        league = league_of(console)
+        data = show_data(league, snapshot_of(league, race), request.url.path, f"{request.url.path}/events")
         return page_answer(request, f"{TEMPLATES}/show.html", title=race.title, **data)
 
     def drive(request: Request) -> Response:
@@ -93,13 +95,19 @@ def require_link(console: Console, request: Request) -> Race:
 def show_page(console: Console, request: Request) -> Page:
     """Return what a projector shows of a race."""
     now = snapshot_at(console, request)
-    return Page("show.html", now.race.title, show_data(now, f"/races/{now.race.id}", "/events"), here="/races")
+    return Page(
+        "show.html",
+        now.race.title,
+        show_data(league_of(console), now, f"/races/{now.race.id}", "/events"),
+        here="/races",
+    )
 
 
-def show_data(now: Snapshot, base: str, events: str) -> dict[str, Any]:
+def show_data(league: League, now: Snapshot, base: str, events: str) -> dict[str, Any]:
     """Return what the page of the show draws.
 
     Args:
+        league: Where the race is.
         now: The race.
         base: Address below which the page finds its drives.
         events: Address of the stream that says when to look again.
@@ -130,11 +138,20 @@ def show_data(now: Snapshot, base: str, events: str) -> dict[str, Any]:
             "race": race.id,
             "base": base,
             "events": events,
+            "roads": [_road(league, race, track) for track in race.tracks],
             "heats": [_heat(one, entries) for one in newest if one.drives],
             "leader": _heat(results[leader], entries) if leader in results else None,
         },
         "theme": "dark",
     }
+
+
+def _road(league: League, race: Race, track: str) -> dict[str, Any] | None:
+    """Return a track from above; None where there is no road, or its file is gone."""
+    try:
+        return league_world(race.kind).road(league.track(race.id, track))
+    except UserInputError:
+        return None
 
 
 def shown_drive(console: Console, request: Request) -> Mapping[str, Any]:
@@ -151,7 +168,7 @@ def shown_drive(console: Console, request: Request) -> Mapping[str, Any]:
         raise WebError(404, "no_such_drive", "There is no such drive; load the page again.")
     drive = result.drives[number]
     try:
-        return league_world(race.kind).shown(league.folder(race.id) / drive.folder, drive.track)
+        return league_world(race.kind).shown(league.folder(race.id) / drive.folder)
     except (UserInputError, OSError) as error:
         raise WebError(404, "not_kept", f"The drive cannot be shown: {error}") from error
 

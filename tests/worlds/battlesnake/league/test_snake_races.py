@@ -14,7 +14,7 @@ from racecraft.league import auditing, judging
 from racecraft.league.drive_process import DriveError
 from racecraft.league.race import Drive, Outcome, Result
 from racecraft.league.store import League
-from racecraft.league.world_part import league_world
+from racecraft.league.world_part import league_world, no_progress
 from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
 from racecraft.worlds.battlesnake.players.find import find_player
@@ -41,10 +41,10 @@ class InProcess:
     def close(self):
         pass
 
-    def drive(self, order, recorded=None, tell=lambda share, text: None):
+    def drive(self, order, recorded=None, on_progress=no_progress):
         world = league_world(self.kind)
         try:
-            return world.drive(order, tell) if recorded is None else world.redrive(order, recorded)
+            return world.drive(order, on_progress) if recorded is None else world.redrive(order, recorded)
         except UserInputError as error:
             raise DriveError(str(error)) from error
 

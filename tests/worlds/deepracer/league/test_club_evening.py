@@ -6,7 +6,7 @@ import shutil
 import av
 import numpy as np
 import pytest
-from tests.cli.conftest import TINY
+from tests.cli.conftest import TINY, typed
 from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 import racecraft as rc
@@ -15,7 +15,7 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.isolation.layers import can_isolate
 from racecraft.league import auditing, judging
 from racecraft.league.store import League
-from racecraft.league.world_part import league_world
+from racecraft.league.world_part import league_world, no_progress
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.actions.telemetry import telemetry
 from racecraft.worlds.deepracer.export.exporters import export_car
@@ -49,9 +49,9 @@ class InProcess:
     def close(self):
         pass
 
-    def drive(self, order, recorded=None, tell=lambda share, text: None):
+    def drive(self, order, recorded=None, on_progress=no_progress):
         world = league_world(self.kind)
-        return world.drive(order, tell) if recorded is None else world.redrive(order, recorded)
+        return world.drive(order, on_progress) if recorded is None else world.redrive(order, recorded)
 
 
 @pytest.fixture
@@ -80,6 +80,7 @@ def test_a_race_is_judged_in_a_fresh_process_and_driven_again_to_the_bit(run, le
     shares = [one.share for one in told[:-1]]
     assert 0.0 <= shares[0] <= shares[-1] <= 1.0
     assert told[-2].text.startswith("lap 1 of 1, ")
+    assert all(len(one.places) == 1 for one in told[1:-1])
     assert not can_isolate() or "seccomp" in result.limits
     audit = rc.audit_races(league=league)
     assert [(one.heat, one.is_equal) for one in audit.heats] == [("00001", True)]
@@ -88,15 +89,19 @@ def test_a_race_is_judged_in_a_fresh_process_and_driven_again_to_the_bit(run, le
 
 
 def test_an_audit_names_a_lap_that_was_written_by_hand(run, league, here):
-    race = rc.create_race("Club", league=league, **SHORT).race
-    rc.enter_race(race.id, run, league=league)
+    season = rc.create_season("Winter", league=league).season.id
+    race = rc.create_race("Club", league=league, season=season, **SHORT).race
+    rc.enter_race(race.id, run, racer="Mia", league=league)
     rc.judge_race(race.id, league=league)
     file = league / "races/club/results/00001.json"
     told = json.loads(file.read_text())
     told["drives"][0]["outcomes"][0]["laps"] = [1.0]
-    file.write_text(json.dumps(told))
-    (one,) = rc.audit_races(league=league).different
-    assert one.differences[0].startswith("entry 1 on Oval_track: laps 1.000000, now –")
+    for machine in (told["machine"], "elsewhere"):
+        file.write_text(json.dumps(told | {"machine": machine}))
+        (one,) = rc.audit_races(league=league, season=season).different
+        assert one.differences[0].startswith("entry 1 on Oval_track: laps 1.000000, now –")
+        assert one.is_other_machine == (machine == "elsewhere")
+    assert rc.show_board("club", league=league).board.rows[0].place == 1, "nobody is disqualified"
 
 
 def test_boxes_stand_elsewhere_in_every_entry_and_where_they_stood_in_the_audit(run, league, here):
@@ -109,16 +114,50 @@ def test_boxes_stand_elsewhere_in_every_entry_and_where_they_stood_in_the_audit(
     assert not rc.audit_races(league=league).different
 
 
-def test_cars_that_meet_drive_together_once_the_race_is_closed(run, league, here):
-    race = rc.create_race("Duel", league=league, format="bracket", **SHORT).race
+OTHER_RACES = {
+    "bots": {"type": "HEAD_TO_BOT", "bots": 2, "bot_lane_change": True, "max_resets": 1},
+    "a fixed time": {"ranking": "laps", "race_seconds": 10.0},
+}
+
+
+@pytest.mark.parametrize("case", OTHER_RACES)
+def test_races_with_bots_and_of_a_fixed_time_are_driven_again_to_the_bit(run, league, here, case):
+    race = rc.create_race("Club", league=league, track=["Oval_track"], laps=1, **OTHER_RACES[case]).race
+    rc.enter_race(race.id, run, league=league)
+    (result,) = rc.judge_race(race.id, league=league).results
+    if case == "a fixed time":
+        assert result.drives[0].outcomes[0].total_seconds == 10.0
+    (one,) = rc.audit_races(race.id, league=league).heats
+    assert one.is_equal
+
+
+HEATS = {
+    "bracket": [("round-1-002", 1), ("round-2-001", 2)],  # of three the first moves on
+    "round_robin": [("00001-00002", 0), ("00001-00003", 0), ("00002-00003", 0)],
+}
+
+
+@pytest.mark.parametrize("format", HEATS)
+def test_cars_that_meet_drive_together_once_the_race_is_closed(run, league, here, monkeypatch, format):
+    told = []
+    monkeypatch.setattr(League, "save_driving", lambda self, race, driving: told.append(driving))
+    monkeypatch.setenv("RACECRAFT_LEAGUE", str(league))
+    assert (
+        typed("league", "create", "Duel", "--track=Oval_track", "--laps=1", "--max-resets=1", "--format", format) == 0
+    )
     for racer in ("Ann", "Bob", "Cy"):
-        rc.enter_race(race.id, run, racer=racer, league=league)
-    with pytest.raises(UserInputError, match="still takes entries"):
-        rc.judge_race(race.id, league=league)
-    rc.close_race(race.id, league=league)
-    results = rc.judge_race(race.id, league=league).results
-    assert [(one.heat, one.round) for one in results] == [("round-1-002", 1), ("round-2-001", 2)]
-    assert sorted(row.place for row in rc.show_board(race.id, league=league).board.rows) == [1, 2, 3]
+        assert typed("league", "enter", "duel", run, "--racer", racer) == 0
+    assert typed("league", "judge", "duel") == 2, "it still takes entries"
+    assert typed("league", "close", "duel") == 0
+    assert typed("league", "judge", "duel") == 0
+    results = League(league).results("duel")
+    assert [(one.heat, one.round) for one in results.values()] == HEATS[format]
+    board = rc.show_board("duel", league=league).board
+    assert sorted(row.place for row in board.rows) == [1, 2, 3]
+    assert sum(row.score for row in board.rows) == len(results), "each heat is one win"
+    places = {one.places for one in told if one and one.places}
+    assert {len(one) for one in places} == {2}
+    assert len(places) > 10, "they move"
     assert not rc.audit_races(league=league).different
 
 
@@ -173,13 +212,12 @@ def test_a_race_keeps_the_organisers_own_track(run, league, tmp_path):
     assert race.tracks == ("Oval_track", "home")
     file.unlink()
     copy = rc.copy_race(race.id, "Again", league=league).race
-    for one in (race, copy):
-        rc.enter_race(one.id, run, league=league)
-        (result,) = rc.judge_race(one.id, league=league).results
-        assert result.failure == ""
-        assert [drive.track for drive in result.drives] == ["Oval_track", "home"]
-        folder = league / "races" / one.id / result.drives[1].folder
-        assert league_world("deepracer").shown(folder, "home")["closed"]
+    rc.enter_race(copy.id, run, league=league)
+    (result,) = rc.judge_race(copy.id, league=league).results
+    assert result.failure == ""
+    assert [drive.track for drive in result.drives] == ["Oval_track", "home"]
+    assert league_world("deepracer").shown(league / "races" / copy.id / result.drives[1].folder)["cars"]
+    assert league_world("deepracer").road(League(league).track(copy.id, "home"))["closed"]
     assert not rc.audit_races(league=league).different
 
 
@@ -255,6 +293,9 @@ def test_entries_end_with_the_deadline_and_the_last_submission(run, league):
     rc.edit_race(race.id, closes="2020-01-01", league=league)
     with pytest.raises(UserInputError, match="club is closed"):
         rc.enter_race(race.id, run, racer="Bob", league=league)
+    practice = rc.create_race("Practice", league=league, submissions=1, practice=True, **SHORT).race
+    for number in (1, 2):
+        assert rc.enter_race(practice.id, run, racer="Mia", league=league).entry.number == number
 
 
 def test_a_reset_race_is_judged_again_and_keeps_the_old_results(run, league, here):

@@ -21,7 +21,7 @@ from racecraft.contract.errors import InputFileError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.formats.user_file import read_regular
 from racecraft.league.race import Outcome
-from racecraft.league.world_part import Tell
+from racecraft.league.world_part import OnProgress
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
@@ -48,7 +48,7 @@ class HeatGame:
 
 
 def play_heat(
-    seats: Sequence[Seat], settings: GameSettings, rules: SnakeRules, seed: int, tell: Tell
+    seats: Sequence[Seat], settings: GameSettings, rules: SnakeRules, seed: int, on_progress: OnProgress
 ) -> list[HeatGame]:
     """Let players meet: as many games as players, each of which sits once on every seat.
 
@@ -57,11 +57,11 @@ def play_heat(
         settings: Of a game.
         rules: Of the race.
         seed: Of all chance.
-        tell: Is told before each game how many were played.
+        on_progress: Is called before each game.
     """
     games: list[HeatGame] = []
     for seated in _rotations(len(seats)):
-        tell(len(games) / len(seats), f"game {len(games) + 1} of {len(seats)}")
+        on_progress(len(games) / len(seats), f"game {len(games) + 1} of {len(seats)}", ())
         games.append(_play(seats, seated, settings, rules, seed))
     return games
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from racecraft.contract.errors import SettingError
 from racecraft.league.race import Race
-from racecraft.league.world_part import Driven, DriveOrder, Tell
+from racecraft.league.world_part import Driven, DriveOrder, OnProgress, no_progress
 
 
 class SnakeLeague:
@@ -60,7 +60,7 @@ class SnakeLeague:
 
         warm_up(find_player("search"))
 
-    def drive(self, order: DriveOrder, tell: Tell = lambda share, text: None) -> Driven:
+    def drive(self, order: DriveOrder, on_progress: OnProgress = no_progress) -> Driven:
         """Let the snakes play."""
         from racecraft.worlds.battlesnake.league.race_entry import seat_of
         from racecraft.worlds.battlesnake.league.race_games import files_of, outcomes_of, play_heat
@@ -72,7 +72,7 @@ class SnakeLeague:
             for index, (model, name) in enumerate(zip(order.models, order.names, strict=True)):
                 seats.append(seat_of(Path(model), name, order.seed + index, rules))
                 stack.callback(seats[-1].leave)
-            games = play_heat(seats, rules.game(order.track, len(seats)), rules, order.seed, tell)
+            games = play_heat(seats, rules.game(order.track, len(seats)), rules, order.seed, on_progress)
         return Driven(outcomes_of(games), files_of(games))
 
     def film(self, order: DriveOrder, folder: Path, video: Path, seen_from: int) -> None:
@@ -87,7 +87,10 @@ class SnakeLeague:
         names = {f"s{seat}": order.names[player] for seat, player in enumerate(game.seated)}
         film_game(game.played.boards, replace(game.played.card, names=names), video)
 
-    def shown(self, folder: Path, track: str) -> dict[str, Any]:
+    def road(self, track: str) -> None:
+        """Return nothing: a game has no road that is seen from above."""
+
+    def shown(self, folder: Path) -> dict[str, Any]:
         """Refuse: a game has no road that is seen from above.
 
         Raises:

@@ -154,7 +154,7 @@ def race_head_to_head(
     rules: HeadToHead,
     config: RaceConfig | None = None,
     seed: int = 0,
-    watch: Callable[[float], None] = lambda share: None,
+    watch: Callable[[float, Array], None] = lambda share, reports: None,
 ) -> RaceResult:
     """Let drivers race each other, greedily.
 
@@ -164,7 +164,8 @@ def race_head_to_head(
         rules: How it is judged.
         config: How the world is: fidelity, direction, time; None: as usual.
         seed: Of what chance does to the cars, where it does.
-        watch: Called after each tick with the share that is driven, 0 to 1.
+        watch: Called after each tick with the share that is driven, 0 to 1, and each driver's TICK_REPORT (M,) of the
+            first race.
 
     Raises:
         SettingError: Too few or too many drivers, or one that cannot see in this company.
@@ -174,7 +175,7 @@ def race_head_to_head(
     field.place_on_grid(seed)
     while not field.is_over:
         field.tick()
-        watch(field.share)
+        watch(field.share, field.first_race)
     return field.result()
 
 
@@ -234,6 +235,12 @@ class _Field:
         """How much of all races is driven, 0 to 1."""
         whole = self._rules.laps * self._world.track.length
         return float(np.where(self._out, 1.0, np.clip(self._driven / whole, 0.0, 1.0)).mean())
+
+    @property
+    def first_race(self) -> Array:
+        """TICK_REPORT (M,) of each driver in the first race."""
+        reports: Array = self._world.reports[0, np.argsort(self.whose[0])]
+        return reports
 
     def place_on_grid(self, seed: int) -> None:
         """Put every car on its grid."""

@@ -66,6 +66,8 @@ class TrialRaceRules:
     """At the how-manieth reset in a row at one box that is, with mercy (simapp MAX_RESETS_AFTER_CRASH)."""
     reset_ahead_dist: float = 1.0
     """m ahead of the box, with mercy (simapp RESET_AHEAD_DIST)."""
+    race_seconds: float | None = None
+    """s after which the race is over, waits in; None: trials alone end it."""
 
     def __post_init__(self) -> None:
         """Refuse what no race can be.
@@ -187,7 +189,7 @@ def judge_race(
     world: RaceWorld,
     rules: TrialRaceRules,
     seed: int = 0,
-    watch: Callable[[int, float, int], None] = lambda trials, progress_percent, ticks: None,
+    watch: Callable[[int, Array, int], None] = lambda trials, report, ticks: None,
 ) -> RaceRecord:
     """Let a policy drive a race.
 
@@ -196,8 +198,7 @@ def judge_race(
         world: One car, made with `rules.race_config` and `laps=rules.laps_in_one`, its start share 0.
         rules: How it is judged.
         seed: Of what chance does to the car, where it does.
-        watch: Called after each tick with the trials that are over, the progress of the one that is driven, per cent,
-            and the number of ticks.
+        watch: Called after each tick with the trials that are over, its TICK_REPORT, and the number of ticks.
     """
     marshal, resets = _Marshal(world, rules), rules.box_resets()
     buffers = allocate(world.spec)
@@ -214,7 +215,7 @@ def judge_race(
                 crashed = int(world.reports[0, 0]["status"]) == race.CRASHED
                 set_back(world, before, crashed, resets, marshal.held_ticks, buffers)
                 policy.reset_state(np.ones(1, bool))
-            watch(len(marshal.trials), float(world.reports[0, 0]["progress"]), marshal.ticks)
+            watch(len(marshal.trials), world.reports[0, 0], marshal.ticks)
     return marshal.record()
 
 
@@ -280,22 +281,25 @@ class _Marshal:
             self.held_ticks -= 1
             self._waited += TICK_SECONDS
         mishap = MISHAPS.get(status) if ended else None
-        is_set_back = mishap is not None and self._resets_left > 0
+        limit = self.rules.race_seconds
+        is_last = limit is not None and self.ticks + 1 >= round(limit * TICKS_PER_SECOND)
+        is_set_back = mishap is not None and self._resets_left > 0 and not is_last
         if mishap is not None:
             self._counts[mishap] += 1
         if is_set_back:
             self._resets_left -= 1
             self._resets += 1
             self.held_ticks = self._penalty_ticks(status)
-        out_of_time = ended and mishap is None and status != race.LAP_COMPLETE
+        out_of_time = (ended or is_last) and mishap is None and status != race.LAP_COMPLETE
         self._keep(report, "time_up" if out_of_time else race.STATUSES[status])
         if status == race.LAP_COMPLETE:
             self._end_trial(report, "lap_complete")
-            self.goes_on = not ended
-        elif ended and not is_set_back:
+            self.goes_on = not ended and not is_last
+        elif (ended and not is_set_back) or is_last:
             self._end_trial(report, mishap or "time_up")
             self.goes_on = False
             self.is_over = self.is_over or self.rules.is_continuous
+        self.is_over = self.is_over or is_last
         return is_set_back
 
     def _penalty_ticks(self, status: int) -> int:

@@ -6,7 +6,7 @@ machine and versions (`redrive_cars`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,12 +14,12 @@ import numpy as np
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.formats.tensor_file import digest
-from racecraft.league.race import Outcome
-from racecraft.league.world_part import Tell
+from racecraft.league.race import Outcome, Places
+from racecraft.league.world_part import OnProgress, no_progress
 from racecraft.settings.composition import Settings
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.settings import race_groups
-from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS, TICKS_PER_SECOND
+from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.evaluation.head_to_head import RaceResult, race_head_to_head
 from racecraft.worlds.deepracer.evaluation.trial_race import RaceRecord, judge_race
 from racecraft.worlds.deepracer.league.rules import CarRules
@@ -99,7 +99,7 @@ def drive_cars(
     rules: CarRules,
     seed: int,
     recorded: Sequence[Mapping[str, Array]] | None = None,
-    tell: Tell = lambda share, text: None,
+    on_progress: OnProgress = no_progress,
 ) -> list[CarDrive]:
     """Let cars drive a heat.
 
@@ -110,7 +110,7 @@ def drive_cars(
         rules: How.
         seed: Of what chance does: places of boxes, lane changes of bots.
         recorded: Actions of an earlier drive, car by car, which are driven again; None: the policies choose.
-        tell: Is told in each tick how far they are.
+        on_progress: Is called after each tick.
 
     Raises:
         SettingError: A car cannot see in this company.
@@ -119,29 +119,31 @@ def drive_cars(
         [Recorder(car.policy) for car in cars] if recorded is None else [Player(one) for one in recorded]
     )
     if rules.is_meeting:
-        return _meeting(cars, names, track, rules, seed, actors, tell)
-    return [_alone(cars[0], track, rules, seed, actors[0], tell)]
+        return _meeting(cars, names, track, rules, seed, actors, on_progress)
+    return [_alone(cars[0], track, rules, seed, actors[0], on_progress)]
 
 
-def _alone(car: TrainedCar, track: Track, rules: CarRules, seed: int, actor: Recorder | Player, tell: Tell) -> CarDrive:
+def _alone(
+    car: TrainedCar, track: Track, rules: CarRules, seed: int, actor: Recorder | Player, on_progress: OnProgress
+) -> CarDrive:
     trial_rules = rules.trial_rules()
     car = in_race(car, rules)
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=trial_rules.laps_in_one)
     laps_in_all = trial_rules.number_of_trials
 
-    def watch(laps: int, progress_percent: float, ticks: int) -> None:
+    def watch(laps: int, report: Array, ticks: int) -> None:
+        progress_percent = float(report["progress"])
         share = (laps + progress_percent / 100.0) / laps_in_all
         if rules.race_seconds is not None:
             share = ticks * TICK_SECONDS / rules.race_seconds
         of = f" of {rules.laps}" if rules.race_seconds is None else ""
-        tell(min(max(share, 0.0), 1.0), f"lap {min(laps + 1, laps_in_all)}{of}, {max(progress_percent, 0.0):.0f} %")
+        text = f"lap {min(laps + 1, laps_in_all)}{of}, {max(progress_percent, 0.0):.0f} %"
+        on_progress(min(max(share, 0.0), 1.0), text, _places_of([report]))
 
     record = judge_race(actor, world, trial_rules, seed, watch)
-    last = None if rules.race_seconds is None else round(rules.race_seconds * TICKS_PER_SECOND)
-    laps = tuple(one.seconds if last is None or one.end < last else None for one in record.trials)
     end = record.trials[-1]
     outcome = Outcome(
-        laps=laps,
+        laps=tuple(one.seconds for one in record.trials),
         total_seconds=round(len(record.ticks) * TICK_SECONDS, 6),
         progress_percent=round(end.progress_percent, 4),
         resets=sum(one.reset_count for one in record.trials),
@@ -173,14 +175,14 @@ def _meeting(
     rules: CarRules,
     seed: int,
     actors: Sequence[Recorder | Player],
-    tell: Tell,
+    on_progress: OnProgress,
 ) -> list[CarDrive]:
     drivers = [
         replace(driver_of(car, name), policy=actor) for car, name, actor in zip(cars, names, actors, strict=True)
     ]
     result = race_head_to_head(
         drivers, track, rules.meeting_rules(), rules.race_config(cars[0].settings.race.car), seed,
-        lambda share: tell(share, f"{100.0 * share:.0f} % of their races"),
+        lambda share, reports: on_progress(share, f"{100.0 * share:.0f} % of their races", _places_of(reports)),
     )  # fmt: skip
     places = _places(result)
     driven = track.reversed() if rules.reverse else track
@@ -197,6 +199,10 @@ def _places(result: RaceResult) -> list[int]:
     showings = [result.of(index) for index in range(len(result.drivers))]
     keys = [(-sum(one.place == 1 for one in own), sum(one.place for one in own)) for own in showings]
     return [1 + sum(other < key for other in keys) for key in keys]
+
+
+def _places_of(reports: Iterable[Array]) -> Places:
+    return tuple((round(float(one["front_x"]), 3), round(float(one["front_y"]), 3)) for one in reports)
 
 
 def _met(result: RaceResult, index: int, place: int) -> Outcome:

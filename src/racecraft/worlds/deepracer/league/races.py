@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.league.race import Race
-from racecraft.league.world_part import Driven, DriveOrder, Tell
+from racecraft.league.world_part import Driven, DriveOrder, OnProgress, no_progress
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.league.drives import CarDrive
@@ -38,11 +38,17 @@ class CarLeague:
 
         return CarRules.from_dictionary(rules).describe()
 
-    def shown(self, folder: Path, track: str) -> dict[str, Any]:
-        """Return the road and where each car of a drive was."""
+    def road(self, track: str) -> dict[str, Any]:
+        """Return the borders of a track."""
+        from racecraft.worlds.deepracer.league.shown import shown_road
+
+        return shown_road(track)
+
+    def shown(self, folder: Path) -> dict[str, Any]:
+        """Return where each car of a drive was."""
         from racecraft.worlds.deepracer.league.shown import shown_drive
 
-        return shown_drive(folder, track)
+        return shown_drive(folder)
 
     def history(self, race: Race, laps: Sequence[float | None], archive: Path) -> list[dict[str, Any]]:
         """Return AWS's races on the track, oldest first: rank and times, no names."""
@@ -66,9 +72,9 @@ class CarLeague:
 
         warm_up()
 
-    def drive(self, order: DriveOrder, tell: Tell = lambda share, text: None) -> Driven:
+    def drive(self, order: DriveOrder, on_progress: OnProgress = no_progress) -> Driven:
         """Let the cars drive."""
-        return self._driven(order, None, tell)
+        return self._driven(order, None, on_progress)
 
     def redrive(self, order: DriveOrder, folder: Path) -> Driven:
         """Drive again by recorded actions."""
@@ -80,14 +86,14 @@ class CarLeague:
 
         film_cars(self._drives(order, folder), order.names, video, seen_from)
 
-    def _driven(self, order: DriveOrder, recorded: Path | None, tell: Tell = lambda share, text: None) -> Driven:
+    def _driven(self, order: DriveOrder, recorded: Path | None, on_progress: OnProgress = no_progress) -> Driven:
         from racecraft.worlds.deepracer.league.files import files_of
 
-        drives = self._drives(order, recorded, tell)
+        drives = self._drives(order, recorded, on_progress)
         return Driven(tuple(one.outcome for one in drives), {} if recorded else files_of(drives))
 
     def _drives(
-        self, order: DriveOrder, recorded: Path | None, tell: Tell = lambda share, text: None
+        self, order: DriveOrder, recorded: Path | None, on_progress: OnProgress = no_progress
     ) -> list[CarDrive]:
         from racecraft.worlds.deepracer.league.drives import drive_cars
         from racecraft.worlds.deepracer.league.files import recorded_in
@@ -98,4 +104,4 @@ class CarLeague:
         cars = [load_trained_car(model) for model in order.models]
         actions = None if recorded is None else recorded_in(recorded, len(cars))
         rules = CarRules.from_dictionary(order.rules)
-        return drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions, tell)
+        return drive_cars(cars, order.names, load_track(order.track), rules, order.seed, actions, on_progress)

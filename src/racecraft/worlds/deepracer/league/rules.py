@@ -66,6 +66,9 @@ class CarRules:
         for name in self.sensors:
             if name not in SENSORS:
                 raise SettingError("there is no sensor {name!r}. {hint}", name=name, hint=nearest(name, SENSORS))
+        if self.max_actions is not None and self.max_actions < self.min_actions:
+            raise SettingError("min_actions is {least}, and max_actions {most}; expected at least as many.",
+                               least=self.min_actions, most=self.max_actions)  # fmt: skip
         if self.type == OBJECT_AVOIDANCE:
             self.objects()
 
@@ -95,6 +98,7 @@ class CarRules:
             max_resets=self.max_resets,
             off_track_penalty=self.off_track_penalty,
             collision_penalty=self.collision_penalty,
+            race_seconds=self.race_seconds,
         )
 
     def meeting_rules(self) -> HeadToHead:

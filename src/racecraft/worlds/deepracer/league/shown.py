@@ -1,4 +1,4 @@
-"""A judged drive as a page shows it from above: the road, and where each car was. Begin with `shown_drive`."""
+"""A judged drive as a page shows it from above: `shown_road` is the track, `shown_drive` where each car was."""
 
 from __future__ import annotations
 
@@ -7,26 +7,38 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.league.store import TRACKS
 from racecraft.worlds.deepracer.league.replay import REPLAY, read_replay
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 DECIMALS = 3
 
 
-def shown_drive(folder: Path, track: str) -> dict[str, Any]:
+def shown_road(track: str) -> dict[str, Any]:
+    """Return the borders of a track as plain values: metres, x east, y north.
+
+    Args:
+        track: Its name or file.
+
+    Raises:
+        TrackError: There is no such track.
+    """
+    road = load_track(track)
+    return {
+        "inner": np.round(road.inner, DECIMALS).tolist(),
+        "outer": np.round(road.outer, DECIMALS).tolist(),
+        "closed": bool(road.closed),
+    }
+
+
+def shown_drive(folder: Path) -> dict[str, Any]:
     """Return a drive as plain values: metres, x east, y north; seconds.
 
     Args:
         folder: Of the drive.
-        track: Its track.
 
     Raises:
         CheckpointError: Its files are missing or damaged.
-        TrackError: There is no such track.
     """
-    kept = folder.parents[1] / TRACKS / f"{track}.npy"
-    road = load_track(kept if kept.is_file() else track)
     places = [folder] if (folder / REPLAY).is_file() else sorted(folder.glob("car-*"), key=_number)
     cars, seconds = [], 1.0 / 15.0
     for place in places:
@@ -40,13 +52,7 @@ def shown_drive(folder: Path, track: str) -> dict[str, Any]:
                 "laps": np.ravel(columns["laps"]).astype(int).tolist(),
             }
         )
-    return {
-        "inner": np.round(road.inner, DECIMALS).tolist(),
-        "outer": np.round(road.outer, DECIMALS).tolist(),
-        "closed": bool(road.closed),
-        "tick_seconds": seconds,
-        "cars": cars,
-    }
+    return {"tick_seconds": seconds, "cars": cars}
 
 
 def _rounded(column: np.ndarray) -> list[float]:
