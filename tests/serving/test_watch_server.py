@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import sys
 import threading
 import time
@@ -16,7 +17,7 @@ from PIL import Image
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.run_folder import RunFolder
-from racecraft.serving.watch_server import WatchServer
+from racecraft.serving.watch_server import NICENESS, WatchServer
 from racecraft.web.ports import choose_port, is_free
 from racecraft.worlds.deepracer.env.settings import BoxesConfig
 from racecraft.worlds.deepracer.training import live
@@ -64,6 +65,13 @@ def test_every_door_answers(address):
     assert told(address, way)["cars"][0]["tick"][0] == 1
     assert told(address, "api/live?after=0") == {"training": False, "reel": None}
     assert told(address, "api/track")["name"] == "reinvent_base"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a niceness is a process's")
+def test_the_page_waits_for_trainings_and_whoever_opened_it_does_not(address):
+    ask(address, "api/run")
+    serving = next(thread for thread in threading.enumerate() if thread.name == "racecraft-watch")
+    assert os.getpriority(os.PRIO_PROCESS, serving.native_id) == min(19, os.nice(0) + NICENESS)
 
 
 def test_the_camera_looks_from_where_the_car_stands(address):

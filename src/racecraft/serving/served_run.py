@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 PORT = 8100
 """Where the original's viewer stood (facts: deepracer-systems.md A2, DR_WEBVIEWER_PORT)."""
-NICENESS = 5
-"""Of the process that serves a page: a training comes first."""
 LOOPBACK = "127.0.0.1"
 
 
@@ -27,8 +24,6 @@ def serve_run(
     from racecraft.web.access import access_for
     from racecraft.web.ports import choose_port
 
-    if hasattr(os, "nice"):
-        os.nice(NICENESS)
     server = WatchServer(RunFolder.open(run), access_for(host))
     chosen, note = choose_port(port, PORT)
     if note:

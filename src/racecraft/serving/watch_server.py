@@ -36,6 +36,8 @@ Answer = Callable[[Request], Any]
 """Answers a request with a value for JSON, or with a whole `Response`; it runs in a thread."""
 LOOK_SECONDS = 1.0
 """Between two looks at the run folder, while somebody has the page open."""
+NICENESS = 5
+"""Of the threads that serve the page: a training comes first."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ class WatchServer:
 
     def __init__(self, run: RunFolder, access: Access = ONLY_HERE) -> None:
         self._access = access
-        self._thread = ServerThread(make_application(watch_routes(run), access), "racecraft-watch")
+        self._thread = ServerThread(make_application(watch_routes(run), access), "racecraft-watch", niceness=NICENESS)
 
     def start(self, port: int = 0, host: str = LOOPBACK) -> str:
         """Begin to serve; return the address.

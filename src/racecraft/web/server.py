@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import socket
 import ssl
@@ -87,11 +88,12 @@ class ServerThread:
         application: From `make_application`, or a `JsonApi`; its routes run in the thread and its workers alone.
         name: Of the thread.
         tls: As `serve` takes it.
+        niceness: Of the thread and its workers beyond that of whoever starts it; on Linux those alone are slowed.
     """
 
-    def __init__(self, application: ASGIApp, name: str, tls: Tls | None = None) -> None:
+    def __init__(self, application: ASGIApp, name: str, tls: Tls | None = None, niceness: int = 0) -> None:
         self._server = _Server(application, tls)
-        self._name = name
+        self._name, self._niceness = name, niceness
         self._thread: threading.Thread | None = None
 
     def start(self, host: str, port: int) -> int:
@@ -101,9 +103,7 @@ class ServerThread:
             PortError: The address cannot be listened on.
         """
         listening = listen_on(host, port)
-        self._thread = threading.Thread(
-            target=self._server.run, kwargs={"sockets": [listening]}, name=self._name, daemon=True
-        )
+        self._thread = threading.Thread(target=self._run, args=(listening,), name=self._name, daemon=True)
         self._thread.start()
         return int(listening.getsockname()[1])
 
@@ -112,6 +112,11 @@ class ServerThread:
         self._server.should_exit = True
         if self._thread is not None:
             self._thread.join()
+
+    def _run(self, listening: socket.socket) -> None:
+        if self._niceness and hasattr(os, "nice"):
+            os.nice(self._niceness)
+        self._server.run(sockets=[listening])
 
 
 def address_of(host: str, port: int, access: Access, path: str = "/", scheme: str = "http") -> str:
