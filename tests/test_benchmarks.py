@@ -114,7 +114,7 @@ def test_a_match_against_a_server_counts_its_late_answers_and_plays_both_seats(r
     matches = importlib.import_module("snake_matches")
     with ThreadingHTTPServer(("127.0.0.1", 0), _Dreamer) as server:
         server.wakes = threading.Event()
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
         url = f"http://127.0.0.1:{server.server_address[1]}"
         try:
             games = list(matches.games_by_the_clock("hungry", url, 7, snakes, 40, range(2)))
@@ -167,7 +167,7 @@ def slow_server():
     with ThreadingHTTPServer(("127.0.0.1", 0), Slow) as server:
         server.wakes = threading.Event()
         server.wakes.set()
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
         try:
             yield f"http://127.0.0.1:{server.server_address[1]}"
         finally:

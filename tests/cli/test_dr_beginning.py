@@ -1,6 +1,7 @@
 """`dr-start-training` with a real supervisor: what its job refuses comes back, and no trace of it is kept."""
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -31,11 +32,14 @@ def bucket(installation):
 
 
 def test_what_the_job_refuses_is_refused_here_and_leaves_no_trace(racecraft, installation):
-    """The one before stays the one whose log is shown."""
+    """The one before stays the one whose log is shown, and what would be wiped stays where it is."""
     (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_bse\n" + SETTINGS)
     record_job(installation, 0, "training", RecordedJob("older-1", "bucket/older"))
+    model = installation / "bucket" / "rl-deepracer-sagemaker"
+    model.mkdir()
+    (model / "old.txt").touch()
     before = bucket(installation)
-    said = racecraft("dr", "start-training")
+    said = racecraft("dr", "start-training", "-w")
     assert said.code == 2
     assert said.err.startswith(f"racecraft: {installation}/run.env:1: DR_WORLD_NAME"), said.err
     assert "Did you mean 'reinvent_base'" in said.err
@@ -45,21 +49,10 @@ def test_what_the_job_refuses_is_refused_here_and_leaves_no_trace(racecraft, ins
     assert bucket(installation) == before
 
 
-def test_what_would_be_wiped_stays_where_the_new_training_cannot_begin(racecraft, installation):
-    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_bse\n" + SETTINGS)
-    model = installation / "bucket" / "rl-deepracer-sagemaker"
-    model.mkdir()
-    (model / "old.txt").touch()
-    assert racecraft("dr", "start-training", "-w").code == 2
-    assert (model / "old.txt").exists()
-
-
-def test_a_model_that_the_new_training_begins_with_is_not_wiped(racecraft, installation):
-    model = installation / "bucket" / "rl-deepracer-sagemaker"
-    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_base\n" + SETTINGS)
-    assert racecraft("train", ".", "--run", model, "--stop", "iterations=1", "--no-pictures", *TINY).code == 0
-    with open(installation / "run.env", "a") as file:
-        file.write("DR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_PREFIX=rl-deepracer-sagemaker\n")
+def test_a_model_that_the_new_training_begins_with_is_not_wiped(racecraft, installation, trained):
+    model = shutil.copytree(trained, installation / "bucket" / "rl-deepracer-sagemaker")
+    begins_with = "DR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_PREFIX=rl-deepracer-sagemaker\n"
+    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_base\n" + SETTINGS + begins_with)
     said = racecraft("dr", "start-training", "-w")
     assert said.code == 2
     assert "DR_LOCAL_S3_PRETRAINED_PREFIX" in said.err
@@ -69,14 +62,16 @@ def test_a_model_that_the_new_training_begins_with_is_not_wiped(racecraft, insta
 
 def test_it_returns_when_the_run_stands_and_a_wiped_one_is_begun_anew(racecraft, installation):
     (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_base\n" + SETTINGS)
-    for words in (("-q",), ("-q", "-w")):
-        said = racecraft("dr", "start-training", *words)
-        assert said.code == 0, said.err
-        name = job_of(installation, 0, "training").job
-        assert f"{name} trains run id 0 into " in said.out
-        assert json.loads((installation / "bucket/rl-deepracer-sagemaker/job.json").read_text())["kind"] == "deepracer"
-        assert racecraft("jobs", "wait", name).code == 0
-    assert name == "training-rl-deepracer-sagemaker-2"
+    model = installation / "bucket" / "rl-deepracer-sagemaker"
+    model.mkdir()
+    (model / "old.txt").touch()
+    said = racecraft("dr", "start-training", "-q", "-w")
+    assert said.code == 0, said.err
+    assert job_of(installation, 0, "training").job == "training-rl-deepracer-sagemaker-1"
+    assert "training-rl-deepracer-sagemaker-1 trains run id 0 into " in said.out
+    assert json.loads((model / "job.json").read_text())["kind"] == "deepracer"
+    assert not (model / "old.txt").exists()
+    assert racecraft("jobs", "wait", "training-rl-deepracer-sagemaker-1").code == 0
 
 
 def test_one_that_is_stopped_before_it_begins_is_not_said_to_train(racecraft, installation, monkeypatch):

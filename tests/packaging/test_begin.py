@@ -121,7 +121,7 @@ def test_the_console_ends_with_the_window(parts):
 def test_pages_of_other_sites_press_no_button(begin, parts):
     progress = begin.Progress([])
     server = begin.ThreadingHTTPServer(("127.0.0.1", 0), begin.handler(begin.Place(parts), progress))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
     address = f"http://127.0.0.1:{server.server_address[1]}/again"
     for headers in ({"Origin": "http://elsewhere.example"}, {"Host": "elsewhere.example:80"}):
         with pytest.raises(urllib.error.HTTPError, match="403"):

@@ -154,10 +154,10 @@ def assert_same_bits(killed, whole):
     np.testing.assert_equal(state(killed), state(whole))
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_a_kill_in_the_middle_leaves_no_trace(whole, tmp_path, name):
-    kill_and_resume(KINDS[name], tmp_path / "killed", 0.25)
-    assert_same_bits(tmp_path / "killed", whole(name))
+def test_a_kill_in_the_middle_leaves_no_trace(whole, tmp_path):
+    """Of the kind that writes most; the long test kills all of them."""
+    kill_and_resume(CARS, tmp_path / "killed", 0.25)
+    assert_same_bits(tmp_path / "killed", whole("cars"))
 
 
 @pytest.mark.long

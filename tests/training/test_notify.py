@@ -42,7 +42,7 @@ class MailServer(socketserver.StreamRequestHandler):
 def served(kind, handler):
     made = kind(("127.0.0.1", 0), handler)
     made.told = []
-    threading.Thread(target=made.serve_forever, daemon=True).start()
+    threading.Thread(target=made.serve_forever, args=(0.01,), daemon=True).start()
     return made
 
 
