@@ -15,7 +15,7 @@ def run(tmp_path, monkeypatch):
     """A run of three laps; the number of the action that each chooses is its own."""
     log = as_log([drive(lambda arc, k=k: np.full_like(arc, 2.0 + k)) for k in range(3)])
     timing = time_laps(find_laps(log, stadium()))
-    monkeypatch.setattr(laps_tab, "_timing", lambda run, changed: timing)
+    monkeypatch.setattr(laps_tab, "_timing", lambda run, changed: (timing, None))
     return tmp_path
 
 
@@ -32,6 +32,7 @@ def test_conditions_choose_laps_and_stand_in_form_file_and_command(run):
 
 @pytest.mark.parametrize(("query", "words"), [
     ({"actions": "0,1"}, "none of the 3 full laps"), ({"fastest": "many"}, "--fastest"), ({"at": "57"}, "57=left"),
+    ({"future_at": "57=1"}, "--discount"),
 ])  # fmt: skip
 def test_conditions_that_cannot_be_are_named(run, query, words):
     with pytest.raises(SettingError, match=words):

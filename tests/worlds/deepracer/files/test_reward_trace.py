@@ -60,6 +60,42 @@ def test_a_reward_that_fails_has_told_what_it_reached(trace):
     assert trace.traced.terms == {}
 
 
+def test_lines_that_change_a_number_in_any_way_are_seen(tmp_path):
+    """By a field, a function within, an import, a walrus, a match, and anew after `del`; lines that cannot are not."""
+    text = """\
+class Car:
+    def reward_function(self, params):
+        count = 1
+        def more():
+            nonlocal count
+            count = 5
+        self.laps = 2
+        more()
+        from helper_traced import SPEED as speed
+        self.drive()
+        match params:
+            case {"steps": steps}:
+                pass
+        if (pay := steps + 1) > 0:
+            del pay
+        (pay,
+         rest) = 4, 1
+        return pay
+    def drive(self):
+        self.laps += 1
+def reward_function(params):
+    return Car().reward_function(params)"""
+    (tmp_path / "helper_traced.py").write_text("SPEED = 3.0")
+    (tmp_path / "reward_function.py").write_text(text)
+    trace = RewardTrace(load_reward_function(tmp_path / "reward_function.py"))
+    assert trace.call({"steps": 3}) == 4.0
+    assert [(line, name, before, now) for line, name, before, now, _ in trace.steps] == [
+        (3, "count", None, 1), (7, "self.laps", None, 2), (6, "count", 1, 5), (8, "count", 1, 5),
+        (9, "speed", None, 3), (20, "self.laps", 2, 3), (10, "self.laps", 2, 3), (12, "steps", None, 3),
+        (14, "pay", None, 4), (16, "pay", None, 4), (17, "rest", None, 1),
+    ]  # fmt: skip
+
+
 def test_a_number_that_no_float_holds_is_left_out(tmp_path):
     text = "def reward_function(params):\n    huge = 10**400\n    pay = 2\n    return pay\n"
     (tmp_path / "reward_function.py").write_text(text)

@@ -135,6 +135,22 @@ def test_the_text_of_a_simulation_log(tmp_path):
     assert path.read_text().splitlines()[frame["line"][0] - 1].startswith("SIM_TRACE_LOG:0,1,")
 
 
+@pytest.mark.parametrize("has_traces", [False, True])
+def test_what_a_reward_printed_belongs_to_the_row_behind_it(tmp_path, has_traces):
+    columns = makers.iteration(range(2))
+    lines = makers.log_text(columns).splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("SIM_TRACE_LOG:"))
+    for row, text in ((17, "too slow"), (5, "too slow, again"), (0, "too slow: a line of the head")):
+        lines.insert(first + row, f"[node-1] {text}")
+    log = tmp_path / "logs/training/training-20220611205309-xyz-robomaker.log"
+    log.parent.mkdir(parents=True)
+    log.write_text("\n".join(lines))
+    if has_traces:
+        makers.write(tmp_path / "sim-trace/training/training-simtrace/0-iteration.csv", columns)
+    found = read(tmp_path)
+    assert [found.printed(text).tolist() for text in ("too slow", "again", "fast")] == [[5, 17], [5], []]
+
+
 def test_a_log_that_rolled_over_is_read_in_the_order_it_was_written(tmp_path):
     whole = makers.log_text(makers.iteration(range(4)), episodes_per_iteration=2).splitlines(keepends=True)
     third = len(whole) // 3

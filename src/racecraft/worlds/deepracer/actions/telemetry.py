@@ -90,7 +90,7 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
         progress(str(damage))
     ticks = found.require_ticks()
     circuit = _circuit(found, ticks, request.track)
-    laps = _laps_that_count(ticks, circuit, request.which)
+    laps = _laps_that_count(found, ticks, circuit, request.which)
     timing = time_laps(laps, request.sectors)
     row = _row_of(timing, request.lap)
     reference = _reference(request.against, timing, found, request.car)
@@ -98,9 +98,9 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
     files = _written(compared, request, progress)
     if request.page is not None:
         title = ", ".join(path.resolve().name for path in request.runs)
-        write_telemetry_page(request.page, compared, title, ticks)
+        write_telemetry_page(request.page, compared, title)
         files["page"] = request.page
-    figures = facts_of(compared) | {"sequences": frequent_sequences(laps, ticks)}
+    figures = facts_of(compared) | {"sequences": frequent_sequences(laps)}
     return TimedLaps(compared, Figures(figures, files))
 
 
@@ -127,12 +127,12 @@ def _median_length() -> pl.Expr:
     return pl.col("track_length_m").median()
 
 
-def _laps_that_count(ticks: pl.DataFrame, circuit: Track, which: LapOptions) -> Laps:
+def _laps_that_count(found: Logs, ticks: pl.DataFrame, circuit: Track, which: LapOptions) -> Laps:
     from racecraft.contract.errors import SettingError
     from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 
     laps = find_laps(ticks, circuit)
-    rows = which.rows(laps)
+    rows = which.rows(laps, found)
     if not len(laps):
         raise SettingError(
             "none of the {episodes} episodes is a full lap of {name}; expected one at least. "

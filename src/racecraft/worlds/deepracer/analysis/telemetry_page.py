@@ -6,7 +6,7 @@ The parts stand in `pages/templates/telemetry_parts.html`; the console shows the
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +22,6 @@ from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
 from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
-
-if TYPE_CHECKING:
-    import polars as pl
 
 TEMPLATE = "racecraft.worlds.deepracer.pages/telemetry.html"
 SHOWN_LAPS = 12
@@ -44,23 +41,22 @@ STEADY_WORDS = (
 )
 
 
-def write_telemetry_page(path: Path, compared: LapComparison, title: str, ticks: pl.DataFrame | None = None) -> None:
+def write_telemetry_page(path: Path, compared: LapComparison, title: str) -> None:
     """Write a page that is one file and works offline.
 
     Args:
         path: The file, .html.
         compared: The lap and its reference.
         title: The headline.
-        ticks: Of the log, for sequences of actions; None: without them.
 
     Raises:
         OutputFileError: The place cannot be written.
     """
-    data = telemetry_data(compared, ticks)
+    data = telemetry_data(compared)
     write_atomic(path, render_file(TEMPLATE, title=title, about=data["about"], told=data))
 
 
-def telemetry_data(compared: LapComparison, ticks: pl.DataFrame | None = None) -> dict[str, Any]:
+def telemetry_data(compared: LapComparison) -> dict[str, Any]:
     """Return what the parts of `telemetry_parts.html` show, as plain values."""
     timing = compared.timing
     laps, names = timing.laps, lap_names(timing)
@@ -78,7 +74,7 @@ def telemetry_data(compared: LapComparison, ticks: pl.DataFrame | None = None) -
         "steady": steady_table(compared),
         "laps": lap_table(compared, names),
         "steadiness": _steadiness(compared).shown(),
-        "sequences": _sequences(compared, ticks),
+        "sequences": _sequences(compared),
     }
 
 
@@ -195,18 +191,20 @@ def _steadiness(compared: LapComparison) -> Chart:
                  [Series("laps", place, seconds.tolist(), "dots", colour=1)], levels=levels)  # fmt: skip
 
 
-def frequent_sequences(laps: Laps, ticks: pl.DataFrame) -> list[dict[str, Any]]:
+def frequent_sequences(laps: Laps) -> list[dict[str, Any]]:
     """Return the most frequent four actions in a row of these laps: names, count, share, mean_reward of a tick."""
     wanted = laps.about["unique_episode"].unique().implode()
     try:
-        found = action_sequences(ticks.filter(ticks["unique_episode"].is_in(wanted)), most=SHOWN_SEQUENCES).data
+        found = action_sequences(
+            laps.ticks.filter(laps.ticks["unique_episode"].is_in(wanted)), most=SHOWN_SEQUENCES
+        ).data
     except PlotError:
         return []
     return found.select("names", "count", "share", "mean_reward").rows(named=True)
 
 
-def _sequences(compared: LapComparison, ticks: pl.DataFrame | None) -> dict[str, Any]:
-    sequences = [] if ticks is None else frequent_sequences(compared.timing.laps, ticks)
+def _sequences(compared: LapComparison) -> dict[str, Any]:
+    sequences = frequent_sequences(compared.timing.laps)
     rows = [(one["names"], f"{one['count']:,}", f"{100 * one['share']:.1f} %") for one in sequences]
     return {"heads": ("four actions in a row", "times", "share"), "rows": rows}
 

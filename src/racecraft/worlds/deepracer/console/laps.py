@@ -33,7 +33,7 @@ from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
 from racecraft.worlds.deepracer.driving.telemetry.reference import Reference, of_best_zones, of_lap
 from racecraft.worlds.deepracer.driving.telemetry.timing import LapTiming, time_laps
-from racecraft.worlds.deepracer.logs import read
+from racecraft.worlds.deepracer.logs import Logs, read
 
 CHOICES = 12
 """Laps that can be chosen, the fastest first."""
@@ -102,10 +102,11 @@ def _laps_of(run: Path, which: LapOptions) -> tuple[LapTiming | None, Array]:
     Raises:
         SettingError: No full lap meets the conditions.
     """
-    timing = _timing(str(run), _changed_at(run / "episodes"))
-    if timing is None:
+    timed = _timing(str(run), _changed_at(run / "episodes"))
+    if timed is None:
         return None, np.empty(0, int)
-    rows = which.rows(timing.laps)
+    timing, log = timed
+    rows = which.rows(timing.laps, log)
     if not len(rows):
         raise SettingError(
             "none of the {count} full laps meets all conditions; expected one at least. Take one back.",
@@ -146,13 +147,14 @@ def _changed_at(path: Path) -> float:
 
 
 @lru_cache(maxsize=8)
-def _timing(run: str, changed: float) -> LapTiming | None:
-    """Return a run's full laps with their times; None where there is none."""
+def _timing(run: str, changed: float) -> tuple[LapTiming, Logs] | None:
+    """Return a run's full laps with their times, and its log; None where there is none."""
     track = track_of(RunFolder(Path(run)).read_job())
     if track is None or not any((Path(run) / "episodes").glob("*.parquet")):
         return None
-    laps = find_laps(read([Path(run)]).require_ticks(), track)
-    return time_laps(laps) if len(laps) else None
+    log = read([Path(run)])
+    laps = find_laps(log.require_ticks(), track)
+    return (time_laps(laps), log) if len(laps) else None
 
 
 def _number(text: str, count: int) -> int:

@@ -11,8 +11,9 @@ import ast
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
-from typing import NamedTuple
+from types import CodeType
 
 from racecraft.worlds.deepracer.files.reward_syntax import constants_of, name_of, number_of
 
@@ -20,6 +21,8 @@ MAX_FOLLOWED = 200
 """So many lines are followed; what the next ones make is their own."""
 CHOOSE = ("max", "min", "float", "round", "abs")
 """Functions that may return what they are given."""
+FIELDS = "self.*"
+"""All fields of the racer's object."""
 Found = tuple[float, Callable[[float], None]]
 """The value of a term, and what gives it, so many times, to the lines that made it."""
 
@@ -29,7 +32,8 @@ Step = tuple[int, str, float | None, float, int]
 A field of the racer's object is the variable "self.name"."""
 
 
-class Call(NamedTuple):
+@dataclass(slots=True)
+class Call:
     """A call of a function of the racer's file."""
 
     parent: int
@@ -39,10 +43,10 @@ class Call(NamedTuple):
     name: str
     """Of the function."""
     last_line: int
-    """Where it returned."""
-    value: float | None
+    """Where it is, and at last where it returned."""
+    value: float | None = None
     """What it returned; None: no number."""
-    steps: int
+    steps: int = 0
     """How many steps there were by then."""
 
 
@@ -52,9 +56,27 @@ class Flow:
     def __init__(self, tree: ast.Module) -> None:
         self.constants = constants_of(tree)
         self.statements: dict[int, ast.stmt] = {}
-        for node in ast.walk(tree):
+        self._changed_by: dict[int, set[str]] = defaultdict(set)
+        self._changed_in: dict[tuple[str, int], dict[int, tuple[str, ...]]] = {}
+        nodes = list(ast.walk(tree))
+        others = {FIELDS, *(name for node in nodes if isinstance(node, ast.Nonlocal) for name in node.names)}
+        for node in nodes:
+            if changed := others if isinstance(node, ast.Call) else _changed(node):
+                for number in range(node.lineno, (node.end_lineno or node.lineno) + 1):  # type: ignore[attr-defined]
+                    self._changed_by[number] |= changed
             if isinstance(node, ast.Assign | ast.AugAssign | ast.AnnAssign | ast.Return):
                 self.statements |= dict.fromkeys(range(node.lineno, (node.end_lineno or node.lineno) + 1), node)
+
+    def changed_in(self, code: CodeType) -> dict[int, tuple[str, ...]]:
+        """Return which variables of a function each line can change; FIELDS stands for all fields, line 0 for all."""
+        key = code.co_name, code.co_firstlineno
+        if key not in self._changed_in:
+            names = dict.fromkeys((*code.co_varnames, *code.co_cellvars, *code.co_freevars))
+            own = (*names, FIELDS) if "self" in names else tuple(names)
+            lines = self._changed_by | {0: set().union(*self._changed_by.values())}
+            found = {line: tuple(one for one in own if one in changed) for line, changed in lines.items()}
+            self._changed_in[key] = {line: changed for line, changed in found.items() if changed}
+        return self._changed_in[key]
 
     def follow(self, steps: Sequence[Step], calls: Sequence[Call]) -> Parts:
         """Return what each line paid of a reward, from its trace; see `RewardTrace`."""
@@ -162,6 +184,16 @@ class Parts:
         return isinstance(statement, ast.Assign | ast.AnnAssign) and _sets(statement, name) and not _reads(
             statement.value, name
         )  # fmt: skip
+
+
+def _changed(node: ast.AST) -> set[str]:
+    """Return the variable that a node gives a value or takes away, or FIELDS; calls change others', too."""
+    if isinstance(node, ast.Name | ast.Attribute) and not isinstance(node.ctx, ast.Load):
+        return {node.id if isinstance(node, ast.Name) else FIELDS}
+    if isinstance(node, ast.alias):
+        return {node.asname or node.name}
+    name = node.name if isinstance(node, ast.MatchAs | ast.MatchStar) else None
+    return set() if name is None else {name}
 
 
 def _added(flow: Flow, line: int, name: str) -> tuple[list[tuple[ast.expr, float]], ast.expr | None]:

@@ -1,13 +1,13 @@
 """How a reward came about: every number that the racer's function assigned on the way. Begin with `RewardTrace`.
 
 The function runs unchanged, under the interpreter's own tracing, which tells of every line before it is run; what a
-line changed is seen at the next one.
+line changed is seen at the next one. Only what a line can change is looked at (`Flow.changed_in`).
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from types import FrameType
@@ -15,7 +15,7 @@ from typing import Any
 
 from racecraft.worlds.deepracer.files.reward_examples import Params
 from racecraft.worlds.deepracer.files.reward_file import RewardFunction
-from racecraft.worlds.deepracer.files.reward_flow import Call, Step, flow_of
+from racecraft.worlds.deepracer.files.reward_flow import FIELDS, Call, Step, flow_of
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 
 
@@ -75,8 +75,8 @@ class RewardTrace:
         """Which lines the last call ran."""
         self.calls: list[Call] = []
         """Of functions of the file, in the order in which they began; the first is the reward function itself."""
-        self.open: list[_Lines] = []
-        """Calls that have not returned."""
+        self.open: list[int] = [-1]
+        """Calls that have not returned; -1: outside the file."""
 
     @property
     def traced(self) -> Traced:
@@ -93,7 +93,7 @@ class RewardTrace:
         Raises:
             RewardError: The function failed.
         """
-        self.steps, self.lines, self.calls, self.open = [], set(), [], []
+        self.steps, self.lines, self.calls, self.open = [], set(), [], [-1]
         before = sys.gettrace()
         sys.settrace(self._tracer())
         try:
@@ -107,7 +107,7 @@ class RewardTrace:
 
         def enter(frame: FrameType, event: str, arg: Any) -> Any:
             is_theirs = frame.f_code.co_filename == path and not frame.f_code.co_name.startswith("<")
-            return _Lines(frame, self).see if is_theirs else None
+            return _watch(frame, self) if is_theirs else None
 
         return enter
 
@@ -118,48 +118,54 @@ def line_of(source: RewardSource, term: Term) -> str:
     return lines[term.line - 1].strip() if term.line <= len(lines) else ""
 
 
-class _Lines:
-    """Sees one frame's lines and keeps what each of them changed."""
+def _watch(frame: FrameType, trace: RewardTrace) -> Callable[..., Any]:
+    """Return what sees one frame's lines, and keeps what each of them changed and what the function returns."""
+    changed = flow_of(trace.reward.source.text).changed_in(frame.f_code)
+    held: dict[str, float | None] = {}
+    number, parent = len(trace.calls), trace.open[-1]
+    call = Call(parent, trace.calls[parent].last_line if number else 0, frame.f_code.co_name, frame.f_lineno)
+    trace.calls.append(call)
+    trace.open.append(number)
 
-    def __init__(self, frame: FrameType, trace: RewardTrace) -> None:
-        self._trace, self._line, self._number = trace, frame.f_lineno, len(trace.calls)
-        self._before = _numbers(frame.f_locals)
-        parent = trace.open[-1] if trace.open else None
-        place = (-1, 0) if parent is None else (parent._number, parent._line)
-        trace.calls.append(Call(*place, frame.f_code.co_name, 0, None, 0))
-        trace.open.append(self)
-
-    def see(self, frame: FrameType, event: str, arg: Any) -> Any:
-        """Keep what the line before this one changed, and what the function returns."""
+    def see(frame: FrameType, event: str, arg: Any) -> Any:
         if event not in ("line", "return"):
-            return self.see
-        trace, now = self._trace, _numbers(frame.f_locals)
-        for name, value in now.items():
-            if (before := self._before.get(name)) != value:
-                trace.steps.append((self._line, name, before, value, self._number))
-        self._before, self._line = now, frame.f_lineno
+            return see
+        if names := changed.get(call.last_line):
+            keep(*_values(frame, names))
+        call.last_line = frame.f_lineno
         if event == "line":
-            trace.lines.add(frame.f_lineno)
+            trace.lines.add(call.last_line)
         else:
-            returned = _number(arg) if isinstance(arg, Real) else None
-            trace.calls[self._number] = trace.calls[self._number]._replace(
-                last_line=frame.f_lineno, value=returned, steps=len(trace.steps)
-            )
-            trace.open.remove(self)
-        return self.see
+            call.value, call.steps = _number(arg), len(trace.steps)
+            trace.open.remove(number)
+        return see
+
+    def keep(names: Sequence[str], values: Mapping[str, Any]) -> None:
+        for name in names:
+            before, now = held.get(name), _number(values.get(name))
+            if now != before:
+                held[name] = now
+                if now is not None:
+                    trace.steps.append((call.last_line, name, before, now, number))
+
+    if changed:
+        names, values = _values(frame, changed[0])
+        held = {name: _number(values.get(name)) for name in names}
+    return see
 
 
-def _numbers(names: Mapping[str, Any]) -> dict[str, float]:
-    """Return the variables that hold numbers, and the fields of `self` that do."""
-    fields = getattr(names.get("self"), "__dict__", {})
-    named = [*names.items(), *((f"self.{name}", value) for name, value in fields.items())]
-    found = {name: _number(value) for name, value in named if isinstance(value, Real)}
-    return {name: value for name, value in found.items() if value is not None}
+def _values(frame: FrameType, names: Sequence[str]) -> tuple[Sequence[str], Mapping[str, Any]]:
+    """Return variables of a function and what they hold; for FIELDS the fields of `self`, by "self.name"."""
+    values = frame.f_locals
+    if FIELDS not in names:
+        return names, values
+    fields = {f"self.{name}": value for name, value in getattr(values.get("self"), "__dict__", {}).items()}
+    return (*names, *fields), {**values, **fields}
 
 
-def _number(value: Real) -> float | None:
-    """Return a number as a float; None where it is too large for one, or a class of the racer's own fails."""
+def _number(value: Any) -> float | None:
+    """Return a number as a float; None of anything else, where it is too large for one, or its class fails."""
     try:
-        return float(value)
+        return float(value) if type(value) in (float, int) or isinstance(value, Real) else None
     except Exception:
         return None

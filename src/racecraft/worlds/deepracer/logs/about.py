@@ -14,14 +14,14 @@ Facts = dict[str, Any]
 def facts_of(source: Source) -> Facts:
     """Return what a file says.
 
-    Of `world`, `build`, `hyperparameters`, `action_space` and `version` of the metadata, and `car`, a run's vehicle
-    profile, those that it names.
+    Of `world`, `build`, `hyperparameters`, `action_space` and `version` of the metadata, `car`, a run's vehicle
+    profile, and `discount`, its discount factor, those that it names.
 
     Args:
         source: A file of kind ABOUT: JSON or YAML of a model, or a log whose rows stand in a trace.
     """
     name = source.name.rsplit("/", 1)[-1]
-    if ".log" in name or name.endswith(".txt"):
+    if source.is_log:
         return _head_of_log(source)
     if name.endswith(".yaml"):
         return _world_of_params(source)
@@ -32,7 +32,8 @@ def facts_of(source: Source) -> Facts:
         version = {"version": str(value["version"])} if value.get("version") else {}
         return version | ({"action_space": value["action_space"]} if "action_space" in value else {})
     if name == "job.json":
-        return _named(value, "world", "track", "name") | _named(value, "car", "settings", "race", "car")
+        world, car = _named(value, "world", "track", "name"), _named(value, "car", "settings", "race", "car")
+        return world | car | _named(value, "discount", "settings", str(value.get("algorithm")), "discount")
     return {}
 
 

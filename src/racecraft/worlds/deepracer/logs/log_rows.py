@@ -5,6 +5,7 @@ Begin with `read_log`. A row is what follows SIM_TRACE_LOG: on a line; newer log
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import re
 from collections import Counter
@@ -82,6 +83,25 @@ def read_log(
     if frame.height:
         frame = _with_obstacles(frame).with_columns(_iterations(frame["episode"], between, says, source.phase))
     return frame, wide + damage, says
+
+
+def rows_behind(source: Source, text: str) -> Iterator[tuple[str, ...]]:
+    """Yield episode, tick, X and Y of each row of a log before which a line holds a text, as they are written.
+
+    What stands before the first row is the log's head. A file that cannot be read holds nothing.
+    """
+    wanted, is_there, has_begun = text.encode(), False, False
+    with contextlib.suppress(OSError):
+        with source.open() as file:
+            source, _ = as_plain_text(source, file.read(2))
+        with source.open() as file:
+            for line in file:
+                before, mark, row = line.partition(_MARK)
+                fields = row.decode("utf-8", errors="replace").split(",", 4)[:4]
+                if mark and is_there and len(fields) == 4:
+                    yield tuple(fields)
+                has_begun |= bool(mark)
+                is_there = not mark and has_begun and (is_there or wanted in before)
 
 
 def _texts(place: int, source: Source, header: tuple[str, ...], others: list[bytes]) -> Iterator[Text]:

@@ -80,6 +80,12 @@ class Source:
         """The file, as the user would name it."""
         return str(self.file)
 
+    @property
+    def is_log(self) -> bool:
+        """Whether it is a simulation log, also one whose rows stand in traces."""
+        name = self.name.rsplit("/", 1)[-1]
+        return ".log" in name or name.endswith(".txt")
+
     def open(self) -> BufferedReader | BytesIO:
         """Open the file for reading."""
         return open(self.file, "rb") if isinstance(self.file, str) else BytesIO(self.file.data)

@@ -8,10 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from racecraft.contract.errors import MissingExtraError
+from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.logs.about import facts_of
 from racecraft.worlds.deepracer.logs.clocks import jumps
 from racecraft.worlds.deepracer.logs.errors import Damage, LogError
 from racecraft.worlds.deepracer.logs.lazy_ticks import LazyTicks
+from racecraft.worlds.deepracer.logs.log_rows import rows_behind
 from racecraft.worlds.deepracer.logs.metric_rows import read_metrics
 from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, LOG, METRICS, Source
 from racecraft.worlds.deepracer.logs.ticks import OURS, RawRow
@@ -19,6 +21,9 @@ from racecraft.worlds.deepracer.logs.ticks import OURS, RawRow
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
     import polars as pl
+
+SAME_PLACE_M = 0.001
+"""Logs write a place to 0.1 mm, traces more precisely."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +123,22 @@ class Logs:
             first = next(iter(self.damaged), none)
             raise LogError(first.file, first.what, EXPECTED, line=first.line)
         return ticks
+
+    def printed(self, text: str) -> Array:
+        """Return the rows of `require_ticks` before which their log has a line with a text, (K,) ascending.
+
+        Traces hold no such lines: a row is found in the log beside them by its numbers and by where the car is.
+        """
+        import polars as pl
+
+        rows = [(one.round, *row) for one in self.sources if one.is_log for row in rows_behind(one, text)]
+        found = pl.DataFrame(rows, ["round", "episode", "tick", "x", "y"], orient="row", strict=False).select(
+            pl.col("round").cast(pl.Int32), pl.exclude("round").cast(pl.Float64, strict=False)
+        ).with_columns(pl.col("episode", "tick").cast(pl.Int32, strict=False))  # fmt: skip
+        near = (pl.col("x") - pl.col("x_m")).abs() + (pl.col("y") - pl.col("y_m")).abs() < SAME_PLACE_M
+        ticks = self.require_ticks().select("round", "episode", "tick", "x_m", "y_m").with_row_index("row")
+        found = ticks.join(found, on=["round", "episode", "tick"], how="inner").filter(near)
+        return found["row"].unique().sort().to_numpy()
 
     def to_pandas(self, names: str = "racecraft") -> pd.DataFrame:
         """Return the ticks as a pandas frame.

@@ -1,5 +1,7 @@
 """Laps driven at known speeds: times, sectors and traces are computed from the speeds."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import polars as pl
 import pytest
@@ -60,7 +62,8 @@ def test_laps_of_one_drive_are_timed_from_the_end_of_the_one_before():
 
 
 def test_the_laps_of_aws_logs_are_those_of_the_log_analysis():
-    ticks = read(TRACES / "drfc-1-worker").require_ticks()
+    log = read(TRACES / "drfc-1-worker")
+    ticks = log.require_ticks()
     track = find_track(ticks, "reinvent_base")
     laps, episodes = find_laps(ticks, track), simulation_agg(ticks)
     full = episodes.filter("complete")
@@ -69,6 +72,8 @@ def test_the_laps_of_aws_logs_are_those_of_the_log_analysis():
     theirs = sector_times(ticks, track, parts=3).data["seconds"].to_numpy().reshape(-1, 3)
     training = (laps.about["phase"] == "training").to_numpy()  # it times no lap that goes on from the one before
     assert np.abs(time_laps(laps).sector_seconds - theirs)[training].max() < 1.6 * TICK
+    chosen = [LapOptions(future_at="57=10", discount=one).rows(laps, log).tolist() for one in (None, 0.95, 0.9)]
+    assert chosen[0] == chosen[1] != chosen[2], "the discount is that of its hyperparameters.json"
 
 
 def test_a_section_is_timed_between_waypoints_and_over_the_start_line():
@@ -89,6 +94,15 @@ def test_a_section_is_timed_between_waypoints_and_over_the_start_line():
         ({"at": "314=2.1"}, [1]),  # waypoints stand 0.02 m apart: 314 and 650 are on straights, at 2 and at 4 m/s
         ({"at": "650=4.2"}, [1]),
         ({"at": "650=4.6"}, []),
+        ({"at": "650=..4.2"}, [0]),
+        ({"at": "650=3.5..4.2"}, [0]),
+        ({"reward_at": "314=1.5"}, [1]),
+        ({"reward_at": "314=..1.5"}, [0]),
+        ({"future_at": "650=7", "discount": 1.0}, [1]),  # five or six ticks are to come, of 1 and of 2
+        ({"future_at": "314=3", "discount": 0.5}, [1]),  # many ticks: 1 / (1 - 0.5) times the reward
+        ({"future_at": "314=2.1..5", "discount": 0.5}, [1]),
+        ({"printed": "slow"}, [1]),
+        ({"printed": "begun"}, []),
         ({"at": "314=left"}, [0]),
         ({"at": "314=right"}, [1]),
         ({"actions": "1"}, [0, 1]),
@@ -102,8 +116,26 @@ def test_laps_are_chosen_by_what_the_car_does_somewhere(condition, expected):
     one = as_log([drive(by_thirds)] * 2, offset_m=0.1).filter(pl.col("unique_episode") == 0)
     two = as_log([drive(lambda arc: by_thirds(arc) * 1.1)] * 2, offset_m=-0.1).filter(pl.col("unique_episode") == 1)
     late = (pl.col("progress_share") > 0.5) == (pl.col("unique_episode") == 0)
-    log = pl.concat([one, two]).with_columns(action=pl.when(late).then(2).otherwise(1).cast(pl.Int32))
-    assert LapOptions(**condition).rows(find_laps(log, stadium())).tolist() == expected
+    ticks = pl.concat([one, two]).with_columns(
+        action=pl.when(late).then(2).otherwise(1).cast(pl.Int32), reward=1.0 + pl.col("unique_episode")
+    )
+    printed = {"slow": [one.height + 20], "begun": [one.height]}  # a lap's first row is paid for what was before
+    log = SimpleNamespace(printed=lambda text: np.array(printed[text]))
+    assert LapOptions(**condition).rows(find_laps(ticks, stadium()), log).tolist() == expected
+
+
+@pytest.mark.parametrize(("condition", "words"), [
+    ({"at": "57=3..2"}, "--at is '57=3..2'; expected the smaller number first"),
+    ({"reward_at": "57=much"}, "--reward-at is '57=much'; expected a waypoint and a reward"),
+    ({"reward_at": "999=1"}, "--reward-at: stadium has no waypoint 999"),
+    ({"future_at": "57=1"}, "expected --discount beside it"),
+    ({"discount": 0.9}, "expected --future-at beside it"),
+    ({"printed": "slow"}, "Traces hold no prints"),
+])  # fmt: skip
+def test_what_no_lap_can_have_is_refused_by_name(condition, words):
+    laps = find_laps(as_log([drive(by_thirds)]), stadium())
+    with pytest.raises(SettingError, match=words):
+        LapOptions(**condition).rows(laps)
 
 
 def test_a_slide_is_the_angle_between_heading_and_path():

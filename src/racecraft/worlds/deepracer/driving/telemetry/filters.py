@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -16,12 +17,15 @@ from racecraft.settings.request import Request, option
 if TYPE_CHECKING:
     from racecraft.contract.world import Array
     from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
+    from racecraft.worlds.deepracer.logs.table import Logs
 
 LINE, REST, FLYING = "line", "rest", "flying"
 LINE_SHARE = 0.02
 """A lap begins at the start line if it begins within so much of the lap from it."""
 LEFT, RIGHT = "left", "right"
 NUMBER = r"(\d+(?:\.\d+)?)"
+RANGE = r"(?=-?\d|\.\.-?\d)(-?\d+(?:\.\d+)?)?(?:(\.\.)(-?\d+(?:\.\d+)?)?)?"
+"""Such as 10..20, 10.., ..20 or 10."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +46,18 @@ class LapOptions(Request):
     turn: str | None = option(None, "Turn 3 with the straight behind it takes 1.6 s at most: 3=1.6.")
     section: str | None = option(None, "From waypoint 30 to 50 in 1.6 s at most: 30..50=1.6; also over the start line.")
     at: str | None = option(
-        None, "At waypoint 57 the car drives 2 m/s at least: 57=2; or is left or right of the centre line: 57=left."
+        None,
+        "At waypoint 57 the car drives 2 m/s at least: 57=2; at most: 57=..2; or is left or right of the centre "
+        "line: 57=left.",
     )
+    reward_at: str | None = option(None, "At waypoint 57 a tick pays 1.5 at least: 57=1.5; at most: 57=..1.5.")
+    future_at: str | None = option(
+        None,
+        "At waypoint 57 the discounted rewards of this tick and all later ones of the episode come to so much "
+        "at least: 57=20; at most: 57=..20.",
+    )
+    discount: float | None = option(None, "Of --future-at; by default the training's own.", low=0.0, high=1.0)
+    printed: str | None = option(None, "The reward function printed this text, as simulation logs hold it.")
     actions: str | None = option(None, "Action 4 is chosen somewhere: 4; or several follow one another: 4,4,7.")
     slide: float | None = option(
         None, "At most so many degrees between where the car points and where it goes.", low=0.0
@@ -51,15 +65,21 @@ class LapOptions(Request):
     top_speed: float | None = option(None, "The car drives so fast somewhere, m/s.")
     mean_reward: float | None = option(None, "A tick pays so much on average.")
 
-    def rows(self, laps: Laps) -> Array:
+    def rows(self, laps: Laps, log: Logs | None = None) -> Array:
         """Return the rows of the laps that count, in the log's order.
+
+        Args:
+            laps: All of them.
+            log: Where they were found, for the training's discount and what was printed.
 
         Raises:
             SettingError: A value that no lap of this track or log can have.
         """
         import numpy as np
 
-        rows = np.flatnonzero(self._from_there(laps) & self._driven(laps))
+        if not len(laps):
+            return np.zeros(0, int)
+        rows = np.flatnonzero(self._from_there(laps) & self._driven(laps) & self._paid(laps, log))
         seconds = laps.lap_seconds
         if self.within is not None and len(rows):
             rows = rows[seconds[rows] <= seconds[rows].min() * (1.0 + self.within / 100.0) + 1e-9]
@@ -93,16 +113,40 @@ class LapOptions(Request):
         counts = np.ones(len(laps), np.bool_)
         if self.clean:
             counts &= laps.about["resets"].to_numpy() == 0
-        if self.top_speed is not None and len(laps):
+        if self.top_speed is not None:
             counts &= np.nanmax(laps.speed_mps, axis=1) >= self.top_speed
-        if self.mean_reward is not None:
-            counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
         if self.slide is not None:
             counts &= laps.about["max_slide_rad"].to_numpy() <= math.radians(self.slide)
         for text, met in ((self.turn, _turn), (self.section, _section), (self.at, _at), (self.actions, _actions)):
             if text is not None:
                 counts &= met(laps, text)
         return counts
+
+    def _paid(self, laps: Laps, log: Logs | None) -> Array:
+        """Tell for which laps (L,) the reward function paid and printed what it is to pay and print."""
+        import numpy as np
+
+        counts = np.ones(len(laps), np.bool_)
+        if self.discount is not None and self.future_at is None:
+            raise SettingError("--discount: expected --future-at beside it, which discounts rewards.")
+        if self.mean_reward is not None:
+            counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
+        if self.reward_at is not None:
+            counts &= _worth_at(laps, "reward_at", self.reward_at, 0.0)
+        if self.future_at is not None:
+            counts &= _worth_at(laps, "future_at", self.future_at, self._discount(log))
+        if self.printed is not None:
+            counts &= _printed(laps, log, self.printed)
+        return counts
+
+    def _discount(self, log: Logs | None) -> float:
+        if self.discount is not None:
+            return self.discount
+        says = {} if log is None else log.about
+        found = says.get("discount", says.get("hyperparameters", {}).get("discount_factor"))
+        if not isinstance(found, float | int):
+            raise SettingError("--future-at: the log does not tell its discount; expected --discount beside it.")
+        return float(found)
 
 
 def _iterations(text: str) -> tuple[int, int]:
@@ -140,13 +184,49 @@ def _section(laps: Laps, text: str) -> Array:
 
 
 def _at(laps: Laps, text: str) -> Array:
-    """Tell which laps (L,) pass a waypoint at such a speed at least, "57=2", or on a side, "57=left"."""
-    expected = "a waypoint and left, right or a speed in m/s, such as 57=left or 57=2.5"
-    waypoint, wanted = _read("at", text, rf"(\d+)=({LEFT}|{RIGHT}|\d+(?:\.\d+)?)", expected)
-    piece = min(int(_share(laps, "at", int(waypoint)) * laps.pieces), laps.pieces - 1)
+    """Tell which laps (L,) pass a waypoint at such a speed, "57=2..3", or on a side, "57=left"."""
+    expected = "a waypoint and left, right or a speed in m/s, such as 57=left, 57=2.5 or 57=..2.5"
+    waypoint, wanted, *ends = _read("at", text, rf"(\d+)=({LEFT}|{RIGHT}|{RANGE})", expected)
+    piece = _piece(laps, "at", int(waypoint))
     if wanted in (LEFT, RIGHT):
         return (laps.offset_m[:, piece] > 0.0) == (wanted == LEFT)
-    return laps.speed_mps[:, piece] >= float(wanted)
+    return _between("at", text, laps.speed_mps[:, piece], ends)
+
+
+def _worth_at(laps: Laps, name: str, text: str, discount: float) -> Array:
+    """Tell for which laps (L,) the tick at a waypoint and later ones, discounted, pay so much, "57=20"."""
+    import numpy as np
+
+    waypoint, *ends = _read(name, text, rf"(\d+)={RANGE}", "a waypoint and a reward, such as 57=1.5 or 57=..1.5")
+    begins = laps.tick[:, _piece(laps, name, int(waypoint))]
+    reward, episode = (laps.ticks[column].cast(float).to_numpy() for column in ("reward", "unique_episode"))
+    stops = np.searchsorted(episode, episode[begins], side="right")
+    worth = [
+        reward[begin:stop] @ discount ** np.arange(stop - begin) for begin, stop in zip(begins, stops, strict=True)
+    ]
+    return _between(name, text, np.array(worth), ends)
+
+
+def _between(name: str, text: str, values: Array, ends: Sequence[str]) -> Array:
+    """Tell which values lie between the ends of a RANGE; one alone is the least."""
+    low, high = float(ends[0] or "-inf"), float(ends[2] or "inf")
+    if low > high:
+        raise _refusal(name, text, "the smaller number first")
+    return (values >= low) & (values <= high)
+
+
+def _printed(laps: Laps, log: Logs | None, text: str) -> Array:
+    """Tell in which laps (L,) the reward function printed a text."""
+    import numpy as np
+
+    rows = np.zeros(0, int) if log is None else log.printed(text)
+    if not len(rows):
+        raise SettingError(
+            "--printed {text!r}: stands between no two rows of a simulation log; expected a text that the reward "
+            "function printed there. Traces hold no prints, nor does log.txt say of which car they are.", text=text
+        )  # fmt: skip
+    first, last = (np.searchsorted(rows, laps.about[name].to_numpy(), "right") for name in ("first_row", "last_row"))
+    return np.asarray(last > first)
 
 
 def _actions(laps: Laps, text: str) -> Array:
@@ -175,9 +255,14 @@ def _share(laps: Laps, name: str, waypoint: int) -> float:
     if waypoint >= len(waypoints):
         raise SettingError(
             "--{name}: {track} has no waypoint {waypoint}; expected 0 to {last}.",
-            name=name, track=laps.track.name, waypoint=waypoint, last=len(waypoints) - 1,
+            name=name.replace("_", "-"), track=laps.track.name, waypoint=waypoint, last=len(waypoints) - 1,
         )  # fmt: skip
     return float(laps.track.locate(waypoints[[waypoint]]).arc[0] / laps.track.length)
+
+
+def _piece(laps: Laps, name: str, waypoint: int) -> int:
+    """Return in which piece of the lap a waypoint lies."""
+    return min(int(_share(laps, name, waypoint) * laps.pieces), laps.pieces - 1)
 
 
 def _read(name: str, text: str, form: str, expected: str) -> tuple[str, ...]:
@@ -193,4 +278,6 @@ def _read(name: str, text: str, form: str, expected: str) -> tuple[str, ...]:
 
 
 def _refusal(name: str, text: str, expected: str) -> SettingError:
-    return SettingError("--{name} is {text!r}; expected {expected}.", name=name, text=text, expected=expected)
+    return SettingError(
+        "--{name} is {text!r}; expected {expected}.", name=name.replace("_", "-"), text=text, expected=expected
+    )

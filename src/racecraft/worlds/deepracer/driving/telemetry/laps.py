@@ -60,11 +60,18 @@ class Laps:
     """(L, N) commanded speed there."""
     offset_m: Array
     """(L, N) from the centre line, left positive."""
-    episodes: int
-    """Episodes of the log, whole laps or not."""
+    tick: Array
+    """(L, N) row of the tick that holds in the middle of the piece."""
+    ticks: pl.DataFrame
+    """The log's, whole laps or not; rows count among them."""
 
     def __len__(self) -> int:
         return self.about.height
+
+    @property
+    def episodes(self) -> int:
+        """Episodes of the log, whole laps or not."""
+        return int(self.ticks["unique_episode"].n_unique())
 
     @property
     def pieces(self) -> int:
@@ -96,7 +103,9 @@ class Laps:
 
     def take(self, rows: Array) -> Laps:
         """Return some of the laps, in the order of `rows` (K,)."""
-        return replace(self, about=self.about[rows.tolist()], **{name: getattr(self, name)[rows] for name in TRACES})
+        return replace(
+            self, about=self.about[rows.tolist()], **{name: getattr(self, name)[rows] for name in (*TRACES, "tick")}
+        )
 
 
 def find_laps(ticks: pl.DataFrame, track: Track) -> Laps:
@@ -120,12 +129,11 @@ def find_laps(ticks: pl.DataFrame, track: Track) -> Laps:
         mean_reward=_mean_reward(ticks, first, last),
         max_slide_rad=_polars().Series(_max_slide(columns, first, last)),
     )  # fmt: skip
-    episodes = int(ticks["unique_episode"].n_unique())
-    return Laps(track, about, episodes=episodes, **traces)
+    return Laps(track, about, ticks=ticks, **traces)
 
 
 def trace_laps(columns: Mapping[str, Array], first: Array, last: Array, track: Track) -> tuple[dict[str, Array], Array]:
-    """Return the traces of laps (see `Laps`) by name, and where each lap began, a share of the lap (L,).
+    """Return the traces of laps and `tick` (see `Laps`) by name, and where each lap began, a share of it (L,).
 
     Args:
         columns: Ticks, (T,) each: time_s, x_m and y_m (the car's front point), steering_rad, speed_mps (commanded).
@@ -135,7 +143,7 @@ def trace_laps(columns: Mapping[str, Array], first: Array, last: Array, track: T
     """
     pieces = int(np.clip(round(track.length / PIECE_M), MIN_PIECES, MAX_PIECES))
     if not len(first):
-        return {name: np.zeros((0, pieces)) for name in TRACES}, np.zeros(0)
+        return {name: np.zeros((0, pieces)) for name in (*TRACES, "tick")}, np.zeros(0)
     rows = _rows_of(first, last)
     place = track.locate(np.column_stack([columns["x_m"][rows], columns["y_m"][rows]]))
     ends = np.cumsum(last - first + 1)
@@ -239,7 +247,8 @@ def _resample(
     held = {"steering_rad": columns["steering_rad"][rows], "throttle_mps": columns["speed_mps"][rows]}
     traces = {name: _turned(values[row].reshape(edges.shape), order) for name, values in held.items()}
     traces["offset_m"] = _turned(np.interp(middle.ravel(), at, offset).reshape(edges.shape), order)
-    return traces | {"seconds": spent(time), "metres": spent(path)}
+    tick = _turned(rows[row].reshape(edges.shape), order)
+    return traces | {"seconds": spent(time), "metres": spent(path), "tick": tick}
 
 
 def _along(arc: Array, lap: Array, begins: Array, length: float) -> Array:
