@@ -3,15 +3,21 @@
 `RIGHT` passes; `CASES` fails with the feedback of its case; what is a figure's is written as the figure gives it.
 """
 
+import re
+
 from racecraft.lessons.checking import material
 from racecraft.lessons.course import course
-from racecraft.worlds.deepracer.lessons import checks
+from racecraft.worlds.deepracer.lessons import checks, disturbed, sight
 
-TRAINED = checks.facts()
+TRAINED = checks.facts() | disturbed.facts() | sight.facts()
+"""What was recorded for the lessons about cars."""
 TOURNAMENT = material("racecraft.worlds.battlesnake.lessons", "tournament.json")["rows"]
 PAIRS = [row["low"] > 50 or row["high"] < 50 for row in TOURNAMENT]
 """Whether it is sure who of a pair is better."""
-"""What the recorded training came to."""
+LAP = material("racecraft.worlds.deepracer.lessons", "sight.json")["steps"]
+GAPS = [one - other for *_, one, other in LAP]
+"""Points between the two likeliest actions at each step of the lap."""
+ROW, COLUMN, HEIGHT, WIDTH = (int(one) for one in re.findall(r"\d+", TRAINED["bend_patch"]))
 ROAD = {"columns": 7, "pays": "centre", "moves": "ahead", "changed": []}
 
 
@@ -34,7 +40,7 @@ PAY = "def pay(row, column):\n    return {}"
 CLIP = "def clipped(r, a, e):\n    h = min(max(r, 1 - e), 1 + e)\n    return {}"
 
 
-def patch(*squares, picture=7):
+def patch(*squares, picture=TRAINED["bend"]):
     return {"patch": {"picture": picture, "patch": list(squares)}}
 
 
@@ -174,9 +180,9 @@ RIGHT = {
     "reward-function/nearer-is-more": {"code": REWARD.format("1 - p['distance_from_center'] / p['track_width']")},
     "hyperparameters/match": {"a": "3e-3", "b": "3e-5", "c": "3e-4"},
     "hyperparameters/clipped": {"code": CLIP.format("min(r * a, h * a)")},
-    "sight/patch": patch(2, 1, 1, 3),
+    "sight/patch": patch(ROW - 1, COLUMN - 1, HEIGHT, WIDTH),
     "sight/hottest": {"changes": "all", "reason": "still_enough"},
-    "sight/undecided": {"step": "39"},
+    "sight/undecided": {"step": TRAINED["undecided_steps"].split(",")[0]},
     "sight/mirrored": {"steers": "right", "reason": "never_driven"},
     "family/dqn-update": {"value": "1.2"},
     "family/target-off": {"happens": "same", "reason": "own_guess"},
@@ -185,7 +191,7 @@ RIGHT = {
     "family/evolution": {"slope": "6"},
     "family/tried-next": {"prior": "0.38"},
     "real/worst-disturbance": {"worst": "light", "reason": "acts_late"},
-    "real/surely-worse": {"count": "3"},
+    "real/surely-worse": {"count": str(TRAINED["sure"])},
     "tracks/worst-track": {"worst": "bowtie", "reason": "road_alone"},
     "reward/two-numbers": {"code": PAY.format("2.0 if row == 2 else 0.0")},
     "explore/found-again": {"soonest": "zero", "reason": "old_values"},
@@ -270,7 +276,7 @@ CASES = {
         "too_dark": {"worst": "light", "reason": "too_dark"},
         "all_alike": {"worst": "light", "reason": "all_alike"},
     },
-    "real/surely-worse": {"fewer_laps": {"count": "7"}, "other": {"count": "30"}},
+    "real/surely-worse": {"fewer_laps": {"count": str(TRAINED["fewer"])}, "other": {"count": "30"}},
     "family/dqn-update": {
         "local_network": {"value": "1.65"},
         "no_discount": {"value": "1.25"},
@@ -401,7 +407,7 @@ CASES = {
         "body": snake_code(f"{ON_BOARD} and at != body[1]"),
     },
     "sight/patch": {
-        "other_picture": patch(2, 1, 1, 3, picture=3),
+        "other_picture": patch(2, 1, 1, 3, picture=TRAINED["spot"]),
         "same": patch(0, 4, 2, 2),
         "too_large": patch(0, 0, 6, 8),
     },
@@ -410,7 +416,10 @@ CASES = {
         "wrong_map": {"changes": "few", "reason": "wrong_map"},
         "no_picture": {"changes": "few", "reason": "no_picture"},
     },
-    "sight/undecided": {"close": {"step": "43"}, "sure": {"step": "53"}},
+    "sight/undecided": {
+        "close": {"step": str(1 + next(at for at, gap in enumerate(GAPS) if 1 <= gap < 5))},
+        "sure": {"step": str(1 + GAPS.index(max(GAPS)))},
+    },
     "sight/mirrored": {
         "run": {"steers": "left"},
         "no_sides": {"steers": "left", "reason": "no_sides"},

@@ -3,9 +3,9 @@
 import random
 
 import pytest
-from tests.lessons.answers import CASES, RIGHT, random_take
+from tests.lessons.answers import CASES, LAP, RIGHT, TRAINED, random_take
 
-from racecraft.lessons.checking import Answer
+from racecraft.lessons.checking import Answer, material
 from racecraft.lessons.course import course
 
 EXERCISES = {f"{lesson.id}/{one.id}": one for lesson in course().lessons for one in lesson.exercises}
@@ -20,6 +20,14 @@ def test_every_exercise_has_a_right_answer_and_one_for_each_misconception():
 
 def test_every_check_belongs_to_an_exercise():
     assert {exercise.check for exercise in EXERCISES.values()} == set(course().checks)
+
+
+def test_the_texts_of_lesson_8_fit_the_recorded_lap():
+    assert EXERCISES["sight/undecided"].fields[0].high == len(LAP)
+    seen = material("racecraft.worlds.deepracer.lessons", "sight.json")
+    mirrored = seen["pictures"][TRAINED["mirror"] - 1]["mirrored"]
+    assert seen["actions"][mirrored.index(max(mirrored))].startswith("left"), "it goes on steering left"
+    assert TRAINED["turned"], "and elsewhere it does not"
 
 
 @pytest.mark.parametrize("where", EXERCISES)

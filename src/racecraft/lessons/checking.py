@@ -57,6 +57,16 @@ class Answer:
         self.arguments = exercise.arguments
         self._fields = {one.name: one for one in exercise.fields}
 
+    def require(self) -> None:
+        """Read every field that is asked before the run.
+
+        Raises:
+            AnswerError: One is missing or cannot be read.
+        """
+        for one in self.exercise.fields:
+            if not one.later:
+                getattr(self, "taken" if one.kind == "take" else one.kind)(one.name)
+
     def has(self, name: str) -> bool:
         """Tell whether a field was filled in."""
         return self._given.get(name) not in (None, "", [])
@@ -158,22 +168,41 @@ def tried(case: str, **values: Any) -> Verdict:
     return Verdict("tried", case, values)
 
 
+Numbers = float | Sequence[float]
+
+
 def compared(
-    given: float, right: float, near: float, wrong: Mapping[str, float], otherwise: str = "other", **values: Any
+    given: Numbers,
+    right: Numbers,
+    near: float,
+    wrong: Mapping[str, Numbers],
+    otherwise: str = "other",
+    /,
+    names: Sequence[str] = (),
+    **values: Any,
 ) -> Verdict:
-    """Return the verdict of one number.
+    """Return the verdict of a number, or of several together.
 
     Args:
         given: By the pupil.
         right: As it was computed.
         near: How far from a number counts as that number.
         wrong: What misconceptions give, by case.
-        otherwise: Case of any other number.
-        values: For the feedback.
+        otherwise: Case of anything else.
+        names: Of the numbers in the feedback: as they were given or, to a pupil who passed, as they were computed.
+        values: For the feedback besides.
     """
-    if abs(given - right) <= near:
-        return passed(**values)
-    return tried(next((case for case, one in wrong.items() if abs(given - one) <= near), otherwise), **values)
+
+    def numbers(one: Numbers) -> Sequence[float]:
+        return one if isinstance(one, Sequence) else [one]
+
+    def is_given(other: Numbers) -> bool:
+        return all(abs(one - two) <= near for one, two in zip(numbers(given), numbers(other), strict=True))
+
+    if is_given(right):
+        return passed(**values, **dict(zip(names, numbers(right), strict=False)))
+    case = next((case for case, one in wrong.items() if is_given(one)), otherwise)
+    return tried(case, **values, **dict(zip(names, numbers(given), strict=False)))
 
 
 def predicted(answer: Answer, reason: str, right: str, table: Any = None, **values: Any) -> Verdict:

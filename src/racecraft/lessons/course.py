@@ -93,8 +93,7 @@ class Course:
 def course() -> Course:
     """Return every lesson that is installed."""
     parts = [own, *(piece for kind in kinds() if (piece := kind.piece("lessons")) is not None)]
-    lessons = [_with_material(read_lesson(file.read_text("utf-8"), file.name), part)
-               for part in parts for file in _files(part, "texts", ".md")]  # fmt: skip
+    lessons = [lesson for part in parts for lesson in _lessons_of(part)]
     order = {path: number for number, path in enumerate(PATHS)}
     lessons.sort(key=lambda one: (order[one.path], int(one.number.lstrip("SU"))))
     figures = ((part, file.name) for part in parts for file in _files(part, "modules", ".js"))
@@ -112,17 +111,19 @@ def _checks(module: Any) -> Iterator[tuple[str, Check]]:
             yield name, one
 
 
-def _with_material(lesson: Lesson, part: Any) -> Lesson:
-    """Return a lesson with what was trained for it: in figures whose `material` names a file, and in its texts."""
+def _lessons_of(part: Any) -> Iterator[Lesson]:
+    """Yield a part's lessons with what was trained for them: in figures whose `material` names a file, and in texts."""
     facts = {name: str(value) for module in part.CHECKS
              for name, value in getattr(module, "facts", dict)().items()}  # fmt: skip
-    blocks = [
-        replace(block, settings={**block.settings, "data": material(part.__package__, name)})
-        if isinstance(block, Figure) and (name := block.settings.get("material"))
-        else _filled(block, facts)
-        for block in lesson.blocks
-    ]
-    return replace(lesson, blocks=tuple(blocks))
+    for file in _files(part, "texts", ".md"):
+        lesson = read_lesson(file.read_text("utf-8"), file.name)
+        blocks = [
+            replace(block, settings={**block.settings, "data": material(part.__package__, name)})
+            if isinstance(block, Figure) and (name := block.settings.get("material"))
+            else _filled(block, facts)
+            for block in lesson.blocks
+        ]
+        yield replace(lesson, blocks=tuple(blocks))
 
 
 def _filled(part: Any, facts: Mapping[str, str]) -> Any:

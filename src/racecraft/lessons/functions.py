@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -37,3 +38,14 @@ def call_function(code: str, name: str, calls: Sequence[Sequence[Any]]) -> list[
     if "error" in reply:
         raise AnswerError("Line {line}: {error}", line=reply["line"], error=str(reply["error"])[:300])
     return list(from_head(body).get("values", []))
+
+
+def call_for_numbers(code: str, name: str, calls: Sequence[Sequence[Any]]) -> list[float] | None:
+    """As `call_function`; None where it gives anything but finite numbers."""
+    found = call_function(code, name, calls)
+    return found if all(map(is_number, found)) else None
+
+
+def is_number(value: object) -> bool:
+    """Tell whether a value is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

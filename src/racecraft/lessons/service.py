@@ -138,7 +138,9 @@ def checked(lessons: Lessons, lesson: str, id: str, given: dict[str, Any]) -> di
         locked = lessons.progress.of(lesson).get(id, {}).get("prediction", {})
         given = {**given, **locked}
     try:
-        verdict = lessons.course().checks[exercise.check](Answer(exercise, given, lessons.models()))
+        answer = Answer(exercise, given, lessons.models())
+        answer.require()
+        verdict = lessons.course().checks[exercise.check](answer)
     except UserInputError as error:
         return {"state": "unusable", "text": str(error)}
     prediction = None

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Sequence
 from functools import cache
 
-from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
-from racecraft.lessons.functions import call_function
+from racecraft.lessons.checking import Answer, AnswerError, Verdict, compared, passed, predicted, tried
+from racecraft.lessons.functions import call_function, is_number
 from racecraft.lessons.models.chance import Chance
 from racecraft.lessons.models.grid import Drive, drive, make_grid
 from racecraft.lessons.models.policy_gradient import (
@@ -40,15 +39,10 @@ def row_of_four(answer: Answer) -> Verdict:
     move, total = four_drives()[3]
     right = drive_row(EVEN, move, total)
     given = [answer.number(side) for side in SIDES]
-    if close(given, right):
-        return passed(left=right[0], straight=right[1], right=right[2])
-    if close(given, [-right[0], right[1], -right[2]]):
-        return tried("sign")
-    if close(given, [0, total, 0]):
-        return tried("only_own", total=total)
-    if close(given, [one / total for one in right]):
-        return tried("no_total", total=total)
-    return tried("other", straight=given[1], sum=sum(given))
+    wrong = {
+        "sign": [-right[0], right[1], -right[2]], "only_own": [0, total, 0], "no_total": [one / total for one in right],
+    }  # fmt: skip
+    return compared(given, right, 0.01, wrong, names=SIDES, total=total, sum=sum(given))
 
 
 def mean_and_policy(answer: Answer) -> Verdict:
@@ -151,7 +145,7 @@ def own_weights(answer: Answer) -> Verdict:
     lists = [[round(rng.uniform(-5, 15), 3) for _ in range(rng.randint(2, 12))] for _ in range(100)]
     found = call_function(answer.code("code"), "weights", [[one] for one in lists])
     for returns, given in zip(lists, found, strict=True):
-        if not isinstance(given, list) or len(given) != len(returns) or not all(is_number(one) for one in given):
+        if not isinstance(given, list) or len(given) != len(returns) or not all(map(is_number, given)):
             return tried("no_list", given=str(given)[:60])
         mean = sum(returns) / len(returns)
         if any(abs(one - (value - mean)) > 1e-9 for one, value in zip(given, returns, strict=True)):
@@ -159,13 +153,3 @@ def own_weights(answer: Answer) -> Verdict:
             return tried("unchanged" if unchanged else "sum_not_zero" if abs(sum(given)) > 1e-9 else "other_scale",
                          returns=str(returns[:3])[:-1] + ", …]", sum=sum(given))  # fmt: skip
     return passed()
-
-
-def close(given: Sequence[float], right: Sequence[float]) -> bool:
-    """Tell whether numbers agree within 0.01."""
-    return all(abs(one - other) <= 0.01 for one, other in zip(given, right, strict=True))
-
-
-def is_number(value: object) -> bool:
-    """Tell whether a value is a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from racecraft.lessons.checking import Answer, Verdict, passed, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, passed, tried
 from racecraft.lessons.exercises.reading_figures import drive_of, grid_from
 from racecraft.lessons.models.grid import (
     OFF,
@@ -51,14 +51,9 @@ def last_values(answer: Answer) -> Verdict:
     """The values of the last two squares before the goal, against value iteration on the learner's grid."""
     values = optimal_values(make_grid(), GAMMA)[2]
     last, before = answer.number("last"), answer.number("before")
-    right = abs(last - values[5]) <= 0.05, abs(before - values[4]) <= 0.05
-    if all(right):
-        return passed(last=values[5], before=values[4])
-    if right[0] and abs(before - 2.0) <= 0.05:
-        return tried("only_reward", before=before)
-    if right[0] and abs(before - 4.0) <= 0.05:
-        return tried("no_discount", before=before)
-    return tried("last_wrong" if not right[0] else "before_wrong", last=last, before=before)
+    wrong = {"only_reward": (values[5], 2.0), "no_discount": (values[5], 4.0)}
+    otherwise = "before_wrong" if abs(last - values[5]) <= 0.05 else "last_wrong"
+    return compared((last, before), (values[5], values[4]), 0.05, wrong, otherwise, names=("last", "before"))
 
 
 def after_three(answer: Answer) -> Verdict:

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from racecraft.lessons.checking import Answer, AnswerError
-from racecraft.lessons.functions import call_function
+from racecraft.lessons.functions import call_for_numbers
 from racecraft.lessons.models.grid import MAX_MOVES, Drive, Grid, drive, make_grid
 
 MAX_COLUMNS, MAX_PAY = 60, 100.0
@@ -34,8 +34,8 @@ def grid_paid_by(answer: Answer, name: str, columns: int, moves: str = "ahead") 
     """
     grid = make_grid(columns, moves=moves)
     squares = [[row, column] for row in range(grid.rows) for column in range(columns)]
-    paid = call_function(answer.code(name), "pay", squares)
-    if not all(isinstance(one, int | float) and math.isfinite(one) for one in paid):
+    paid = call_for_numbers(answer.code(name), "pay", squares)
+    if paid is None:
         return None
     rows = tuple(tuple(map(float, paid[at : at + columns])) for at in range(0, len(paid), columns))
     return Grid(rows, grid.start, grid.goal, moves)

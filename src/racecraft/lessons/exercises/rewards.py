@@ -155,7 +155,6 @@ def luck(seeds: int) -> float:
 
 def better_or_luck(answer: Answer) -> Verdict:
     """A prediction: is a step of 0.8 better than one of 0.5, or was it luck? As many seeds are run as are asked for."""
-    answer.choice("better")
     seeds = round(answer.number("seeds")) if answer.has("seeds") else 3
     groups = [(rate, late_means(rate, first)[:seeds]) for rate, first in ((RATE_A, SEED_A), (RATE_B, SEED_B))]
     rows = [(rate, seeds, sum(row) / seeds, min(row), max(row)) for rate, row in groups]
@@ -185,7 +184,6 @@ def first_reward(answer: Answer) -> Verdict:
 
 def better_epsilon(answer: Answer) -> Verdict:
     """A prediction: ε 0 or ε 0.3?"""
-    answer.choice("better")
     rows = epsilon_rows()
     return predicted(answer, "reason", "never_tries", (("ε", "of 20 find 12.0", "mean total of the last 50"), rows))
 
@@ -224,7 +222,6 @@ def schedule(answer: Answer) -> Verdict:
 
 def found_again(answer: Answer) -> Verdict:
     """A prediction: which ε finds the new best drive soonest, once the pay has moved to the row above?"""
-    answer.choice("soonest")
     return predicted(answer, "reason", "old_values", (("ε", "of 20 find it", "drives it takes, median"), again_rows()))
 
 

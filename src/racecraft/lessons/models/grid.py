@@ -10,7 +10,7 @@ Rows are counted from the top, columns from the left, both from 0; the car faces
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -110,16 +110,22 @@ class Drive:
 
 def drive(grid: Grid, moves: Sequence[int]) -> Drive:
     """Drive these moves, as far as the episode goes."""
+    left = iter(moves)
+    return drive_by(grid, lambda _: next(left, None))
+
+
+def drive_by(grid: Grid, decide: Callable[[Square], int | None]) -> Drive:
+    """Drive the moves that are decided square by square, until the episode ends, is cut, or there is none."""
     square, squares, ended = grid.start, [grid.start], ""
+    moves: list[int] = []
     rewards: list[float] = []
-    for move in moves:
+    while not ended and len(moves) < MAX_MOVES and (move := decide(square)) is not None:
         square = grid.after(square, move)
+        moves.append(move)
         squares.append(square)
         rewards.append(grid.pay[square[0]][square[1]])
         ended = grid.ends(square)
-        if ended or len(rewards) >= MAX_MOVES:
-            break
-    return Drive(tuple(squares), tuple(moves[: len(rewards)]), tuple(rewards), ended)
+    return Drive(tuple(squares), tuple(moves), tuple(rewards), ended)
 
 
 def every_drive(grid: Grid) -> Iterator[Drive]:
@@ -155,19 +161,17 @@ def action_values(grid: Grid, values: Values, square: Square, gamma: float) -> l
 
 def best_drive(grid: Grid, gamma: float) -> Drive:
     """Return the drive of the best policy; of equal moves straight, then left."""
-    values, square = optimal_values(grid, gamma), grid.start
-    moves: list[int] = []
-    while not grid.ends(square) and len(moves) < MAX_MOVES:
+    values = optimal_values(grid, gamma)
+
+    def decide(square: Square) -> int:
         worth = action_values(grid, values, square, gamma)
         best = max(worth)
-        move = next(one for one in (1, 0, 2) if worth[one] >= best - 1e-9)
-        moves.append(move)
-        square = grid.after(square, move)
-    return drive(grid, moves)
+        return next(one for one in (1, 0, 2) if worth[one] >= best - 1e-9)
+
+    return drive_by(grid, decide)
 
 
-def _swept(grid: Grid, gamma: float, best: object) -> Values:
-    assert callable(best)
+def _swept(grid: Grid, gamma: float, best: Callable[[Sequence[float]], float]) -> Values:
     values = [[0.0] * grid.columns for _ in range(grid.rows)]
     for _ in range(10_000):
         change = 0.0
@@ -198,8 +202,8 @@ def new_q(grid: Grid) -> Q:
     return [[[0.0] * 3 for _ in range(grid.columns)] for _ in range(grid.rows)]
 
 
-def update(q: Q, grid: Grid, square: Square, move: int, alpha: float, gamma: float) -> float:
-    """Improve one value by one move; return the reward.
+def update(q: Q, grid: Grid, square: Square, move: int, alpha: float, gamma: float) -> None:
+    """Improve one value by one move.
 
     `Q(s,a) += alpha · (r + gamma · max Q(s′,·) − Q(s,a))`
     """
@@ -208,7 +212,6 @@ def update(q: Q, grid: Grid, square: Square, move: int, alpha: float, gamma: flo
     ahead = 0.0 if grid.ends((row, column)) else max(q[row][column])
     own = q[square[0]][square[1]]
     own[move] += alpha * (reward + gamma * ahead - own[move])
-    return reward
 
 
 def choose(values: Sequence[float], epsilon: float, chance: Chance) -> int:
@@ -234,27 +237,18 @@ def learn(grid: Grid, learning: Learning, chance: Chance, q: Q | None = None) ->
 
 def learn_drive(grid: Grid, q: Q, alpha: float, gamma: float, epsilon: float, chance: Chance) -> Drive:
     """Drive one episode and learn from each of its moves."""
-    square, squares, ended = grid.start, [grid.start], ""
-    moves: list[int] = []
-    rewards: list[float] = []
-    while not ended and len(moves) < MAX_MOVES:
+
+    def decide(square: Square) -> int:
         move = choose(q[square[0]][square[1]], epsilon, chance)
-        rewards.append(update(q, grid, square, move, alpha, gamma))
-        square = grid.after(square, move)
-        moves.append(move)
-        squares.append(square)
-        ended = grid.ends(square)
-    return Drive(tuple(squares), tuple(moves), tuple(rewards), ended)
+        update(q, grid, square, move, alpha, gamma)
+        return move
+
+    return drive_by(grid, decide)
 
 
 def greedy_drive(grid: Grid, q: Q, chance: Chance) -> Drive:
     """Return the drive that always does what is known to be best; of equals one is drawn."""
-    square = grid.start
-    moves: list[int] = []
-    while not grid.ends(square) and len(moves) < MAX_MOVES:
-        moves.append(choose(q[square[0]][square[1]], 0.0, chance))
-        square = grid.after(square, moves[-1])
-    return drive(grid, moves)
+    return drive_by(grid, lambda square: choose(q[square[0]][square[1]], 0.0, chance))
 
 
 def chance_to_reach(moves: int) -> float:

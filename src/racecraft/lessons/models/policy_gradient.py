@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 from racecraft.lessons.models.chance import Chance
-from racecraft.lessons.models.grid import Drive, Grid, Square, drive, every_drive, make_grid
+from racecraft.lessons.models.grid import Drive, Grid, Square, drive_by, every_drive, make_grid
 
 Batch = Sequence[tuple[int, float]]
 
@@ -91,7 +91,7 @@ def learn_grid(step: float, updates: int, chance: Chance, drives: int = 20) -> l
     grid, means = make_grid(), []
     theta = {square: [0.0, 0.0, 0.0] for square in grid.squares()}
     for _ in range(updates):
-        batch = [_drawn_drive(grid, theta, chance) for _ in range(drives)]
+        batch = _batch(grid, theta, drives, chance)
         means.append(sum(one.total for one in batch) / drives)
         slopes = {square: [0.0, 0.0, 0.0] for square in theta}
         for one, weight in zip(batch, weights([one.total for one in batch], has_baseline=True), strict=True):
@@ -102,11 +102,12 @@ def learn_grid(step: float, updates: int, chance: Chance, drives: int = 20) -> l
     return means
 
 
-def _drawn_drive(grid: Grid, theta: dict[Square, list[float]], chance: Chance) -> Drive:
-    square, moves = grid.start, []
-    while not grid.ends(square):
-        pi = probabilities(theta[square])
-        share = chance.share()
-        moves.append(0 if share < pi[0] else 1 if share < pi[0] + pi[1] else 2)
-        square = grid.after(square, moves[-1])
-    return drive(grid, moves)
+def _batch(grid: Grid, theta: Mapping[Square, Sequence[float]], count: int, chance: Chance) -> list[Drive]:
+    pi = {square: probabilities(one) for square, one in theta.items()}
+    return [drive_by(grid, lambda square: drawn(pi[square], chance)) for _ in range(count)]
+
+
+def drawn(pi: Sequence[float], chance: Chance) -> int:
+    """Return a move drawn by its probability."""
+    share = chance.share()
+    return 0 if share < pi[0] else 1 if share < pi[0] + pi[1] else 2

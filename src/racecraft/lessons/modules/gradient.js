@@ -20,5 +20,11 @@ export function gradient(theta, batch, hasBaseline) {
   return [0, 1, 2].map(action => rows.reduce((sum, row) => sum + row[action], 0) / rows.length);
 }
 
+/* A move drawn by its probability. */
+export function drawn(pi, chance) {
+  const share = chance.share();
+  return share < pi[0] ? 0 : share < pi[0] + pi[1] ? 1 : 2;
+}
+
 export const climbed = (theta, slope, step) => theta.map((one, k) => one + step * slope[k]);
 export const entropy = pi => -pi.filter(one => one > 0).reduce((sum, one) => sum + one * Math.log(one), 0);

@@ -37,16 +37,22 @@ export function after(grid, [row, column], move) {
 }
 
 export function drive(grid, moves) {
-  let square = grid.start, ended = "";
-  const squares = [square], rewards = [];
-  for (const move of moves) {
-    square = after(grid, square, move);
+  let at = 0;
+  return driveBy(grid, () => moves[at++]);
+}
+
+/* Drive the moves that are decided square by square, until the episode ends, is cut, or there is none. */
+export function driveBy(grid, decide) {
+  const squares = [grid.start], rewards = [], moves = [];
+  let ended = "", move;
+  while (!ended && moves.length < MOST_MOVES && (move = decide(squares.at(-1))) !== undefined) {
+    const square = after(grid, squares.at(-1), move);
+    moves.push(move);
     squares.push(square);
     rewards.push(grid.pay[square[0]][square[1]]);
     ended = ends(grid, square);
-    if (ended || rewards.length >= MOST_MOVES) break;
   }
-  return { squares, rewards, moves: moves.slice(0, rewards.length), ended, total: rewards.reduce((sum, one) => sum + one, 0) };
+  return { squares, rewards, moves, ended, total: rewards.reduce((sum, one) => sum + one, 0) };
 }
 
 export function actionValues(grid, values, square, gamma) {
@@ -60,14 +66,11 @@ export const optimalValues = (grid, gamma) => swept(grid, gamma, three => Math.m
 export const randomValues = (grid, gamma) => swept(grid, gamma, three => (three[0] + three[1] + three[2]) / 3);
 
 export function bestDrive(grid, gamma) {
-  const values = optimalValues(grid, gamma), moves = [];
-  let square = grid.start;
-  while (!ends(grid, square) && moves.length < MOST_MOVES) {
+  const values = optimalValues(grid, gamma);
+  return driveBy(grid, square => {
     const worth = actionValues(grid, values, square, gamma), best = Math.max(...worth);
-    moves.push([1, 0, 2].find(one => worth[one] >= best - 1e-9));
-    square = after(grid, square, moves.at(-1));
-  }
-  return drive(grid, moves);
+    return [1, 0, 2].find(one => worth[one] >= best - 1e-9);
+  });
 }
 
 function swept(grid, gamma, best) {
@@ -92,7 +95,6 @@ export function update(q, grid, square, move, alpha, gamma) {
   const [row, column] = after(grid, square, move), reward = grid.pay[row][column];
   const ahead = ends(grid, [row, column]) ? 0 : Math.max(...q[row][column]), own = q[square[0]][square[1]];
   own[move] += alpha * (reward + gamma * ahead - own[move]);
-  return reward;
 }
 
 export function choose(values, epsilon, chance) {
@@ -111,23 +113,11 @@ export function learn(grid, { alpha = 0.5, gamma = 0.9, epsilon = 0.3, epsilonLa
 }
 
 export function learnDrive(grid, q, alpha, gamma, epsilon, chance) {
-  const moves = [];
-  let square = grid.start;
-  while (!ends(grid, square) && moves.length < MOST_MOVES) {
+  return driveBy(grid, square => {
     const move = choose(q[square[0]][square[1]], epsilon, chance);
     update(q, grid, square, move, alpha, gamma);
-    moves.push(move);
-    square = after(grid, square, move);
-  }
-  return drive(grid, moves);
+    return move;
+  });
 }
 
-export function greedyDrive(grid, q, chance) {
-  const moves = [];
-  let square = grid.start;
-  while (!ends(grid, square) && moves.length < MOST_MOVES) {
-    moves.push(choose(q[square[0]][square[1]], 0, chance));
-    square = after(grid, square, moves.at(-1));
-  }
-  return drive(grid, moves);
-}
+export const greedyDrive = (grid, q, chance) => driveBy(grid, ([row, column]) => choose(q[row][column], 0, chance));

@@ -1,8 +1,8 @@
 /* <rc-gradient>: four drives, the table of their gradient, a step, and the policy that comes of it. */
 import { t } from "racecraft.pages/texts.js";
-import { Figure, bars, button, element, facts, slider, toggle } from "racecraft.lessons/parts.js";
-import { Chance, drive, ends, makeGrid } from "racecraft.lessons/grid.js";
-import { climbed, driveRow, entropy, gradient, probabilities, weights } from "racecraft.lessons/gradient.js";
+import { Figure, bars, button, element, facts, slider, table, toggle } from "racecraft.lessons/parts.js";
+import { Chance, drive, driveBy, makeGrid } from "racecraft.lessons/grid.js";
+import { climbed, drawn, driveRow, entropy, gradient, probabilities, weights } from "racecraft.lessons/gradient.js";
 
 const SIDES = [t("left"), t("straight"), t("right")], LETTERS = "lsr";
 const FIRST = [[1, 0, 1, 0], [0, 0], [2, 2], [1, 1, 0, 0]];
@@ -13,7 +13,7 @@ class GradientFigure extends Figure {
     this.road = makeGrid(); this.chance = new Chance(5);
     this.batch = FIRST; this.theta = [0, 0, 0]; this.baseline = false; this.step = 0.5; this.steps = 0;
     this.bars = element("div", { class: "bars3", role: "group", "aria-label": t("Policy at the start square") });
-    this.table = element("div", { class: "wide-table", tabindex: 0, role: "region", "aria-label": t("The gradient, drive by drive") });
+    this.table = element("div");
     this.told = element("div", { "aria-live": "polite" });
     this.append(this.bars, this.told, this.table, element("div", { class: "tools" },
       button(t("Step uphill"), () => this.climb(), "first"), button(t("Four new drives"), () => this.collect()), button(t("The lesson's four drives"), () => { this.batch = FIRST; this.draw(); }), button(t("Back to 1/3 each"), () => { this.theta = [0, 0, 0]; this.steps = 0; this.draw(); }, "plain"),
@@ -33,15 +33,8 @@ class GradientFigure extends Figure {
   }
 
   collect() {   // the first move by the policy, the others at random, as the lesson has it
-    this.batch = Array.from({ length: 4 }, () => {
-      const moves = [], pi = probabilities(this.theta);
-      let square = drive(this.road, []).squares[0], share = this.chance.share();
-      while (!ends(this.road, square)) {
-        moves.push(moves.length ? this.chance.below(3) : share < pi[0] ? 0 : share < pi[0] + pi[1] ? 1 : 2);
-        square = drive(this.road, moves).squares.at(-1);
-      }
-      return moves;
-    });
+    const pi = probabilities(this.theta);
+    this.batch = Array.from({ length: 4 }, () => driveBy(this.road, square => square === this.road.start ? drawn(pi, this.chance) : this.chance.below(3)).moves);
     this.draw();
   }
 
@@ -49,27 +42,20 @@ class GradientFigure extends Figure {
     const pi = probabilities(this.theta), drives = this.drives, totals = drives.map(one => one.total), counted = weights(totals, this.baseline);
     this.bars.replaceChildren(...bars(SIDES.map((name, k) => [name, pi[k], pi[k].toFixed(4)])));
     this.told.replaceChildren(facts([[String(this.steps), t("steps climbed")], [entropy(pi).toFixed(3), t("entropy")], [(totals.reduce((a, b) => a + b, 0) / 4).toFixed(3), t("mean total")]]));
-    const table = element("table"), head = table.createTHead().insertRow();
-    for (const name of [t("moves (l, s, r)"), t("total"), t("weight"), ...SIDES]) head.append(element("th", { scope: "col" }, name));
-    const body = table.createTBody();
-    drives.forEach((one, k) => {
-      const row = body.insertRow(), cell = row.insertCell(), input = element("input", { type: "text", size: 8, "aria-label": t("moves of drive {number}", { number: k + 1 }), value: one.moves.map(move => LETTERS[move]).join("") });
-      input.onchange = () => {
-        const moves = [...input.value.toLowerCase()].map(letter => LETTERS.indexOf(letter)).filter(move => move >= 0);
-        if (drive(this.road, moves).ended) this.batch = this.batch.map((old, at) => at === k ? drive(this.road, moves).moves : old);
-        this.draw();
-      };
-      cell.append(input);
-      for (const value of [one.total, counted[k], ...driveRow(this.theta, one.moves[0], counted[k])]) row.insertCell().textContent = written(value);
-    });
+    const rows = drives.map((one, k) => [this.input(one, k), ...[one.total, counted[k], ...driveRow(this.theta, one.moves[0], counted[k])].map(written)]);
     const slope = gradient(this.theta, drives.map(one => [one.moves[0], one.total]), this.baseline), after = climbed(this.theta, slope, this.step);
-    for (const [name, values] of [[t("mean"), slope], [t("θ after a step"), after], [t("π after a step"), probabilities(after)]]) {
-      const row = body.insertRow();
-      row.className = "sum";
-      row.append(element("th", { scope: "row", colspan: 3 }, name));
-      for (const value of values) row.insertCell().textContent = written(value);
-    }
-    this.table.replaceChildren(table);
+    for (const [name, values] of [[t("mean"), slope], [t("θ after a step"), after], [t("π after a step"), probabilities(after)]]) rows.push([name, "", "", ...values.map(value => element("b", {}, written(value)))]);
+    this.table.replaceChildren(table(t("The gradient, drive by drive"), [t("moves (l, s, r)"), t("total"), t("weight"), ...SIDES], rows, true));
+  }
+
+  input({ moves }, number) {
+    const made = element("input", { type: "text", size: 8, "aria-label": t("moves of drive {number}", { number: number + 1 }), value: moves.map(move => LETTERS[move]).join("") });
+    made.onchange = () => {
+      const given = drive(this.road, [...made.value.toLowerCase()].map(letter => LETTERS.indexOf(letter)).filter(move => move >= 0));
+      if (given.ended) this.batch = this.batch.map((old, at) => at === number ? given.moves : old);
+      this.draw();
+    };
+    return made;
   }
 }
 

@@ -86,7 +86,6 @@ def learned_duel(code: str, run: Path) -> Duel:
 
 def four_runs(answer: Answer) -> Verdict:
     """A prediction: which of four ways of collecting learns most in half a minute on two cores?"""
-    answer.choice("most")
     rows = material(__package__, "runs.json")["rows"]
     table = ("training", "seed 1", "seed 2", "seed 3"), [(row["training"], *row["rewards"]) for row in rows]
     return predicted(answer, "reason", "ties", table)
@@ -94,7 +93,6 @@ def four_runs(answer: Answer) -> Verdict:
 
 def search_in_front(answer: Answer) -> Verdict:
     """A prediction: how does a learned snake fare against itself with search in front, by the time for a move?"""
-    answer.choice("wins")
     rows = searched(answer.model("snake"))
     table = ("ms a move", "won with search", f"of {SEARCHED_GAMES}"), [(*row, SEARCHED_GAMES) for row in rows]
     (_, short), (_, long) = rows

@@ -5,12 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import combinations, pairwise
 from typing import Any
 
 from racecraft.lessons.checking import Answer, Verdict, compared, material, passed, predicted, tried
-from racecraft.lessons.functions import call_function
+from racecraft.lessons.functions import call_for_numbers, call_function
 
 LAP_M, HERTZ = 17.71, 15
 """Of re:Invent 2018, and decisions a second."""
@@ -37,7 +38,8 @@ MOMENT = {"distance_from_center": 0.0, "track_width": 0.76, "is_offtrack": False
           "steering_angle": 20.0, "speed": 2.0}  # fmt: skip
 
 
-def facts() -> dict[str, Any]:
+@cache
+def facts() -> Mapping[str, Any]:
     """Return what the recorded training of lesson 1 came to, and a place where its road leads north."""
     drives = material(__package__, "learning.json")["drives"]
     north = next(one for one in material(__package__, "drive.json")["centre"]
@@ -67,9 +69,8 @@ def first_lap(answer: Answer) -> Verdict:
 def drives_off(answer: Answer) -> Verdict:
     """In how many of the recorded drives the car left the road."""
     values, given = facts(), answer.number("count")
-    return compared(
-        given, values["left_road"], 0.5, {"laps": values["whole_laps"]}, count=round(given), all=values["drives"]
-    )
+    laps = {"laps": values["whole_laps"]}
+    return compared(given, values["left_road"], 0.5, laps, count=round(given), all=values["drives"])
 
 
 def slow_lap(answer: Answer) -> Verdict:
@@ -104,8 +105,8 @@ def nearer_is_more(answer: Answer) -> Verdict:
             far = near + 0.1 * width
         is_left = rng.random() < 0.5
         pairs.append((pose(near, width, is_left), pose(far, width, not is_left)))
-    found = call_function(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
-    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in found):
+    found = call_for_numbers(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
+    if found is None:
         return tried("no_number")
     for (inner, outer), *paid in zip(pairs, found[::2], found[1::2], strict=True):
         if paid[0] <= paid[1]:
@@ -152,7 +153,6 @@ def clipped(answer: Answer) -> Verdict:
 
 def worst_track(answer: Answer) -> Verdict:
     """A prediction: where the car trained on re:Invent 2018 alone gets least far."""
-    answer.choice("worst")
     tracks = material(__package__, "tracks.json")
     table = (("trained on", *tracks["columns"]), [[row["trained"], *row["progress"]] for row in tracks["rows"]])
     return predicted(answer, "reason", "road_alone", table)

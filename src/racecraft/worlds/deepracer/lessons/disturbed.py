@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.lessons.checking import Answer, Verdict, material, passed, predicted, tried
+from racecraft.lessons.checking import Answer, Verdict, compared, material, passed, predicted, tried
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.players.trained_car import TrainedCar
@@ -21,23 +21,24 @@ STARTS, ENOUGH, MOST = 5, 4, 3
 
 def worst_disturbance(answer: Answer) -> Verdict:
     """A prediction: which of four disturbances costs the car most laps?"""
-    answer.choice("worst")
     told = material(__package__, "real.json")
     table = (("disturbance", f"laps of {told['tries']}"), [[row["disturbance"], row["laps"]] for row in told["rows"]])
     return predicted(answer, "reason", "acts_late", table)
 
 
-def surely_worse(answer: Answer) -> Verdict:
-    """Under how many disturbances by themselves the interval of laps lies below the undisturbed one."""
+def facts() -> dict[str, Any]:
+    """Return under which disturbances by themselves the car surely laps less, and under how many it lapped less."""
     undisturbed, *rows = material(__package__, "real.json")["rows"]
     rows = [row for row in rows if row["disturbance"] != "all together"]
-    sure = [row for row in rows if row["high"] < undisturbed["low"]]
+    sure = [row["disturbance"] for row in rows if row["high"] < undisturbed["low"]]
     fewer = sum(row["laps"] < undisturbed["laps"] for row in rows)
-    given = round(answer.number("count"))
-    told: dict[str, Any] = {"count": len(sure), "fewer": fewer, "low": undisturbed["low"]}
-    if given == len(sure):
-        return passed(**told, names=", ".join(row["disturbance"] for row in sure))
-    return tried("fewer_laps" if given == fewer else "other", **told, given=given)
+    return {"sure": len(sure), "sure_names": ", ".join(sure), "fewer": fewer, "undisturbed_low": undisturbed["low"]}
+
+
+def surely_worse(answer: Answer) -> Verdict:
+    """Under how many disturbances by themselves the interval of laps lies below the undisturbed one."""
+    given, values = round(answer.number("count")), facts()
+    return compared(given, values["sure"], 0.0, {"fewer_laps": values["fewer"]}, given=given)
 
 
 def varied_car(answer: Answer) -> Verdict:
@@ -93,7 +94,6 @@ def on_track(run: Path, name: str) -> tuple[list[str], list[float]]:
 
 def packed_car(answer: Answer) -> Verdict:
     """A prediction: how often does a car's model, packed for the real car, choose as in the simulator?"""
-    answer.choice("same")
     packed = pack(answer.model("car"))
     shares = packed["small_frames_alike"]
     table = (

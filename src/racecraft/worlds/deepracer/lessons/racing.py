@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.lessons.checking import Answer, AnswerError, Verdict, passed, predicted, tried
-from racecraft.lessons.functions import call_function
+from racecraft.lessons.functions import call_for_numbers
 from racecraft.worlds.deepracer.lessons.checks import pose
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -36,8 +36,8 @@ def claim(answer: Answer) -> Verdict:
     name, pays_more = answer.choice("parameter"), answer.choice("way") == "more"
     rng = random.Random()
     pairs = [_moved(rng, name) for _ in range(PLACES)]
-    paid = call_function(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
-    if not all(isinstance(one, int | float) and not isinstance(one, bool) for one in paid):
+    paid = call_for_numbers(answer.code("code"), "reward_function", [[one] for pair in pairs for one in pair])
+    if paid is None:
         return tried("no_number")
     grows = [high - low if pays_more else low - high for low, high in zip(paid[::2], paid[1::2], strict=True)]
     held = sum(one > 0 for one in grows)
@@ -146,7 +146,6 @@ def own_lap(answer: Answer) -> Verdict:
 
 def one_change(answer: Answer) -> Verdict:
     """A prediction: is the change kept? The evidence is three judged laps of the car before and after it."""
-    answer.choice("expected")
     rows = raced(answer.two_models("before", "after"))
     before, after = rows["before"], rows["after"]
     right = "keep" if after.is_better(before) else "undo" if before.is_better(after) else "open"

@@ -12,6 +12,8 @@ Patch = tuple[int, int, int, int]
 """Top, left, height, width, in squares of the picture."""
 UNDECIDED, CLOSE = 1.0, 5.0
 """Points between the two likeliest actions below which a step counts as undecided, or as close."""
+MOST, LEFT = 7, 90
+"""Squares that a patch may cover, 15 % of a picture; from how many per cent on a picture counts as a left bend."""
 HOT = (2, 2)
 """Height and width of the patch that is put over the hottest place."""
 
@@ -32,20 +34,55 @@ def patches(rows: int, columns: int) -> tuple[Patch, ...]:
     )
 
 
+@cache
+def facts() -> Mapping[str, Any]:
+    """Return which recorded pictures the texts speak of, by their number, and what is to be seen there."""
+    seen = material(__package__, "sight.json")
+    pictures = dict(enumerate(seen["pictures"], 1))
+    left = [number for number, one in pictures.items() if _sides(seen["actions"], one["shares"])[0] >= LEFT]
+    changing = {number: _smallest_change(seen, one) for number, one in pictures.items()}
+    bend = max((number for number in left if _size(changing[number]) <= MOST), key=lambda one: _size(changing[one]))
+    turned = {number: _sides(seen["actions"], one["mirrored"]) for number, one in pictures.items()}
+    spot = next(number for number, one in pictures.items()
+                if _size(changing[number]) == 1 and len(set(_hottest_covered(seen, one)[2:])) == 1)  # fmt: skip
+    undecided = [step for step, (*_, one, other) in enumerate(seen["steps"], 1) if one - other < UNDECIDED]
+    return {
+        "bend": bend, "bend_patch": _written(changing[bend]), "bend_squares": _size(changing[bend]),
+        "spot": spot, "spot_patch": _written(changing[spot]), "undecided_steps": ", ".join(map(str, undecided)),
+        "mirror": max(left, key=lambda number: turned[number][0]),
+        "turned": ", ".join(str(number) for number in left if turned[number][1] > turned[number][0]),
+    }  # fmt: skip
+
+
+def _smallest_change(seen: Mapping[str, Any], picture: Mapping[str, Any]) -> Patch:
+    """Return the smallest patch behind which another action is chosen."""
+    every = patches(seen["rows"], seen["columns"])
+    return min((one for one in every if _behind(seen, picture, one) != _whole(picture)), key=_size)
+
+
+def _size(patch: Patch) -> int:
+    return patch[2] * patch[3]
+
+
+def _written(patch: Patch) -> str:
+    top, left, height, width = patch
+    return f"row {top + 1}, column {left + 1}: {height} high, {width} wide"
+
+
 def patch_changes(answer: Answer) -> Verdict:
     """A small patch on one picture after which the network chooses another action."""
     seen = material(__package__, "sight.json")
     number, patch = _covered(answer.taken("patch"), seen)
-    asked, most = int(answer.arguments["picture"]), int(answer.arguments["most"])
+    asked = facts()["bend"]
     if number != asked:
         return tried("other_picture", picture=number, asked=asked)
     picture = seen["pictures"][number - 1]
     before, after = _whole(picture), _behind(seen, picture, patch)
-    squares = patch[2] * patch[3]
-    told = {"before": seen["actions"][before], "after": seen["actions"][after], "squares": squares, "most": most}
+    squares = _size(patch)
+    told = {"before": seen["actions"][before], "after": seen["actions"][after], "squares": squares, "most": MOST}
     if before == after:
         return tried("same", **told, share=picture["share"][_place(seen, patch)])
-    if squares > most:
+    if squares > MOST:
         return tried("too_large", **told)
     return passed(**told, heat=_heat(seen, picture, patch))
 
@@ -65,7 +102,6 @@ def undecided(answer: Answer) -> Verdict:
 
 def hottest(answer: Answer) -> Verdict:
     """A prediction: at how many pictures does a patch over the hottest place change the choice?"""
-    answer.choice("changes")
     seen = material(__package__, "sight.json")
     rows = [_hottest_covered(seen, picture) for picture in seen["pictures"]]
     heads = ("step", "heat under the patch, %", "chosen", "chosen when it is covered")
@@ -75,7 +111,6 @@ def hottest(answer: Answer) -> Verdict:
 
 def mirrored(answer: Answer) -> Verdict:
     """A prediction: where does the network steer if a picture is mirrored?"""
-    answer.choice("steers")
     seen = material(__package__, "sight.json")
     rows = [
         [

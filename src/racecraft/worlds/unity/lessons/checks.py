@@ -47,7 +47,6 @@ def random_agent(answer: Answer) -> Verdict:
     """A prediction: what does an agent that knows nothing earn in an episode?"""
     from racecraft.worlds.unity.lessons.basic import random_episodes
 
-    answer.choice("earns")
     rows = random_episodes()
     table = (("ended", "of 1,000 episodes", "steps, mean", "return, mean"), rows)
     (_, left, _, _), (_, right, _, _), (_, _, steps, total) = rows
@@ -66,7 +65,6 @@ def dearest_step(answer: Answer) -> Verdict:
 
 def without_penalty(answer: Answer) -> Verdict:
     """A prediction: is going right after ten idle steps as good as going right at once, where steps cost nothing?"""
-    answer.choice("strolls")
     steps, prize = fork.RIGHT
     rows = [
         (gamma, cost, *(fork.worth(gamma, count, prize, cost) for count in (steps, steps + STROLLED)))

@@ -83,7 +83,6 @@ def _judged(answer: Answer) -> dict[str, Any]:
 
 def first_prize(answer: Answer) -> Verdict:
     """A prediction: which prize do the recorded trainings bring first?"""
-    answer.choice("first")
     rows = [(one["learner"], one["seed"], _steps_until(one, 0.0), _steps_until(one, SOLVED)) for one in trainings()]
     near = sum(first < last for *_, first, last in rows)
     table = (("learner", "seed", "steps until a prize", "steps until 0.92"), rows)
@@ -116,7 +115,6 @@ def _layer(rng: random.Random, inputs: int, sums: int) -> dict[str, Any]:
 
 def same_decisions(answer: Answer) -> Verdict:
     """A prediction: how many decisions of the ONNX file and of the endpoint differ from the checkpoint's?"""
-    answer.choice("differ")
     found = trained.compared(answer.model("model"))
     count = trained.QUESTIONS
     table = (("decided by", f"of {count} as the checkpoint"), [("ONNX file", found.onnx), ("endpoint", found.endpoint)])
@@ -156,7 +154,6 @@ def another_algorithm(answer: Answer) -> Verdict:
 
 def fewest_steps(answer: Answer) -> Verdict:
     """A prediction: which learner solves Basic in the fewest steps, and do three seeds show it?"""
-    answer.choice("fewest")
     steps = {name: [_steps_until(one, SOLVED) for one in trainings() if one["learner"] == name] for name in LEARNERS}
     table = (("learner", "seed 1", "seed 2", "seed 3"), [(name, *found) for name, found in steps.items()])
     first, second = sorted(steps.values(), key=sum)[:2]
