@@ -8,6 +8,7 @@ import pytest
 from tests.browser import Browser, needs_chromium
 from tests.console.conftest import write_run
 
+from racecraft.actions.league.seasons import create_season
 from racecraft.console.application import make_console
 from racecraft.console.pages import races
 from racecraft.jobs.job_paths import JobPaths
@@ -73,11 +74,23 @@ def test_an_organiser_makes_a_race_and_the_form_says_what_is_wrong(console, brow
 def test_a_board_its_season_and_its_organisers_acts(console, browser):
     address, workspace, asked = console
     league = League.open_or_create(workspace / "league")
-    add(league, "One", {"Ann": [8.0], "<i>Bob</i>": [9.0]}, season="")
+    season = create_season("Winter", points="3,1", league=league.path).season.id
+    add(league, "One", {"Ann": [8.0], "<i>Bob</i>": [9.0]}, season=season)
+    browser.open(f"{address}/seasons/winter")
+    assert browser.page.inner_text(".sentence") == "Ann is the champion with 3 points."
+    assert [row.inner_text().split("\t")[:3] for row in browser.page.query_selector_all("tbody tr")] == [
+        ["1", "Ann", "3"], ["2", "<i>Bob</i>", "1"]
+    ]  # fmt: skip
+    assert browser.shut_out() == []
     browser.open(f"{address}/races/one")
     rows = [row.inner_text().split("\t")[:5] for row in browser.page.query_selector_all(".board tbody tr")]
     assert rows == [["1", "Ann", "m", "8.000", ""], ["2", "<i>Bob</i>", "m", "9.000", "+1.000"]]
     assert browser.shut_out() == []
+    outcome = Outcome(laps=(7.5,), total_seconds=7.5, progress_percent=100.0)
+    league.add_entry("one", lambda folder: Entry(number=0, racer="Cy", model="m", entered=0.0))
+    drives = (Drive(track="Oval_track", seed=0, outcomes=(outcome,)),)
+    league.save_result("one", Result(heat="00003", entries=(3,), drives=drives, judged=9.0), {})
+    browser.page.wait_for_selector(".board tbody tr:first-child >> text=Cy")  # it moves while one looks
     browser.page.click("text=Judge what waits")
     assert asked == ["one"]
     browser.page.click("button:has-text('Open')")

@@ -74,8 +74,9 @@ def show_changed(changed: ChangedRace) -> None:
     """Print a race that was made or changed, and what one does next."""
     race = changed.race
     print(f"{race.id}: {race.title}, on {', '.join(race.tracks)}; {_until(race)}")
+    enter = ("enter it", f"racecraft league enter {word(race.id)} runs/NAME")
     print_next_steps(
-        ("enter it", f"racecraft league enter {word(race.id)} runs/NAME"),
+        *([enter] if race.is_open(time.time()) else []),
         ("judge what was entered", f"racecraft league judge {word(race.id)}"),
     )
 

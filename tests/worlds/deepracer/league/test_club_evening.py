@@ -10,6 +10,7 @@ from tests.cli.conftest import TINY, typed
 from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 import racecraft as rc
+from racecraft.console.parts import parts_of
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.isolation.layers import can_isolate
@@ -188,7 +189,13 @@ def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(
     lost = {corner["name"]: corner["lost_seconds"] for corner in found["corners"]}
     assert all(seconds % 5.0 == 0.0 for seconds in lost.values())
     worst = max(lost, key=lambda name: lost[name])
-    assert found["advice"].startswith(f"Work on {worst}: it is worth {lost[worst]:.2f} s")
+    advice = f"Work on {worst}: it is worth {lost[worst]:.2f} s"
+    assert found["advice"].startswith(advice)
+    _, shown = parts_of("deepracer").drive_page(race, "Oval_track", [("Mia", own), ("Jun", free)], {})
+    assert shown["told"]["advice"].startswith(advice)
+    assert shown["told"]["gap"] == f"{lap.penalty_seconds:+.2f} s"
+    assert shown["told"]["reference_name"].startswith("Jun's fastest lap, ")
+    assert len(shown["told"]["ghosts"]["lap"]) == len(shown["told"]["ghosts"]["reference"])
 
 
 def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, here, tmp_path):
