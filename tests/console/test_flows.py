@@ -113,6 +113,7 @@ def test_a_fault_is_shown_where_it_is_and_nothing_is_made(console, browser):
     page.fill("#lr", "much")
     page.click("button:has-text('Car')")
     page.wait_for_url("**/car")
+    move_actions(page)
     page.click("#create")
     page.wait_for_selector("#lr[aria-invalid]")
     assert "expected a number from" in page.inner_text("#lr-wrong")
@@ -127,6 +128,26 @@ def test_a_fault_is_shown_where_it_is_and_nothing_is_made(console, browser):
     assert "reward_function.py:1" in page.inner_text(".notice.bad")
     assert begun == []
     assert list(workspace.models()) == []
+
+
+def move_actions(page):
+    """Move the points of the default table by mouse and keys; the lines of the form stay in step."""
+    before = page.input_value("#actions").splitlines()
+    plot, point = page.locator("#polar").bounding_box(), page.locator("#polar .dot").nth(7).bounding_box()
+    mps = plot["height"] / 225 * 50
+    page.mouse.move(point["x"] + point["width"] / 2, point["y"] + point["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(plot["x"] + plot["width"] / 2, plot["y"] + plot["height"] * 215 / 225 - 3.4 * mps)
+    page.mouse.up()
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Shift+ArrowDown")
+    assert before[7] == "0, 2.5"
+    assert page.input_value("#actions").splitlines() == [*before[:7], "1, 2.9", *before[8:]]
+    assert page.get_attribute("#polar .dot:focus", "aria-valuetext") == "1° at 2.9 m/s"
+    page.keyboard.press("+")
+    assert page.input_value("#actions").splitlines()[-1] == "1, 2.9"
+    page.keyboard.press("Delete")
+    assert page.locator("#polar .dot").count() == len(before)
 
 
 def test_a_fault_of_the_reward_is_marked_in_its_line_while_one_types(console, browser):
@@ -205,6 +226,13 @@ def test_a_draft_is_kept_while_one_types(console, browser):
     page.wait_for_selector("text=Draft kept.")
     page.reload()
     assert page.input_value("#name") == "kept"
+    page.select_option("#by-length", "middle")
+    page.select_option("#by-directions", "cw")
+    page.fill("#find-cards", "speedway")
+    assert page.inner_text("#cards-left") == "3 circuits"
+    assert page.locator(".circuit:visible b").all_inner_texts() == ["Smile Speedway", "RL Speedway", "Hot Rod Speedway"]
+    page.reload()
+    assert page.inner_text("#cards-left") == "3 circuits"
 
 
 def test_who_comes_second_is_shown_both_versions_and_keeps_one_or_both(console, browser, other_browser):
@@ -315,7 +343,7 @@ def test_a_phone_scrolls_down_only(console):
     write_run(workspace.path / "runs/a-1")
     browser = Browser(390, 844, touch=True)
     wide = {}
-    for path in ("/models", "/models/a-1", "/models/a-1/files", "/import", "/jobs", "/drafts/new"):
+    for path in ("/models", "/models/a-1", "/models/a-1/files", "/import", "/jobs", "/drafts/new", "/tracks"):
         browser.open(address + path)
         wide[path] = browser.sideways()
     browser.close()

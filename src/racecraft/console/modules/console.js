@@ -69,18 +69,18 @@ function refreshCharts(next) {
   }
 }
 
-/* A part with `data-look` is brought by that address; a choice made in it brings it anew with what is chosen. */
-const looking = new WeakMap();
+/* A part with `data-look` is brought by that address; a choice made in it brings it anew with what is chosen. What
+   changes while it comes is brought once it is there: a look may take seconds of the machine. */
+const again = new WeakSet();
 /** @param {HTMLElement} place */
 export async function look(place) {
+  if (place.hasAttribute("aria-busy")) { again.add(place); return; }
   const chosen = new URLSearchParams();
   for (const one of place.querySelectorAll("select[name]")) chosen.set(one.name, one.value);
-  const number = (looking.get(place) || 0) + 1;
-  looking.set(place, number);
   place.setAttribute("aria-busy", "true");
   const answer = await fetch(`${place.dataset.look}?${chosen}`, { headers: { Accept: "text/html" } }).catch(() => null);
-  if (looking.get(place) !== number) return;
   place.removeAttribute("aria-busy");
+  if (again.delete(place)) return look(place);
   if (!answer) return;
   const page = new DOMParser().parseFromString(await answer.text(), "text/html");
   const focus = document.activeElement?.getAttribute("name");

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 from racecraft.algorithms.registry import choices
 from racecraft.console.form import Field, Step
-from racecraft.worlds.deepracer.driving.known_laps import best_known_lap
+from racecraft.worlds.deepracer.console.circuits import circuits, own_circuits, track_choices
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
 from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
 from racecraft.worlds.deepracer.files.sensor_names import SENSORS
-from racecraft.worlds.deepracer.tracks.catalogue import names, summary
-from racecraft.worlds.deepracer.tracks.library import own_names, own_summary
+from racecraft.worlds.deepracer.tracks.library import own_names
 
 TEMPLATES = "racecraft.worlds.deepracer.console"
-CAR, TOP_SPEED_MPS = "v6", 2.5
-"""Of the default car: the best known lap that a track's card shows is of this car."""
 RACES = (("TIME_TRIAL", "Time trial"), ("OBJECT_AVOIDANCE", "Object avoidance"), ("HEAD_TO_BOT", "Head to bot"))
 CAMERAS = (*((one.name, one.label) for one in SENSORS if one.kind == "camera" and one.label), ("", "No camera"))
 LIDARS = (("", "No LiDAR"), *((one.name, one.label) for one in SENSORS if one.kind == "lidar" and one.label))
@@ -35,11 +31,12 @@ def _track() -> Step:
         title="Track",
         lead="Where the car drives. A short, wide track is learned soonest.",
         template=f"{TEMPLATES}/track.html",
-        data={"tracks": [*own_cards(), *track_cards()]},
+        data={"circuits": [*own_circuits(), *circuits()]},
+        modules=("racecraft.worlds.deepracer.pages/find_cards.js",),
         fields=(
             Field(
                 name="track", label="Track", default="reinvent_base", kind="choice",
-                choices=tuple((card["name"], card["title"]) for card in (*own_cards(), *track_cards())),
+                choices=(*((name, name) for name in own_names()), *track_choices()),
                 names=(("--track", "a name of the list"), ("DR_", "DR_WORLD_NAME")),
             ),
             Field(
@@ -48,24 +45,6 @@ def _track() -> Step:
             ),
         ),
     )  # fmt: skip
-
-
-def own_cards() -> list[dict[str, Any]]:
-    """Return the same as `track_cards` of the user's own tracks, of which no lap is known."""
-    own = [own_summary(name) for name in own_names()]
-    return [
-        {"name": one.name, "title": one.name, "length": one.length, "width": one.width, "known": None} for one in own
-    ]
-
-
-@cache
-def track_cards() -> list[dict[str, Any]]:
-    """Return what the gallery of tracks shows of each: name, title, length and width in m, best known lap in s."""
-    cards = []
-    for one in map(summary, names()):
-        known = best_known_lap(one.name, CAR, TOP_SPEED_MPS)
-        cards.append({"name": one.name, "title": one.title, "length": one.length, "width": one.width, "known": known})
-    return cards
 
 
 def _race() -> Step:
@@ -144,6 +123,8 @@ def _car() -> Step:
         lead="What the car can be told, and what it sees with.",
         template=f"{TEMPLATES}/car.html",
         data={},
+        modules=("racecraft.worlds.deepracer.pages/action_plot.js",),
+        styles=("racecraft.worlds.deepracer.pages/action_plot.css",),
         fields=(
             Field(
                 name="actions", label="Actions", default=default_actions(), kind="text", matters=True,

@@ -16,6 +16,7 @@ from racecraft.league.race import Race
 from racecraft.pages.chart import Chart, Level, Series
 from racecraft.worlds.deepracer.console import car_form, car_values
 from racecraft.worlds.deepracer.console.car_form import TEMPLATES
+from racecraft.worlds.deepracer.console.circuits import track_choices
 from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track, summary
 from racecraft.worlds.deepracer.tracks.thumbnail import thumbnail_svg
 
@@ -71,7 +72,7 @@ class CarParts(WorldParts):
             action=create_race,
             command="league create",
             first=("title", "track", "type", "laps", "ranking", "format", "closes", "season"),
-            choices={"track": [(card["name"], card["title"]) for card in car_form.track_cards()]},
+            choices={"track": track_choices()},
         )
 
     def drive_page(
@@ -114,8 +115,14 @@ class CarParts(WorldParts):
         return _reward_look("", row["run"], row["picture"], query)
 
     def look_ahead(self, step: str, values: Mapping[str, Any], query: Mapping[str, str]) -> Look | None:
-        """Return what the reward function of the form pays for."""
-        return _reward_look(str(values["reward"]), "", str(values["track"]), query) if step == "reward" else None
+        """Return what the reward function of the form pays for, or the lap that its actions allow."""
+        if step == "reward":
+            return _reward_look(str(values["reward"]), "", str(values["track"]), query)
+        if step == "car":
+            with_lap = {"yes": True, "no": False}.get(query.get("lap", ""))
+            table = (str(values["actions"]), str(values["track"]), bool(values["reverse"]), with_lap)
+            return Look(f"{TEMPLATES}/car_look.html", f"{TEMPLATES}.car_look:look_at_actions", table)
+        return None
 
     def sections(self) -> Sequence[Section]:
         """Return tracks, driving by hand and laps as files."""

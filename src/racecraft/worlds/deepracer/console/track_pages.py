@@ -21,7 +21,8 @@ from racecraft.console.service import Console, Fields, Page, act_route, form_fie
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.web.answers import json_answer, picture_answer
-from racecraft.worlds.deepracer.console.car_form import TEMPLATES, own_cards, track_cards
+from racecraft.worlds.deepracer.console.car_form import TEMPLATES
+from racecraft.worlds.deepracer.console.circuits import circuits, own_circuits
 from racecraft.worlds.deepracer.driving.drawn_bends import bend_remarks
 from racecraft.worlds.deepracer.driving.known_laps import read_laps
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
@@ -70,8 +71,8 @@ def routes(console: Console) -> list[BaseRoute]:
 
 
 def gallery_page(console: Console, request: Request) -> Page:
-    """Return every track, one's own first."""
-    return Page(f"{TEMPLATES}/tracks.html", "Tracks", {"own": own_cards(), "tracks": track_cards()}, here=HERE)
+    """Return every circuit, one's own first."""
+    return Page(f"{TEMPLATES}/tracks.html", "Tracks", {"circuits": [*own_circuits(), *circuits()]}, here=HERE)
 
 
 def track_page(console: Console, request: Request) -> Page:
