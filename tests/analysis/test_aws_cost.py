@@ -32,5 +32,6 @@ def test_every_world_s_report_has_a_bill(tmp_path, kind, cluster, usd):
     assert lines["NAT gateway"] == lines["data transfer"] == lines["simulation (RoboMaker)"] == (0.0, 0.0)
     words = words_of(done.report)
     assert f"About {usd:.2f} USD on AWS, without the notebook (SageMaker)." in words
+    assert "notebook (SageMaker) not known 5.00 h; no source names its price" in words
     assert f"{usd / 0.6:.2f} h × 0.60 USD (AWS's credit: 6 USD for 10 h)" in words
     assert "An estimate" in words

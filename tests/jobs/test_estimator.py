@@ -125,10 +125,11 @@ def test_what_a_script_trained_is_deployed_asked_and_taken_away(source, home):
     predictors.append(Model(model_data=address, role="r", name="third").deploy(1, "local"))
     assert predictors[2].predict(np.ones((1, 4))) == predictors[1].predict(np.ones((1, 4)))
     (source / "inference.py").write_text(
-        "import json\n\ndef output_fn(prediction, accept):\n    return json.dumps({'own': prediction.tolist()})\n"
+        "import json, os\n\n"
+        "def output_fn(prediction, accept):\n    return json.dumps({os.environ['KEY']: prediction.tolist()})\n"
     )
-    own = Model(model_data=address, role="r", name="fourth", entry_point="inference.py", source_dir=str(source))
-    predictors.append(own.deploy(1, "local"))
+    words = {"entry_point": "inference.py", "source_dir": str(source), "env": {"KEY": "own"}}
+    predictors.append(Model(model_data=address, role="r", name="fourth", **words).deploy(1, "local"))
     (source / "inference.py").unlink()
     assert predictors[3].predict(np.ones((1, 4))) == {"own": told["outputs"]["actions"][:1]}
     for predictor in predictors:

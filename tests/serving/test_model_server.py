@@ -35,13 +35,14 @@ def input_fn(body, content_type):
         raise ValueError(f"{content_type} is not for me")
     return json.loads(body)["x"]
 
-def predict_fn(data, model):
-    return eval(data, {"os": os, "socket": socket, "time": time, "model": model}) if isinstance(data, str) else [
+def predict_fn(data, model, context):
+    return eval(data, {"os": os, "socket": socket, "time": time, "context": context}) if isinstance(data, str) else [
         FACTOR * model["weight"] * one for one in data
     ]
 
-def output_fn(prediction, accept):
-    return json.dumps({"y": prediction, "accept": accept}), "application/x-y"
+def output_fn(prediction, accept, context=None):
+    sent = context.get_request_header(0, "Content-type")
+    return json.dumps({"y": prediction, "accept": accept, "sent": sent}), "application/x-y"
 """
 
 
@@ -60,7 +61,7 @@ def model(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def server(model):
-    server = ModelServer(model / "code" / "inference.py", model / "model")
+    server = ModelServer(model / "code" / "inference.py", model / "model", environment={"SIZE": "4"})
     yield server
     server.close()
 
@@ -73,8 +74,11 @@ def ask(server, value, kind="application/json"):
 
 
 @isolated
-def test_the_four_functions_answer_with_the_model_and_the_modules_beside_them(server):
-    assert ask(server, [1, 2.5]) == ("application/x-y", {"y": [20, 50.0], "accept": "application/json"})
+def test_the_four_functions_answer_with_the_model_the_modules_beside_them_and_what_they_are_given(server, model):
+    answer = {"y": [20, 50.0], "accept": "application/json", "sent": "application/json"}
+    assert ask(server, [1, 2.5]) == ("application/x-y", answer)
+    seen = ask(server, "[os.environ['SIZE'], context.system_properties['model_dir']]")[1]["y"]
+    assert seen == ["4", str(model / "model")]
     with pytest.raises(WebError, match=r"inference\.py:12: input_fn raised ValueError: text/csv is not for me"):
         ask(server, [1], kind="text/csv")
     assert server.as_dictionary()["layers"]

@@ -31,6 +31,9 @@ class ServeRequest(Request):
         None, "A file whose model_fn, input_fn, predict_fn and output_fn serve the model, in a limited process."
     )
     trust_model: bool = option(False, "Give these functions all your rights: files, network, programs.")
+    env: tuple[str, ...] = option(
+        (), "An environment variable of these functions; may be repeated.", metavar="NAME=VALUE"
+    )
     ready: Path | None = option(None, "File that receives the address.", is_hidden=True)
 
 
@@ -109,12 +112,21 @@ def _endpoint(request: ServeRequest, access: Access) -> Endpoint:
         from racecraft.players.trained import load_policy
         from racecraft.serving.endpoint_server import EndpointServer
 
+        _require_no(bool(request.env), "--env", "it goes with --entry-point, whose functions read it")
         _require_no(request.trust_model, "--trust-model", "it goes with --entry-point, whose functions it trusts")
         return EndpointServer(load_policy(request.run), request.policy, access)
     from racecraft.serving.model_server import ModelServer
 
     _require_no(bool(request.policy), "--policy", "model_fn of --entry-point chooses what answers")
-    return ModelServer(request.entry_point, Path(request.run), request.trust_model, access)
+    environment = dict(_name_and_value(one) for one in request.env)
+    return ModelServer(request.entry_point, Path(request.run), request.trust_model, access, environment=environment)
+
+
+def _name_and_value(variable: str) -> tuple[str, str]:
+    name, is_there, value = variable.partition("=")
+    if not name or not is_there:
+        raise SettingError("--env is {found!r}; expected NAME=VALUE.", found=variable)
+    return name, value
 
 
 def _require_no(is_given: bool, name: str, why: str) -> None:

@@ -48,6 +48,9 @@ def train(
     Raises:
         UserInputError: Something given cannot be used.
     """
+    for found, expected in (("stop", "stops"), ("set_", "settings"), ("set", "settings")):
+        if found in options:
+            raise SettingError("train has no '{found}'; expected {expected}=….", found=found, expected=expected)
     action = find_kind(kind).piece("train")
     if action is None:
         raise SettingError("{kind} brings no action that trains; expected `train` in its WorldKind.", kind=kind)

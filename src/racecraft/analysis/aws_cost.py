@@ -29,7 +29,7 @@ class AwsPrice:
 
 TRAINING = AwsPrice("training (SageMaker)", "h", 0.60, "AWS's credit: 6 USD for 10 h")
 SIMULATION = AwsPrice("simulation (RoboMaker)", "unit hours", 0.40, "AWS's credit: 24 USD for 60 unit hours")
-NOTEBOOK = AwsPrice("notebook (SageMaker)", "h", None, "its price is on no bill that was told")
+NOTEBOOK = AwsPrice("notebook (SageMaker)", "h", None, "no source names its price")
 NAT = AwsPrice("NAT gateway", "days", 1.00, "a bill: 1 USD a day, used or not")
 TRANSFER = AwsPrice("data transfer", "GB", 0.010, "a bill: 0.010 USD a GB between zones")
 HEADING = "What it would have cost on AWS"
@@ -109,7 +109,7 @@ def cost_part(facts: RunFacts) -> PagePart:
 
 
 def _money(usd: float | None) -> str:
-    return number(usd, 2, "USD")
+    return "not known" if usd is None else number(usd, 2, "USD")
 
 
 def _reckoned(line: ServiceCost) -> str:

@@ -221,7 +221,8 @@ def deploy(
         chosen: tuple[str, ...] = (f"--policy={policy}",) if policy else ()
     else:
         require_free(home, name)
-        chosen = (f"--entry-point={code.copy_into(folder)}", *["--trust-model"] * trust_model)
+        variables = (f"--env={one}" for one in code.environment)
+        chosen = (f"--entry-point={code.copy_into(folder)}", *variables, *["--trust-model"] * trust_model)
     spec = JobSpec(
         ("serve", str(served.absolute()), *chosen, "--port=0", f"--ready={folder / READY}"),
         name,

@@ -25,7 +25,7 @@ class Model:
         role: Recorded.
         name: Of its endpoint, where deploy names none.
         recorded: Of `entry_point` the functions serve the model (`serving/model_functions.py`), with what lies in
-            `source_dir` and `dependencies`; framework_version, env and others change nothing.
+            `source_dir` and `dependencies` and the variables of `env`; framework_version and others change nothing.
 
     Raises:
         SettingError: `entry_point` serves by functions that no endpoint here would call.

@@ -24,6 +24,8 @@ class ModelCode:
     entry_point: str
     source_dir: str | None
     dependencies: tuple[str, ...]
+    environment: tuple[str, ...] = ()
+    """NAME=VALUE of the variables that `env` sets."""
 
     def copy_into(self, folder: Path) -> Path:
         """Copy it into an endpoint's folder, so that it answers when the notebook has gone on; return the file."""
@@ -32,7 +34,7 @@ class ModelCode:
 
 
 def model_code(words: Mapping[str, Any]) -> ModelCode | None:
-    """Return the code that an SDK's `entry_point`, `source_dir` and `dependencies` name; None: none of it serves.
+    """Return the code that an SDK's `entry_point`, `source_dir`, `dependencies` and `env` name; None: none serves.
 
     Raises:
         SettingError: It serves by a function that no endpoint here calls.
@@ -50,7 +52,8 @@ def model_code(words: Mapping[str, Any]) -> ModelCode | None:
     if not names.keys() & set(FUNCTIONS):
         return None
     dependencies = check_code(str(entry_point), source_dir, words.get("dependencies") or (), ())
-    return ModelCode(str(entry_point), source_dir, tuple(dependencies))
+    environment = tuple(f"{name}={value}" for name, value in (words.get("env") or {}).items())
+    return ModelCode(str(entry_point), source_dir, tuple(dependencies), environment)
 
 
 def _functions_of(path: Path) -> dict[str, int]:

@@ -4,6 +4,8 @@ model_fn(model_dir)                the model; by default the policy of racecraft
 input_fn(body, content_type)       what is asked; by default that policy's observations
 predict_fn(data, model)            by default that policy's actions
 output_fn(prediction, accept)      the answer's body, alone or with a content type; by default JSON or .npy
+
+Each may take `context` as its last argument, as SageMaker's inference toolkit gives it.
 """
 
 from __future__ import annotations
@@ -12,7 +14,9 @@ import ast
 import io
 import json
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from importlib.util import decode_source
+from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -31,6 +35,20 @@ if TYPE_CHECKING:
     from racecraft.players.trained import TrainedPolicy
 TEXTS = (JSON, "text/csv")
 """Content types whose body `input_fn` gets as text, as at SageMaker; of any other it gets bytes."""
+
+
+@dataclass
+class Context:
+    """What a function learns of its server and of the request, by the names of SageMaker's inference toolkit."""
+
+    system_properties: dict[str, Any]
+    """model_dir, gpu_id (None) and batch_size (1)."""
+    headers: dict[str, str] = field(default_factory=dict)
+    """Content-Type and Accept of the latest request."""
+
+    def get_request_header(self, idx: int, key: str) -> str | None:
+        """Return a header of the latest request; there is one request in a batch, so `idx` is 0."""
+        return self.headers.get(key.title())
 
 
 class ModelFunctionError(RacecraftError):
@@ -54,6 +72,7 @@ class ModelFunctions:
         module = self._guarded("loading it", _imported, path)
         found = {name: getattr(module, name, None) for name in FUNCTIONS}
         self._functions: dict[str, Callable[..., Any]] = {name: one for name, one in found.items() if callable(one)}
+        self._context = Context({"model_dir": str(model), "gpu_id": None, "batch_size": 1})
         self._model: Any
         if "model_fn" in self._functions:
             self._require("input_fn", "predict_fn")
@@ -70,6 +89,7 @@ class ModelFunctions:
         """
         content_type = content_type or JSON
         accept = JSON if accept in ("", "*/*") else accept
+        self._context.headers = {"Content-Type": content_type, "Accept": accept}
         data = self._read(body, content_type)
         given = (
             self._call("predict_fn", data, self._model) if "predict_fn" in self._functions else self._model.act(data)
@@ -103,7 +123,9 @@ class ModelFunctions:
             )  # fmt: skip
 
     def _call(self, name: str, *arguments: Any) -> Any:
-        return self._guarded(name, self._functions[name], *arguments)
+        function = self._functions[name]
+        takes_more = len(signature(function).parameters) > len(arguments)
+        return self._guarded(name, function, *arguments, *[self._context] * takes_more)
 
     def _guarded(self, what: str, function: Callable[..., Any], *arguments: Any) -> Any:
         try:

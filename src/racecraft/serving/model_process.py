@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -42,14 +43,18 @@ class ModelProcess:
         model: The model's folder.
         is_trusted: Whether they keep all rights of the user.
         seconds: How long an answer may take, s.
+        environment: Variables that they find in `os.environ`.
 
     Raises:
         SettingError: This system cannot restrict them, and they are not trusted; or files of others may not be.
         ModelLoadError: File or model cannot be loaded.
     """
 
-    def __init__(self, path: Path, model: Path, is_trusted: bool, seconds: float) -> None:
+    def __init__(
+        self, path: Path, model: Path, is_trusted: bool, seconds: float, environment: Mapping[str, str]
+    ) -> None:
         self.path, self.model, self._is_trusted, self._seconds = path.resolve(), model.resolve(), is_trusted, seconds
+        self._environment = dict(environment)
         self.layers: tuple[str, ...] = ()
         if is_trusted:
             require_own_code(f"--trust-model of {path}")
@@ -93,7 +98,10 @@ class ModelProcess:
     def _begun(self) -> CodeProcess:
         process = CodeProcess("racecraft.serving.model_worker", has_environment=self._is_trusted)
         readable = None if self._is_trusted else [*files_of_python(), *files_beside(self.path), str(self.model)]
-        order = {"path": str(self.path), "model": str(self.model), "readable": readable, "memory_bytes": MEMORY_BYTES}
+        order = {
+            "path": str(self.path), "model": str(self.model), "environment": self._environment,
+            "readable": readable, "memory_bytes": MEMORY_BYTES,
+        }  # fmt: skip
         try:
             reply, _ = _asked(process, {"load": order}, b"", LOAD_SECONDS)
         except EndedError as error:

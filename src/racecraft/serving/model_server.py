@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from racecraft.serving.endpoint import SECONDS_FOR_AN_ANSWER, Endpoint
@@ -27,6 +29,7 @@ class ModelServer(Endpoint):
         is_trusted: Whether they keep all rights of the user.
         access: Who may ask.
         seconds: How long an answer may take, s.
+        environment: Variables that they find in `os.environ`.
 
     Raises:
         SettingError, ModelLoadError: As `ModelProcess`.
@@ -39,9 +42,10 @@ class ModelServer(Endpoint):
         is_trusted: bool = False,
         access: Access = ONLY_HERE,
         seconds: float = SECONDS_FOR_AN_ANSWER,
+        environment: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         super().__init__(access)
-        self.process = ModelProcess(path, model, is_trusted, seconds)
+        self.process = ModelProcess(path, model, is_trusted, seconds, environment)
         self._seconds = seconds
         self._asking = ThreadPoolExecutor(1, "racecraft-model-asks")
         self._waiting = 0

@@ -9,6 +9,7 @@ Any answer may also hold "printed", what they printed, and "error": [status, nam
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,7 @@ class Worker:
 
     def _load(self, request: dict[str, Any]) -> tuple[str, ...]:
         layers: tuple[str, ...] = ()
+        os.environ.update(request["environment"])
         if request["readable"] is not None:
             layers = restrict(request["readable"], request["memory_bytes"], threads=True)
         self._functions = ModelFunctions(Path(request["path"]), Path(request["model"]))

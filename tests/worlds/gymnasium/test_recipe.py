@@ -3,13 +3,16 @@
 import json
 import sys
 
+import gymnasium
 import pytest
+from gymnasium.envs.classic_control import CartPoleEnv
 
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.gymnasium.actions.train import GymTraining
 from racecraft.worlds.gymnasium.env.recipe import Recipe
 from racecraft.worlds.gymnasium.evaluation import open_world
 from racecraft.worlds.gymnasium.training.account import as_typed
@@ -48,6 +51,36 @@ def test_values_are_json_or_text():
     recipe = Recipe.of_options(["size=4", "name=4x4", "places=[1, 2]", "word=a=b"], [])
     assert recipe.arguments == {"size": 4, "name": "4x4", "places": [1, 2], "word": "a=b"}
     assert Recipe.of_data(json.loads(json.dumps(recipe.as_data()))) == recipe
+
+
+def frozen_lake(size="4x4"):
+    return gymnasium.make("FrozenLake-v1", map_name=size)
+
+
+def test_a_class_a_function_and_a_ready_environment_are_made_again_by_their_names():
+    typed = GymTraining(environment=CartPoleEnv)
+    assert (typed.environment, typed.env_args) == ("gymnasium.envs.classic_control.cartpole:CartPoleEnv", ())
+    typed = GymTraining(environment=frozen_lake, env_args="size=8x8")
+    assert (
+        open_world(typed.environment, 2, Recipe.of_options(typed.env_args, ["FlattenObservation"])).spec.num_worlds == 2
+    )
+    typed = GymTraining(environment=gymnasium.wrappers.FlattenObservation(frozen_lake("8x8")))
+    recipe = Recipe.of_options(typed.env_args, typed.wrapper)
+    assert (typed.environment, recipe.arguments["map_name"]) == ("FrozenLake-v1", "8x8")
+    assert open_world(typed.environment, 1, recipe).spec.observations["observation"].shape == (64,)
+
+
+@pytest.mark.parametrize(
+    ("environment", "error"),
+    [
+        (lambda: frozen_lake(), "has no name in a module; expected"),
+        (CartPoleEnv(), "no second one can be made as it was; expected"),
+        (gymnasium.wrappers.ClipReward(frozen_lake(), -1, 1), "no second one can be made as it was; expected"),
+    ],
+)
+def test_an_environment_that_cannot_be_made_again_is_refused(environment, error):
+    with pytest.raises(SettingError, match=error):
+        GymTraining(environment=environment)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """Environments by name: a registered id, "module:ID", or a user's own "module:Class". Begin with `open_world`.
 
-A class is a `gymnasium.Env`, made without arguments, or a `racecraft.contract.world.World`, made with `num_worlds`.
-Either may say in `reward_threshold` at which mean return it counts as solved.
+A class is a `gymnasium.Env`, made without arguments, or a `racecraft.contract.world.World`, made with `num_worlds`; a
+function in its place returns a new environment. Any of them may say in `reward_threshold` at which mean return it
+counts as solved.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def open_world(environment: str, num_worlds: int, recipe: Recipe = AS_REGISTERED
     """Return so many copies of an environment side by side.
 
     Args:
-        environment: A registered id, "module:ID" or "module:Class".
+        environment: A registered id, "module:ID", "module:Class" or "module:function".
         num_worlds: Copies.
         recipe: How each is made.
 
@@ -48,7 +49,7 @@ def open_world(environment: str, num_worlds: int, recipe: Recipe = AS_REGISTERED
     """
     _require_its_script(environment)
     own = own_class(environment)
-    is_world = own is not None and not issubclass(own, gymnasium.Env)
+    is_world = isinstance(own, type) and not issubclass(own, gymnasium.Env)
     if recipe and not is_world:
         return GymnasiumWorld(lambda: recipe.make(environment, own), num_worlds)
     if own is None:
@@ -158,10 +159,10 @@ def _require_its_script(environment: str) -> None:
 
 
 def own_class(environment: str) -> Any:
-    """Return the class that "module:Class" names; None where the name is an id that Gymnasium knows.
+    """Return the class or function that "module:name" names; None where the name is an id that Gymnasium knows.
 
     Raises:
-        SettingError: There is no such module, or it has no such class.
+        SettingError: There is no such module, or it has no such class or function.
     """
     module, colon, name = environment.partition(":")
     if not colon:
@@ -170,9 +171,10 @@ def own_class(environment: str) -> Any:
     if not name.isidentifier():
         return None  # "module:Name-v0" is an id; Gymnasium imports the module itself
     found = load_class(environment, "gym train")
-    if not isinstance(found, type):
+    if not callable(found):
         raise SettingError(
-            "{environment} is {type_name}, no class; expected a gymnasium.Env or a World.",
+            "{environment} is {type_name}, no class; expected a gymnasium.Env, a World, or a function that returns a "
+            "new environment.",
             environment=environment,
             type_name=type(found).__name__,
         )

@@ -89,7 +89,7 @@ def test_the_place_is_found(why):
     (place,) = why.places
     assert place.failures == place.reached == 6
     assert WRONG_M[0] < place.arc_m < WRONG_M[1] + 1.0
-    assert place.segment == "1 straight"
+    assert place.segment == "straight after turn 5"
     first, last = place.waypoints
     assert TRACK.arc[first] > WRONG_M[0] - 0.2
     assert TRACK.arc[last] < WRONG_M[1] + 1.2
@@ -167,11 +167,11 @@ def test_the_page_stands_alone(why, tmp_path):
 def test_what_was_known_and_is_lost_is_called_forgotten():
     reached = np.array([[8, 8, 8], [8, 8, 8], [8, 3, 3]])
     passed = np.array([[2, 8, 3], [8, 8, 8], [8, 0, 0]])
-    told = SegmentPassRates("runs/a", [0, 10, 20], ["1 straight", "2 left", "3 right"], reached, passed)
+    told = SegmentPassRates("runs/a", [0, 10, 20], ["the straight", "turn 1 (left)", "turn 2 (right)"], reached, passed)
     assert told.forgotten == [(0, 1, 2)]
     assert np.isnan(told.share[2, 1])
     lost, what_to_do = passages_words(told)
-    assert "Segment 1 straight" in lost
+    assert lost.startswith("The car knew the straight and forgot it: at iteration 10 100 % got through")
     assert what_to_do == (
         "Go on from what knew the way, in smaller steps: racecraft train --from runs/a:10 --set ppo.learning_rate=1e-4"
     )

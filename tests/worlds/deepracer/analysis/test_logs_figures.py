@@ -88,13 +88,12 @@ def test_what_goes_with_a_slow_lap_is_told_in_words_and_degrees(laps):
     assert "Steps: +1.00" in told
 
 
-def test_sectors_that_are_segments_carry_their_numbers_and_are_drawn_in_their_order(laps):
+def test_sectors_that_are_segments_carry_their_names_and_are_drawn_in_their_order(laps):
     plot = analysis.sector_times(laps, load_track("reinvent_base"))
-    assert all(name.startswith(f"{number} ") for number, name in plot.data.select("sector", "name").rows())
+    segment, *others = analysis.find_segments(load_track("reinvent_base")).all
     words = [label.get_text() for label in plot.figure.axes[0].get_yticklabels()]
-    assert [int(word.split()[0]) for word in words] == list(range(1, len(words) + 1))
-    first = plot.data.filter((pl.col("unique_episode") == 0) & (pl.col("sector") == 1))["seconds"][0]
-    segment = next(one for one in analysis.find_segments(load_track("reinvent_base")).all if one.number == 1)
+    assert words == [segment.name, *(one.name for one in others)]
+    first = plot.data.filter((pl.col("unique_episode") == 0) & (pl.col("sector") == segment.name))["seconds"][0]
     assert first == pytest.approx(3.0 * ((segment.end - segment.begin) % 1.0), abs=0.15), "at even speed, by its length"
 
 

@@ -122,7 +122,7 @@ def test_a_lap_on_the_centre_line_turns_as_the_track_does(tmp_path, backwards):
     columns = makers.episode(0, 1.0, ticks=240, status="lap_complete", track=track)
     ticks = read(makers.write(tmp_path / "0-iteration.csv", columns)).ticks
     plot = analysis.fitted_line(ticks, track)
-    kinds = {segment.number: segment.kind for segment in analysis.find_segments(track).all}
+    kinds = {segment.name: segment.kind for segment in analysis.find_segments(track).all}
     for number, radius in plot.data.drop_nulls("radius_m").select("segment", "radius_m").rows():
         if kinds[number] != "straight":
             assert (radius > 0) == (kinds[number] == "left")

@@ -188,12 +188,12 @@ def test_segments_of_every_circuit_cover_it_once_and_their_bends_are_the_turns_o
         assert sum(one.length_m for one in found.all) == pytest.approx(track.length), name
         assert set(found.of(np.linspace(0.0, 1.0, 4000)).tolist()) == set(range(len(kinds))), name
         assert all((a, b) != ("straight", "straight") for a, b in itertools.pairwise(kinds)), name
-        assert [one.number for one in found.all] == list(range(1, len(kinds) + 1)), name
+        assert len({one.name for one in found.all}) == len(kinds), name
         assert kinds.count("left") + kinds.count("right") == len(corners), name
         for corner in corners:
             middle = corner.begin + 0.5 * ((corner.end - corner.begin) % 1.0)
             bend = found.all[int(found.of(middle % 1.0))]
-            assert bend.kind == corner.side, (name, corner.name)
+            assert (bend.kind, bend.name) == (corner.side, corner.name), name
             for ours, theirs in ((bend.begin, corner.begin), (bend.end, corner.end)):
                 assert abs((ours - theirs + 0.5) % 1.0 - 0.5) * track.length <= 0.5, (name, corner.name)
 
@@ -203,7 +203,7 @@ def test_a_tick_lies_in_the_segment_that_its_share_of_the_lap_says():
     for one in found.all:
         middle = (one.begin + ((one.end - one.begin) % 1.0) / 2) % 1.0
         assert found.all[int(found.of([middle])[0])] == one
-    assert found.all[int(found.of([0.0])[0])].number == 1
+    assert int(found.of([0.0])[0]) == 0
 
 
 @pytest.mark.parametrize("name", ["reinvent_base", "Spain_track", "reInvent2019_wide_cw", "2022_april_open_ccw"])
@@ -342,7 +342,9 @@ def test_real_logs_say_what_to_change():
     assert (track.name, track.is_reversed) == ("reinvent_base", False)
     told = advice(logs.training.collect(), track)
     assert told[0].try_.startswith("It is still learning")
-    assert any("47 full laps lose 2.96 s" in one.found and "2 left (waypoints 20 to 47)" in one.found for one in told)
+    assert any(
+        "47 full laps lose 2.96 s" in one.found and "in turn 1 (left), waypoints 20 to 47" in one.found for one in told
+    )
     assert not any("exits" in one.found for one in told), "54 of 177 in a quarter of the lap may be chance"
 
 
@@ -450,8 +452,8 @@ def test_fifths_go_by_when_episodes_end_and_what_is_under_way_is_no_short_lap(tm
 def test_a_place_is_told_by_its_waypoints_too(tmp_path):
     """By hand: all leave the road at 30 % of re:Invent 2018, the 36th waypoint of 119, in the bend round its east."""
     ticks = logs_of(tmp_path, training([0.3] * 40)).collect()
-    (told,) = [one.found for one in advice(ticks, load_track("reinvent_base")) if one.found.startswith("Segment")]
-    first, last = map(int, re.search(r"2 left \(waypoints (\d+) to (\d+)\) takes 16 of 16", told).groups())
+    (told,) = [one.found for one in advice(ticks, load_track("reinvent_base")) if "exits" in one.found]
+    first, last = map(int, re.search(r"16 of 16 .*lie in turn 1 \(left\), waypoints (\d+) to (\d+) ", told).groups())
     assert first < 36 < last < 60
 
 
@@ -474,9 +476,9 @@ def found(tmp_path, columns, begins):
 
 def test_an_exit_place_is_one_only_where_chance_does_not_explain_it(tmp_path):
     """By hand: 16 of 16 is 81 % at least (Wilson); exits that are spread over the lap show no place."""
-    (told,) = found(tmp_path / "one", training([0.3] * 40), "Segment")
+    (told,) = found(tmp_path / "one", training([0.3] * 40), "exits")
     assert "(100 %, 95 %: 81 to 100; it is " in told
-    assert found(tmp_path / "spread", training([(7 * k % 40 + 0.5) / 40 for k in range(40)]), "Segment") == []
+    assert found(tmp_path / "spread", training([(7 * k % 40 + 0.5) / 40 for k in range(40)]), "exits") == []
 
 
 def test_a_car_that_asks_for_its_top_speed_on_straights_is_not_told_of_speed(tmp_path):
@@ -495,7 +497,7 @@ def test_laps_that_are_all_alike_lose_nothing_and_a_slow_bend_is_named(tmp_path)
     columns["tstamp"] = columns["tstamp"] + late
     (told,) = found(tmp_path / "late", columns, "best sectors")
     assert told.startswith("40 full laps lose 0.50 s on average to the best sectors put together, 0.50 s of it (95 %: ")
-    assert "2 left" in told
+    assert "in turn 1 (left), waypoints " in told
 
 
 def test_of_few_laps_no_sector_is_told(tmp_path):

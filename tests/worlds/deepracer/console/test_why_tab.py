@@ -13,7 +13,7 @@ CURE = {
     "saved": 3, "tried": 4,
 }  # fmt: skip
 PLACE = {
-    "segment": "3 left", "share": 0.75, "words": "3 of 4 failures lie here.", "xy": [[1.0, 2.0], [3.0, 4.0]],
+    "segment": "turn 2 (left)", "share": 0.75, "words": "3 of 4 failures lie here.", "xy": [[1.0, 2.0], [3.0, 4.0]],
     "picture_jpeg": "AAAA", "cures": [CURE],
 }  # fmt: skip
 WHY = {
@@ -28,7 +28,7 @@ def test_places_stand_on_the_map_where_cars_failed(tmp_path):
     run = RunFolder(write_run(tmp_path / "run"))
     (run.path / FACTS).write_text(json.dumps(WHY))
     why = why_data(run)["why"]
-    assert [one["head"] for one in why["places"]] == ["1: segment 3 left"]
+    assert [one["head"] for one in why["places"]] == ["1: turn 2 (left)"]
     assert (why["map"]["places"][0]["x"], why["map"]["places"][0]["y"]) == ("2.00", "-3.00")
     assert why["places"][0]["cures"][0][-1] == "3 of 4"
 

@@ -88,7 +88,7 @@ class FailurePlace:
     number: int
     """From 1, the place with most failures first."""
     segment: str
-    """Of the track, such as "3 left"."""
+    """Of the track, such as "turn 2 (left)"."""
     arc_m: float
     """Of the middle failure, m along the centre line."""
     waypoints: tuple[int, int]
@@ -118,7 +118,7 @@ class FailurePlace:
     def where(self) -> str:
         """The place in words."""
         first, last = self.waypoints
-        return f"segment {self.segment}, " + (f"waypoint {first}" if first == last else f"waypoints {first} to {last}")
+        return f"{self.segment}, " + (f"waypoint {first}" if first == last else f"waypoints {first} to {last}")
 
     @property
     def how_words(self) -> str:

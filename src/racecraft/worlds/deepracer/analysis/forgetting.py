@@ -38,7 +38,7 @@ class SegmentPassRates:
     iterations: Sequence[int]
     """(C,) of the checkpoints, rising."""
     places: Sequence[str]
-    """(P,) segments of the track in driving order, such as "3 left"."""
+    """(P,) segments of the track in driving order, such as "turn 2 (left)"."""
     reached: Array
     """int64 (P, C)."""
     passed: Array
@@ -70,7 +70,7 @@ def passages_words(rates: SegmentPassRates) -> list[str]:
     """Return what a training forgot, in sentences, what it was paid meanwhile, and the command that helps."""
     share = rates.share
     lines = [
-        f"Segment {rates.places[place]} was known and is forgotten: at iteration {rates.iterations[then]} "
+        f"The car knew {rates.places[place]} and forgot it: at iteration {rates.iterations[then]} "
         f"{100 * share[place, then]:.0f} % got through, at iteration {rates.iterations[now]} "
         f"{100 * share[place, now]:.0f} %."
         for place, then, now in rates.forgotten

@@ -47,7 +47,7 @@ def _place(number: int, facts: dict[str, Any]) -> dict[str, Any]:
     ]  # fmt: skip
     return {
         "number": number,
-        "head": f"{number}: segment {facts['segment']}",
+        "head": f"{number}: {facts['segment']}",
         "share": float(facts["share"]),
         "words": str(facts["words"]),
         "picture": "data:image/jpeg;base64," + str(facts["picture_jpeg"]),

@@ -27,7 +27,11 @@ class GymTraining(TrainingOptions):
     kind: ClassVar[str] = "gymnasium"
     example: ClassVar[str] = "runs/CartPole-v1-1"
 
-    environment: str | None = argument("A registered id, such as CartPole-v1.", None, metavar="ID")
+    environment: str | None = argument(
+        "A registered id, such as CartPole-v1, or MODULE:NAME of a class or function that makes an environment.",
+        None,
+        metavar="ID",
+    )
     stop: tuple[str, ...] = option((), "score=475, minutes=10, iterations=50, steps=200000; may be repeated.")
     run: Path | None = option(None, "Run folder to make; by default runs/ID-N.")
     env_args: tuple[str, ...] = option(
@@ -37,6 +41,19 @@ class GymTraining(TrainingOptions):
         (),
         "Wrapper around the environment, of gymnasium.wrappers or MODULE:CLASS; may be repeated, the innermost first.",
     )
+
+    def __post_init__(self) -> None:
+        """From Python the environment may be a class, a function or a ready one."""
+        if self.environment is None or isinstance(self.environment, str):
+            super().__post_init__()
+            return
+        from racecraft.worlds.gymnasium.env.recipe import named
+
+        name, recipe = named(self.environment)
+        object.__setattr__(self, "environment", name)
+        super().__post_init__()
+        object.__setattr__(self, "env_args", (*recipe.argument_texts(), *self.env_args))
+        object.__setattr__(self, "wrapper", (*recipe.wrappers, *self.wrapper))
 
     @property
     def model(self) -> str | None:

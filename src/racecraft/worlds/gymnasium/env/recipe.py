@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -57,12 +58,19 @@ class Recipe:
 
     def as_words(self) -> list[str]:
         """Return it as it is typed."""
-        words = []
-        for name, value in self.arguments.items():
-            words += ["--env-args", f"{name}={value if isinstance(value, str) else json.dumps(value)}"]
-        for name in self.wrappers:
-            words += ["--wrapper", name]
-        return words
+        pairs = [("--env-args", text) for text in self.argument_texts()] + [("--wrapper", one) for one in self.wrappers]
+        return [word for pair in pairs for word in pair]
+
+    def argument_texts(self) -> tuple[str, ...]:
+        """Return NAME=VALUE of each argument.
+
+        >>> Recipe({"size": 4, "name": "4x4", "word": "4"}).argument_texts()
+        ('size=4', 'name=4x4', 'word="4"')
+        """
+        return tuple(
+            f"{name}={value if isinstance(value, str) and _value(value) == value else json.dumps(value)}"
+            for name, value in self.arguments.items()
+        )
 
     def make(self, environment: str, own: Any) -> gymnasium.Env[Any, Any]:
         """Make one environment.
@@ -78,7 +86,7 @@ class Recipe:
             if own is None:
                 env = gymnasium.make(environment, disable_env_checker=True, **self.arguments)
             else:
-                env = telling(own)(**self.arguments)
+                env = (telling(own) if isinstance(own, type) else own)(**self.arguments)
         except (TypeError, gymnasium.error.Error) as error:
             raise UserInputError(
                 "{environment} cannot be made with {arguments}: {error}. Expected arguments that its making takes.",
@@ -97,6 +105,35 @@ class Recipe:
             SettingError: One is not there, or is no wrapper.
         """
         return [_wrapper(name) for name in self.wrappers]
+
+
+def named(environment: Any) -> tuple[str, Recipe]:
+    """Return the name of a class, of a function or of a ready environment's id, and how another like it is made.
+
+    Raises:
+        SettingError: Another like it cannot be made by a name.
+    """
+    if isinstance(environment, gymnasium.Env):
+        return _as_it_was_made(environment)
+    module, name = getattr(environment, "__module__", ""), getattr(environment, "__qualname__", "")
+    if getattr(sys.modules.get(module), name, None) is not environment:
+        raise SettingError(
+            "environment is {found!r}, which has no name in a module; expected an id, or a module's class or function "
+            "that makes an environment.", found=environment,
+        )  # fmt: skip
+    return f"{module}:{name}", Recipe()
+
+
+def _as_it_was_made(environment: gymnasium.Env[Any, Any]) -> tuple[str, Recipe]:
+    """Return what `gymnasium.make` and the wrappers behind it were given."""
+    spec = environment.spec
+    wrappers = () if spec is None else spec.additional_wrappers
+    if spec is None or any(one.kwargs for one in wrappers):
+        raise SettingError(
+            "environment is {found}, and no second one can be made as it was; expected one of gymnasium.make with "
+            "wrappers that take no arguments, or a function of a module that makes it.", found=environment,
+        )  # fmt: skip
+    return spec.id, Recipe(spec.kwargs, tuple(one.entry_point for one in wrappers))
 
 
 def _value(text: str) -> Any:

@@ -113,28 +113,26 @@ def action_space(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
 def action_breakdown(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
     """Return which actions were chosen in which segment of the circuit.
 
-    Columns: `segment` (number), `segment_name`, `action`, `name`, `count`, `share` (of the segment's ticks),
-    `mean_reward`. Segments are found from the curvature (see `segments.py`).
+    Columns: `segment` (its name), `action`, `name`, `count`, `share` (of the segment's ticks), `mean_reward`. Segments
+    are found from the curvature (see `segments.py`).
     """
     import polars as pl
 
     segments = find_segments(track)
     frame = in_segments(with_action_number(ticks), track, segments)
     names = action_names(frame)
-    titles = {k: segment.name for k, segment in enumerate(segments.all)}
     data = (
         frame.group_by("segment", pl.col("action_number").alias("action"))
         .agg(pl.len().alias("count"), pl.col("reward").mean().alias("mean_reward"))
         .with_columns((pl.col("count") / pl.col("count").sum().over("segment")).alias("share"))
         .sort("segment", "action")
         .select(
-            (pl.col("segment") + 1).alias("segment"),
-            pl.col("segment").replace_strict(titles, return_dtype=pl.String).alias("segment_name"),
+            pl.col("segment").replace_strict(segments.names, return_dtype=pl.String),
             "action", pl.col("action").replace_strict(names, return_dtype=pl.String).alias("name"),
             "count", "share", "mean_reward",
         )
     )  # fmt: skip
-    order = [segment.name for segment in segments.all]
+    order = list(segments.names.values())
     return Plot("action_breakdown", "Actions by segment", data, lambda: _draw_breakdown(data, order, names))
 
 
@@ -189,7 +187,7 @@ def _draw_breakdown(data: pl.DataFrame, order: list[str], names: dict[int, str])
     shades = _shades(len(numbers))
     for k, number in enumerate(numbers):
         rows = data.filter(data["action"] == number)
-        found = dict(zip(rows["segment_name"], rows["share"], strict=True))
+        found = dict(zip(rows["segment"], rows["share"], strict=True))
         width = np.array([100 * found.get(name, 0.0) for name in order])
         axes.barh(np.arange(len(order)), width, left=left, color=shades[k], edgecolor="white", lw=0.6,
                   hatch=("", "///", "...")[k % 3], label=names[number])  # fmt: skip
@@ -197,7 +195,7 @@ def _draw_breakdown(data: pl.DataFrame, order: list[str], names: dict[int, str])
     axes.set_yticks(np.arange(len(order)), order, fontsize=9)
     axes.invert_yaxis()
     axes.set_xlim(0, 100)
-    name_axes(axes, "% of the segment's ticks", "segment")
+    name_axes(axes, "% of the segment's ticks", "")
     axes.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0), ncols=1 + len(numbers) // 16)
     return figure
 

@@ -24,7 +24,7 @@ def exit_points(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
     """Return the places where episodes ended badly, and where a car was set back on the road.
 
     Columns: `unique_episode`, `iteration`, `status`, `x_m`, `y_m`, `waypoint` (of this track), `lap_share`, `segment`
-    (number), `speed_mps` and `steering_rad` (commanded in that tick).
+    (its name), `speed_mps` and `steering_rad` (commanded in that tick).
 
     Raises:
         PlotError: No car left the road.
@@ -39,23 +39,25 @@ def exit_points(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
                        maintain_order=True).first()  # fmt: skip
     bad = in_segments(bad, track, segments)
     data = bad.select("unique_episode", "iteration", "status", "x_m", "y_m", "waypoint", "lap_share",
-                      (pl.col("segment") + 1).alias("segment"), "speed_mps", "steering_rad")  # fmt: skip
+                      pl.col("segment").replace_strict(segments.names, return_dtype=pl.String), "speed_mps",
+                      "steering_rad")  # fmt: skip
     grief = incidents(data["status"].unique()) or "came to grief"
     title = f"Where cars {grief}, {data.height} times"
     return Plot("exit_points", title, data, lambda: _draw(data, track))
 
 
 def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.DataFrame:
-    """Return the segments with most exits first: `segment`, `name`, `exits`, `crashes` (exits that ran into
-    something), `share` of all exits, `speed_mps` (mean), `passed_share` (share of the episodes that reached the segment
-    and did not end there).
+    """Return the segments with most exits first: `segment` (its name), `exits`, `crashes` (exits that ran
+    into something), `share` of all exits, `speed_mps` (mean), `passed_share` (share of the episodes that reached the
+    segment and did not end there).
     """  # noqa: D205
     import polars as pl
 
     points = exit_points(ticks, track).data
-    names = {segment.number: segment.name for segment in find_segments(track).all}
-    reached = in_segments(ticks, track).group_by((pl.col("segment") + 1).alias("segment")).agg(
-        pl.col("unique_episode").n_unique().alias("reached")
+    segments = find_segments(track)
+    reached = in_segments(ticks, track, segments).group_by(pl.col("segment").alias("_place")).agg(
+        pl.col("unique_episode").n_unique().alias("reached"),
+        pl.col("segment").first().replace_strict(segments.names, return_dtype=pl.String),
     )  # fmt: skip
     counted = points.group_by("segment").agg(
         pl.len().alias("exits"), (pl.col("status") == CRASHED).sum().alias("crashes"), pl.col("speed_mps").mean()
@@ -63,12 +65,11 @@ def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.Dat
     return (
         counted.join(reached, on="segment")
         .with_columns(
-            pl.col("segment").replace_strict(names, return_dtype=pl.String).alias("name"),
             (pl.col("exits") / points.height).alias("share"),
             (1.0 - pl.col("exits") / pl.col("reached")).clip(0.0).alias("passed_share"),
         )
-        .sort("exits", "segment", descending=[True, False])
-        .select("segment", "name", "exits", "crashes", "share", "speed_mps", "passed_share")
+        .sort("exits", "_place", descending=[True, False])
+        .select("segment", "exits", "crashes", "share", "speed_mps", "passed_share")
     )
 
 
@@ -96,7 +97,7 @@ def endings(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
 def _draw_segments(data: pl.DataFrame) -> Any:
     figure, (axes,) = sheet(1, 1, ["Exits in each segment"], (7.0, 1.0 + 0.34 * data.height))
     axes.barh(range(data.height), values(data, "exits")[0], color=RED, height=0.7)
-    words = [f"{name}, {100 * share:.0f} % pass" for name, share in data.select("name", "passed_share").rows()]
+    words = [f"{name}, {100 * share:.0f} % pass" for name, share in data.select("segment", "passed_share").rows()]
     axes.set_yticks(range(data.height), words, fontsize=9)
     axes.invert_yaxis()
     name_axes(axes, "exits", "")

@@ -29,7 +29,7 @@ CLEARLY = 0.5
 def fitted_line(ticks: pl.DataFrame | pl.LazyFrame, track: Track, unique_episode: int | None = None) -> Plot:
     """Return one row a segment: the circle that fits the driven path best, and how far the path strays from it.
 
-    Columns: `segment`, `name`, `radius_m` (left positive; null for a straight), `heading_rad` (of a straight, from
+    Columns: `segment` (its name), `radius_m` (left positive; null for a straight), `heading_rad` (of a straight, from
     east, left positive; null for an arc), `stray_m` (root mean square), `fastest_mps` and `slowest_mps` (driven),
     `ticks`.
 
@@ -49,22 +49,23 @@ def fitted_line(ticks: pl.DataFrame | pl.LazyFrame, track: Track, unique_episode
     if not lap.height:
         raise PlotError("There is no episode {episode} among the ticks; expected one that is there.", episode=episode)
     rows = []
-    for number, segment in enumerate(segments.all):
+    for number, name in segments.names.items():
         part = lap.filter(pl.col("segment") == number)
         if part.height < FEWEST_TICKS:
             continue
         radius, heading, stray = fit(np.column_stack(values(part, "x_m", "y_m")))
         driven = values(part.drop_nulls("driven_mps"), "driven_mps")[0]
         ends = (float(driven.max()), float(driven.min())) if len(driven) else (math.nan, math.nan)
-        rows.append((segment.number, segment.name, radius, heading, stray, *ends, part.height))
+        rows.append((name, radius, heading, stray, *ends, part.height))
     if not rows:
         raise PlotError(
             "Episode {episode} has less than {fewest_ticks} ticks in each segment; choose a longer one.",
             episode=episode,
             fewest_ticks=FEWEST_TICKS,
         )
-    names = ("segment", "name", "radius_m", "heading_rad", "stray_m", "fastest_mps", "slowest_mps", "ticks")
-    data = pl.DataFrame(rows, schema=list(names), orient="row")
+    columns = ("segment", "radius_m", "heading_rad", "stray_m", "fastest_mps", "slowest_mps", "ticks")
+    data = pl.DataFrame(rows, schema=list(columns), orient="row")
+    lap = lap.with_columns(pl.col("segment").replace_strict(segments.names, return_dtype=pl.String))
     return Plot("fitted_line", f"The line of episode {episode}", data, lambda: _draw(data, lap, track))
 
 
@@ -112,8 +113,8 @@ def _draw(data: pl.DataFrame, lap: pl.DataFrame, track: Track) -> Any:
     speed = values(lap, "speed_mps")[0]
     painted = painted_path(axes, xy, speed, (0.0, max(0.1, float(speed.max()))))
     colour_bar(figure, painted, axes, WORDS["speed_mps"])
-    for segment, name, radius, _, stray, *_ in data.rows():
-        at = values(lap.filter(lap["segment"] == segment - 1), "x_m", "y_m")
+    for name, radius, _, stray, *_ in data.rows():
+        at = values(lap.filter(lap["segment"] == name), "x_m", "y_m")
         shape = "straight" if radius is None else f"radius {abs(radius):.2f} m"
         words = f"{name}: {shape} ±{100 * stray:.0f} cm"
         axes.annotate(

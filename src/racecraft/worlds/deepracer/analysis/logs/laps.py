@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.plot import Plot, PlotError, sheet
+from racecraft.contract.world import Array
 from racecraft.pages.colours import BLUE, GREEN, ORANGE
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
@@ -88,9 +89,9 @@ def lap_correlations(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
 
 
 def sector_times(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | None = None) -> Plot:
-    """Return the time of each sector of each full lap: `unique_episode`, `sector`, `name`, `seconds`, `lap_seconds`.
+    """Return the time of each sector of each full lap: `unique_episode`, `sector`, `seconds`, `lap_seconds`.
 
-    A sector that is a segment has the segment's number, else they are counted from 1.
+    A sector that is a segment has the segment's name, else it is "sector 1" and so on.
 
     Args:
         ticks: The ticks.
@@ -107,36 +108,36 @@ def sector_times(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | 
     laps = episodes.filter(episodes["complete"])
     if not laps.height:
         raise PlotError("There is no full lap here; expected one at least. Let the training go on.")
-    shares, names = _sectors(track, parts)
-    numbers = list(names)
     frame = frame.join(laps.select("unique_episode", pl.col("seconds").alias("lap_seconds")), on="unique_episode")
-    row = np.searchsorted(shares, frame["lap_share"].to_numpy(), side="right") - 1  # before the first is the last
-    sector = np.array(numbers, np.int32)[row]
+    sector, names = _sectors(track, parts, frame["lap_share"].to_numpy())
     step = pl.col("time_s") - pl.col("time_s").shift().over("unique_episode")
     data = (
         frame.with_columns(pl.Series("sector", sector), step.fill_null(0.0).alias("_step"))
         .group_by("unique_episode", "sector", maintain_order=True)
         .agg(pl.col("_step").sum().alias("seconds"), pl.col("lap_seconds").first())
-        .with_columns(pl.col("sector").replace_strict(names, return_dtype=pl.String).alias("name"))
         .sort("unique_episode", "sector")
-        .select("unique_episode", "sector", "name", "seconds", "lap_seconds")
+        .select(
+            "unique_episode", pl.col("sector").replace_strict(names, return_dtype=pl.String), "seconds", "lap_seconds"
+        )
     )
-    return Plot("sector_times", "Sector times of full laps", data, lambda: _draw_sectors(data))
+    driven = set(data["sector"])
+    order = [name for name in names.values() if name in driven]
+    return Plot("sector_times", "Sector times of full laps", data, lambda: _draw_sectors(data, order))
 
 
 def sector_correlations(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | None = None) -> pl.DataFrame:
-    """Return one row a sector: `sector`, `name`, `best_seconds`, `mean_seconds`, `lost_seconds` (mean less best),
+    """Return one row a sector: `sector`, `best_seconds`, `mean_seconds`, `lost_seconds` (mean less best),
     `correlation` with the time of the lap; most lost first.
     """  # noqa: D205
     import polars as pl
 
     data = sector_times(ticks, track, parts).data
     rows = []
-    for (sector, name), group in data.group_by("sector", "name", maintain_order=True):
+    for (sector,), group in data.group_by("sector", maintain_order=True):
         seconds, lap = values(group, "seconds", "lap_seconds")
-        rows.append((sector, name, seconds.min(), seconds.mean(), seconds.mean() - seconds.min(),
-                     correlation(seconds, lap)))  # fmt: skip
-    names = ("sector", "name", "best_seconds", "mean_seconds", "lost_seconds", "correlation")
+        mean, best = seconds.mean(), seconds.min()
+        rows.append((sector, best, mean, mean - best, correlation(seconds, lap)))
+    names = ("sector", "best_seconds", "mean_seconds", "lost_seconds", "correlation")
     return pl.DataFrame(rows, schema=list(names), orient="row").sort("lost_seconds", descending=True)
 
 
@@ -159,14 +160,14 @@ def correlation(a: Any, b: Any) -> float | None:
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _sectors(track: Track, parts: int | None) -> tuple[Any, dict[int, str]]:
-    """Return where sectors begin, shares of the lap in rising order, and their numbers and names in that order."""
-    if parts is not None:
-        if parts < 1:
-            raise PlotError("A lap has no {parts} sectors; expected 1 or more.", parts=parts)
-        return np.arange(parts) / parts, {k + 1: f"sector {k + 1}" for k in range(parts)}
-    segments = sorted(find_segments(track).all, key=lambda segment: segment.begin)
-    return np.array([segment.begin for segment in segments]), {segment.number: segment.name for segment in segments}
+def _sectors(track: Track, parts: int | None, lap_share: Array) -> tuple[Array, dict[int, str]]:
+    """Return the index of the sector at shares of the lap (T,), and the names by index in driving order."""
+    if parts is None:
+        segments = find_segments(track)
+        return segments.of(lap_share), segments.names
+    if parts < 1:
+        raise PlotError("A lap has no {parts} sectors; expected 1 or more.", parts=parts)
+    return np.minimum(lap_share * parts, parts - 1).astype(int), {k: f"sector {k + 1}" for k in range(parts)}
 
 
 def _draw_losses(data: pl.DataFrame) -> Any:
@@ -176,7 +177,7 @@ def _draw_losses(data: pl.DataFrame) -> Any:
     axes.barh(range(data.height), values(data, "lost_seconds")[0], color=ORANGE, height=0.7)
     words = [
         name if coefficient is None else f"{name} ({coefficient:+.2f})"
-        for name, coefficient in data.select("name", "correlation").rows()
+        for name, coefficient in data.select("sector", "correlation").rows()
     ]
     axes.set_yticks(range(data.height), words, fontsize=9)
     axes.invert_yaxis()
@@ -206,16 +207,15 @@ def _draw_correlations(data: pl.DataFrame, laps: pl.DataFrame) -> Any:
     return figure
 
 
-def _draw_sectors(data: pl.DataFrame) -> Any:
-    names = dict(data.select("sector", "name").unique().sort("sector").rows())
+def _draw_sectors(data: pl.DataFrame, names: list[str]) -> Any:
     figure, (axes,) = sheet(
         1, 1, ["Sector times of full laps: best, half of them, all"], (8.0, 1.0 + 0.34 * len(names))
     )
-    groups = [values(data.filter(data["sector"] == number), "seconds")[0] for number in names]
+    groups = [values(data.filter(data["sector"] == name), "seconds")[0] for name in names]
     axes.boxplot(groups, orientation="horizontal", widths=0.6, showfliers=False, patch_artist=True,
                  boxprops={"fc": "#cfe3f1", "ec": BLUE}, medianprops={"color": ORANGE, "lw": 2})  # fmt: skip
     axes.scatter([group.min() for group in groups], np.arange(1, len(groups) + 1), color=GREEN, marker="d", zorder=3)
-    axes.set_yticks(np.arange(1, len(names) + 1), list(names.values()), fontsize=9)
+    axes.set_yticks(np.arange(1, len(names) + 1), names, fontsize=9)
     axes.invert_yaxis()
     name_axes(axes, "s", "")
     return figure

@@ -12,7 +12,7 @@ from racecraft.evaluation.rating import wilson
 from racecraft.worlds.deepracer.analysis.logs.exits import exit_points, exits_by_segment
 from racecraft.worlds.deepracer.analysis.logs.intervals import mean_interval
 from racecraft.worlds.deepracer.analysis.logs.laps import sector_losses, sector_times
-from racecraft.worlds.deepracer.analysis.logs.segments import find_segments, in_segments
+from racecraft.worlds.deepracer.analysis.logs.segments import Segment, find_segments, in_segments
 from racecraft.worlds.deepracer.analysis.logs.straights import straights_and_curves
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -35,19 +35,20 @@ def exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     """Say where more cars leave the road than chance explains."""
     table = exits_by_segment(ticks, track)
     worst, count = table.row(0, named=True), int(table["exits"].sum())
-    even = find_segments(track).all[worst["segment"] - 1].length_m / track.length
+    place = next(one for one in find_segments(track).all if one.name == worst["segment"])
+    even = place.length_m / track.length
     low, high = wilson(worst["exits"], count)
     if worst["exits"] < FEWEST_EXITS or low < even or worst["share"] < MORE_THAN_EVEN * even:
         return
-    crashes, place = worst["crashes"] > worst["exits"] / 2, worst["name"]
+    crashes = worst["crashes"] > worst["exits"] / 2
     of_them = f", {worst['crashes']} of them crashes" if crashes else ""
     end, hint = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
     yield Advice(
-        f"Segment {_place(track, place)} takes {worst['exits']} of {count} exits of the last two fifths{of_them} "
+        f"{worst['exits']} of {count} exits of the last two fifths{of_them} lie in {_place(track, place)} "
         f"({100 * worst['share']:.0f} %, 95 %: {100 * low:.0f} to {100 * high:.0f}; it is "
-        f"{100 * even:.0f} % of the lap); {100 * worst['passed_share']:.0f} % get through it, at "
+        f"{100 * even:.0f} % of the lap): {100 * worst['passed_share']:.0f} % get through it, at "
         f"{worst['speed_mps']:.2f} m/s where they {end}.",
-        f"Pay for {hint} or less speed in {place}, and start more episodes before it.",
+        f"Pay for {hint} or less speed in {place.name}, and start more episodes before it.",
         lambda: exit_points(ticks, track),
         "racecraft why RUN",
     )
@@ -87,24 +88,22 @@ def sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
 
     best = pl.col("seconds").min().over("sector")
     losses = sector_times(ticks, track).data.with_columns((pl.col("seconds") - best).alias("lost"))
-    by_sector = losses.group_by("name", maintain_order=True).agg("lost", pl.col("lost").mean().alias("mean"))
+    by_sector = losses.group_by("sector", maintain_order=True).agg("lost", pl.col("lost").mean().alias("mean"))
     name, lost, _ = by_sector.sort("mean", descending=True).row(0)
+    place = next(one for one in find_segments(track).all if one.name == name)
     mean, low, high = mean_interval(np.array(lost))
     if len(lost) < FEWEST_LAPS or low < TICK_S:
         return
     yield Advice(
         f"{len(lost)} full laps lose {by_sector['mean'].sum():.2f} s on average to the best sectors put together, "
-        f"{mean:.2f} s of it (95 %: {low:.2f} to {high:.2f}) in {_place(track, name)}.",
+        f"{mean:.2f} s of it (95 %: {low:.2f} to {high:.2f}) in {_place(track, place)}.",
         f"Look at {name} first: it has the most time to win.",
         lambda: sector_losses(ticks, track),
         "racecraft evaluate RUN --laps 5 --video laps.mp4",
     )
 
 
-def _place(track: Track, name: str) -> str:
+def _place(track: Track, segment: Segment) -> str:
     """Return a segment's name with its waypoints, which a reward function knows it by."""
-    for segment in find_segments(track).all:
-        if segment.name == name:
-            ends = (np.abs(track.arc[:, None] - np.array([segment.begin, segment.end]) * track.length)).argmin(axis=0)
-            return f"{name} (waypoints {ends[0]} to {ends[1]})"
-    return name
+    ends = (np.abs(track.arc[:, None] - np.array([segment.begin, segment.end]) * track.length)).argmin(axis=0)
+    return f"{segment.name}, waypoints {ends[0]} to {ends[1]}"

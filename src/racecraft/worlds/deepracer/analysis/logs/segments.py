@@ -1,7 +1,7 @@
 """A circuit's corners and the straights between them, as places of the lap. Begin with `find_segments`.
 
-Where a corner begins and ends is `corners.py`'s rule, the same that times laps in telemetry. A straight too short to be
-driven differently is shared by the corners beside it. A segment may lie across the start line.
+Where a corner begins and ends and what it is called is `corners.py`'s rule, the same that times laps in telemetry. A
+straight too short to be driven differently is shared by the corners beside it. A segment may lie across the start line.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from racecraft.pages.colours import BLUE, ORANGE, RED
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.plot import map_sheet
 from racecraft.worlds.deepracer.driving.road_frame import road_frame
-from racecraft.worlds.deepracer.driving.telemetry.corners import SPACING_M, Corner, find_corners
+from racecraft.worlds.deepracer.driving.telemetry.corners import SPACING_M, THE_STRAIGHT, Corner, find_corners
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ COLOURS = {"left": BLUE, STRAIGHT: "#9aa5ae", "right": ORANGE}
 class Segment:
     """A straight or a curve."""
 
-    number: int
-    """Counted from 1 in driving order; 1 is the one that holds the start line."""
+    name: str
+    """A corner's own, such as "turn 3 (left)", or "straight after turn 3"."""
     kind: str
     """left, straight or right."""
     begin: float
@@ -45,17 +45,17 @@ class Segment:
     turn_rad: float
     """How far the road turns in it, left positive."""
 
-    @property
-    def name(self) -> str:
-        """Number and kind, such as "3 left"."""
-        return f"{self.number} {self.kind}"
-
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """A circuit's segments in driving order."""
+    """A circuit's segments in driving order, the one that holds the start line first."""
 
     all: tuple[Segment, ...]
+
+    @property
+    def names(self) -> dict[int, str]:
+        """Names by index."""
+        return {index: segment.name for index, segment in enumerate(self.all)}
 
     def of(self, lap_share: Array) -> Array:
         """Return the index of the segment at shares of the lap (T,), 0 to 1."""
@@ -66,34 +66,35 @@ class Segments:
 
 def find_segments(track: Track) -> Segments:
     """Return the segments of a circuit in driving order."""
-    pieces = sorted(_pieces(find_corners(track), track), key=lambda piece: piece[1] - (piece[1] > piece[2]))
+    pieces = sorted(_pieces(find_corners(track), track), key=lambda piece: piece[2] - (piece[2] > piece[3]))
     frame = road_frame(track, SPACING_M)
     turned = np.concatenate([[0.0], np.cumsum(frame.curvature) * frame.spacing])
     segments = []
-    for number, (kind, begin, end) in enumerate(pieces, 1):
+    for name, kind, begin, end in pieces:
         length_m = ((end - begin) % 1.0 or 1.0) * track.length
         before, after = np.interp([begin, end], np.linspace(0.0, 1.0, len(turned)), turned)
         turn_rad = float(after - before + (turned[-1] if begin > end else 0.0))
-        segments.append(Segment(number, kind, begin, end, length_m, turn_rad))
+        segments.append(Segment(name, kind, begin, end, length_m, turn_rad))
     return Segments(tuple(segments))
 
 
-def _pieces(corners: Sequence[Corner], track: Track) -> list[tuple[str, float, float]]:
-    """Return kind, begin and end (shares of the lap) of each corner and of each straight between two."""
+def _pieces(corners: Sequence[Corner], track: Track) -> list[tuple[str, str, float, float]]:
+    """Return name, kind, begin and end (shares of the lap) of each corner and of each straight between two."""
     if not corners:
-        return [(STRAIGHT, 0.0, 1.0)]
+        return [(THE_STRAIGHT, STRAIGHT, 0.0, 1.0)]
     begins, ends = [one.begin for one in corners], [one.end for one in corners]
     straights = []
     for k, end in enumerate(ends):
         after = (k + 1) % len(corners)
         gap = (begins[after] - end) % 1.0
         if not track.closed and after == 0:
-            straights += [(STRAIGHT, 0.0, begins[0]), (STRAIGHT, end, 1.0)]
+            straights.append(("straight before turn 1", STRAIGHT, 0.0, begins[0]))
+            straights.append((f"straight after turn {k + 1}", STRAIGHT, end, 1.0))
         elif gap * track.length < SHORTEST_M:
             ends[k] = begins[after] = (end + 0.5 * gap) % 1.0
         else:
-            straights.append((STRAIGHT, end, begins[after]))
-    return [*straights, *((one.side, begins[k], ends[k]) for k, one in enumerate(corners))]
+            straights.append((f"straight after turn {k + 1}", STRAIGHT, end, begins[after]))
+    return [*straights, *((one.name, one.side, begins[k], ends[k]) for k, one in enumerate(corners))]
 
 
 def in_segments(ticks: pl.DataFrame | pl.LazyFrame, track: Track, segments: Segments | None = None) -> pl.DataFrame:
@@ -106,7 +107,7 @@ def in_segments(ticks: pl.DataFrame | pl.LazyFrame, track: Track, segments: Segm
 
 
 def segments_plot(track: Track) -> Plot:
-    """Return the segments as a table (number, kind, begin, end, length_m, turn_rad) and a map."""
+    """Return the segments as a table (name, kind, begin, end, length_m, turn_rad) and a map."""
     import polars as pl
 
     found = find_segments(track)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def straights_and_curves(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
     """Return one row a segment of the circuit.
 
-    Columns: `segment`, `name`, `kind`, `length_m`, `turn_rad`, `ticks`, `speed_mps` (mean commanded), `driven_mps`
+    Columns: `segment` (its name), `kind`, `length_m`, `turn_rad`, `ticks`, `speed_mps` (mean commanded), `driven_mps`
     (mean), `fastest_mps` (95 of 100 below), `slide_rad` (mean size), `offset_m` (mean, left positive), `wander_m`
     (spread of the offset), `steering_changes` (share of ticks with another angle than before), `mean_reward`.
     """
@@ -36,12 +36,12 @@ def straights_and_curves(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Pl
         pl.col("_changed").mean().alias("steering_changes"), pl.col("reward").mean().alias("mean_reward"),
     ).sort("segment")  # fmt: skip
     lengths = pl.DataFrame(
-        [(k, s.number, s.name, s.kind, s.length_m, s.turn_rad) for k, s in enumerate(segments.all)],
-        schema={"segment": pl.Int32, "number": pl.Int32, "name": pl.String, "kind": pl.String, "length_m": pl.Float64,
-                "turn_rad": pl.Float64}, orient="row",
+        [(k, s.kind, s.length_m, s.turn_rad) for k, s in enumerate(segments.all)],
+        schema={"segment": pl.Int32, "kind": pl.String, "length_m": pl.Float64, "turn_rad": pl.Float64}, orient="row",
     )  # fmt: skip
-    data = lengths.join(found, on="segment", how="left", maintain_order="left").drop("segment")
-    data = data.rename({"number": "segment"}).with_columns(pl.col("ticks").fill_null(0))
+    data = lengths.join(found, on="segment", how="left", maintain_order="left").with_columns(
+        pl.col("segment").replace_strict(segments.names, return_dtype=pl.String), pl.col("ticks").fill_null(0)
+    )
     return Plot("straights_and_curves", "Straights and curves", data, lambda: _draw(data))
 
 
@@ -52,8 +52,8 @@ def _draw(data: pl.DataFrame) -> Any:
     axes.barh(at, driven, color=BLUE, height=0.62, label="driven, mean")
     axes.scatter(commanded, at, marker="|", s=160, color=ORANGE, lw=2.4, label="commanded, mean", zorder=3)
     axes.scatter(fastest, at, marker="d", s=22, color="#1d2327", label="driven, 95 of 100 below", zorder=3)
-    axes.set_yticks(at, data["name"].to_list(), fontsize=9)
+    axes.set_yticks(at, data["segment"].to_list(), fontsize=9)
     axes.invert_yaxis()
     axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    name_axes(axes, "m/s", "segment")
+    name_axes(axes, "m/s", "")
     return figure

@@ -23,6 +23,8 @@ ENTER = 0.5
 LEAVE = 0.25
 """1/m: a corner ends at a radius of 4 m."""
 MIN_TURN_RAD = np.radians(20.0)
+THE_STRAIGHT = "the straight"
+"""What a road without corners is called as a place."""
 BRAKING_M = 1.0
 """A corner's zone begins so far before the corner, or half-way from the corner before it if that is nearer."""
 

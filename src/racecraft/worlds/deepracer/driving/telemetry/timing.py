@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.driving.telemetry.corners import Corner, find_corners
+from racecraft.worlds.deepracer.driving.telemetry.corners import THE_STRAIGHT, Corner, find_corners
 from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
 
 SECTORS = 3
@@ -65,7 +65,7 @@ class LapTiming:
 
     def zone_name(self, zone: int) -> str:
         """Return "turn 3 (left)"; of a track without corners "the straight"."""
-        return self.corners[zone].name if self.corners else "the straight"
+        return self.corners[zone].name if self.corners else THE_STRAIGHT
 
 
 def time_laps(laps: Laps, sectors: int = SECTORS) -> LapTiming:
