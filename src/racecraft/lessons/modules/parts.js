@@ -75,3 +75,27 @@ export class Figure extends HTMLElement {
 
   begin(_settings) {}
 }
+
+/* A figure that is played move by move; exercises take the moves. `draw` shows what comes of them. */
+export class Played extends Figure {
+  moves = [];
+
+  /* Keys and buttons: a move by the name of its key, texts of moves, what board and buttons are called, more buttons. */
+  lay(keys, texts, board, group, ...more) {
+    this.facts = element("div");
+    this.said = element("p", { role: "status", "aria-live": "polite" });
+    this.table = element("table", { class: "squares", tabindex: 0, "aria-label": board });
+    this.table.onkeydown = event => { if (event.key in keys) { event.preventDefault(); this.move(keys[event.key]); } };
+    this.place = element("div", { class: "wide-table" }, this.table);
+    this.append(this.facts, this.place, this.said, element("div", { class: "keys", role: "group", "aria-label": group }, ...texts.map(([move, text]) => button(text, () => this.move(move))), ...more));
+    this.draw();
+  }
+
+  give() { return [...this.moves]; }
+
+  anew() { this.moves = []; this.draw(); }
+
+  move(_move) {}
+
+  draw() {}
+}

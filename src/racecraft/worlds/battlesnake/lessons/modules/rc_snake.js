@@ -1,6 +1,6 @@
 /* <rc-snake>: a board of seven by seven. Arrow keys or buttons move the snake; a list of moves is what exercises take. */
 import { t } from "racecraft.pages/texts.js";
-import { Figure, button, element, facts } from "racecraft.lessons/parts.js";
+import { Played, button, element, facts } from "racecraft.lessons/parts.js";
 import { MOST_TURNS, MOVES, SIDE, play, same } from "racecraft.worlds.battlesnake.lessons/game.js";
 
 const ARROWS = { up: "↑", down: "↓", left: "←", right: "→" };
@@ -11,25 +11,13 @@ const ENDS = {
   "head-collision": t("two heads have met"),
 };
 
-class SnakeFigure extends Figure {
+class SnakeFigure extends Played {
   begin() {
-    this.moves = [];
-    this.facts = element("div");
-    this.said = element("p", { role: "status", "aria-live": "polite" });
-    this.table = element("table", { class: "squares", tabindex: 0, "aria-label": t("The board; arrow keys move the snake") });
+    const keys = Object.fromEntries(MOVES.map(move => [`Arrow${move[0].toUpperCase()}${move.slice(1)}`, move]));
+    this.lay(keys, MOVES.map(move => [move, `${ARROWS[move]} ${NAMES[move]}`]), t("The board; arrow keys move the snake"), t("Move the snake"),
+      button(t("Take back"), () => { this.moves.pop(); this.draw(); }, "plain"), button(t("New game"), () => this.anew(), "plain"));
     this.table.style.maxWidth = "460px";   // so that its squares are square
-    this.table.onkeydown = event => {
-      const move = MOVES.find(one => event.key === `Arrow${one[0].toUpperCase()}${one.slice(1)}`);
-      if (move) { event.preventDefault(); this.move(move); }
-    };
-    const keys = MOVES.map(move => button(`${ARROWS[move]} ${NAMES[move]}`, () => this.move(move)));
-    const anew = button(t("New game"), () => { this.moves = []; this.draw(); }, "plain");
-    const back = button(t("Take back"), () => { this.moves.pop(); this.draw(); }, "plain");
-    this.append(this.facts, element("div", { class: "wide-table" }, this.table), this.said, element("div", { class: "keys", role: "group", "aria-label": t("Move the snake") }, ...keys, back, anew));
-    this.draw();
   }
-
-  give() { return [...this.moves]; }
 
   move(move) {
     const board = play(this.moves);

@@ -1,41 +1,29 @@
 /* <rc-basic>: Unity's Basic by hand. The row is what an agent is given: twenty numbers, a 1 where it stands. A prize shows
    once it was found. */
 import { t } from "racecraft.pages/texts.js";
-import { button, element, facts, figure } from "racecraft.lessons/parts.js";
+import { Played, button, element, facts, figure } from "racecraft.lessons/parts.js";
 import { LEFT, MOST_STEPS, PLACES, RIGHT, STAY, play, prizeAt } from "racecraft.worlds.unity.lessons/basic.js";
 
 const KEYS = { ArrowLeft: LEFT, ArrowRight: RIGHT, ArrowDown: STAY };
 
-class BasicFigure extends HTMLElement {
-  connectedCallback() {
-    if (this.table) return;
-    this.actions = [];
+class BasicFigure extends Played {
+  begin() {
     this.found = new Set();
-    this.facts = element("div");
-    this.said = element("p", { role: "status", "aria-live": "polite" });
-    this.table = element("table", { class: "squares", tabindex: 0, "aria-label": t("The line of twenty places; arrow keys move the agent") });
-    this.table.onkeydown = event => { if (event.key in KEYS) { event.preventDefault(); this.act(KEYS[event.key]); } };
-    this.place = element("div", { class: "wide-table long" }, this.table);
-    this.place.style.setProperty("--columns", PLACES);
-    const keys = [button(`← ${t("left")}`, () => this.act(LEFT)), button(t("stay"), () => this.act(STAY)), button(`→ ${t("right")}`, () => this.act(RIGHT)), button(t("New episode"), () => this.anew(), "plain")];
-    this.append(this.facts, this.place, this.said, element("div", { class: "keys", role: "group", "aria-label": t("Move the agent") }, ...keys));
-    this.draw();
+    this.classList.add("long");
+    this.style.setProperty("--columns", String(PLACES));
+    this.lay(KEYS, [[LEFT, `← ${t("left")}`], [STAY, t("stay")], [RIGHT, `→ ${t("right")}`]], t("The line of twenty places; arrow keys move the agent"), t("Move the agent"), button(t("New episode"), () => this.anew(), "plain"));
   }
 
-  give() { return [...this.actions]; }
-
-  anew() { this.actions = []; this.draw(); }
-
-  act(action) {
-    if (play(this.actions).ended || this.actions.length >= MOST_STEPS) return;
-    this.actions.push(action);
-    const { place, ended } = play(this.actions);
+  move(action) {
+    if (play(this.moves).ended || this.moves.length >= MOST_STEPS) return;
+    this.moves.push(action);
+    const { place, ended } = play(this.moves);
     if (ended) this.found.add(place);
     this.draw();
   }
 
   draw() {
-    const episode = play(this.actions), visited = new Set(episode.places);
+    const episode = play(this.moves), visited = new Set(episode.places);
     this.facts.replaceChildren(facts([[figure(episode.total), t("return so far")], [episode.steps, t("steps")]]));
     const heads = Array.from({ length: PLACES }, (_, place) => element("th", { scope: "col" }, place));
     const cells = Array.from({ length: PLACES }, (_, place) => this.cell(place, episode.place, visited));
