@@ -1,12 +1,14 @@
 """A request's fields: converted, checked, and found again in its groups."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from racecraft.contract.errors import SettingError
-from racecraft.settings.request import Request, argument, group, make_request, option, options_of
+from racecraft.settings.request import Option, Request, argument, group, make_request, option, options_of
+from racecraft.settings.table import check_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,3 +52,24 @@ def test_what_cannot_be_used_is_refused_by_its_spelling(values, message):
 def test_a_missing_argument_is_named():
     with pytest.raises(SettingError, match="TRACKS was not given"):
         make_request(Drive, fps=30)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "found", "message"),
+    [
+        (0.5, 4.0, "m/s", 9.0, "--speed is 9.0; expected 0.5 to 4 m/s."),
+        (0.5, None, "", 0.0, "--speed is 0.0; expected 0.5 or more."),
+        (None, 4.0, "m/s", 5.0, "--speed is 5.0; expected 4 m/s or less."),
+        (0.5, None, "m/s", math.nan, "--speed is nan; expected 0.5 m/s or more."),
+    ],
+)
+def test_an_error_of_a_range_names_it_its_unit_and_what_was_found(low, high, unit, found, message):
+    row = Option("", "speed", float, 1.0, "", unit, low, high, ())
+    with pytest.raises(SettingError) as caught:
+        check_value(row, found)
+    fields = caught.value.as_data()["fields"]
+    assert str(caught.value) == message
+    assert {name: fields[name] for name in ("setting", "low", "high", "unit")} == {
+        "setting": "--speed", "low": low, "high": high, "unit": unit,
+    }  # fmt: skip
+    assert fields["found"] == found or math.isnan(found)

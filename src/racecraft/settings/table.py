@@ -87,34 +87,51 @@ def check_group(group: Any) -> None:
 def check_value(row: Setting, value: Any) -> None:
     """Refuse a value of the wrong type or outside the setting's range."""
     if not _is_kind(value, row.kind):
-        raise SettingError(
-            "{full_name} is {value!r}; expected {kind_text}.",
-            full_name=row.full_name,
-            value=value,
-            kind_text=kind_text(row.kind),
-        )
+        raise _kind_error(row, value)
     if value is None:
         return
     for part in value if isinstance(value, tuple) else (value,):
         if row.choices and part not in row.choices:
-            raise SettingError(
-                "{full_name} is {part!r}. {hint}",
-                full_name=row.full_name,
-                part=part,
-                hint=nearest(str(part), row.choices),
-            )
+            hint = nearest(str(part), row.choices)
+            fields = {"setting": row.full_name, "found": part, "choices": row.choices}
+            raise SettingError("{setting} is {found!r}. {hint}", hint=hint, **fields)
         if isinstance(part, int | float) and not isinstance(part, bool):
-            too_low = row.low is not None and not part >= row.low
-            too_high = row.high is not None and not part <= row.high
-            if too_low or too_high:
-                unit = f" {row.unit}" if row.unit else ""
-                raise SettingError(
-                    "{full_name} is {part!r}; expected {range_text}{unit}.",
-                    full_name=row.full_name,
-                    part=part,
-                    range_text=row.range_text,
-                    unit=unit,
-                )
+            _check_range(row, part)
+
+
+def _check_range(row: Setting, value: float) -> None:
+    """Refuse a number outside the setting's range; the error's fields name the range, its unit and what was found."""
+    low, high = row.low, row.high
+    if (low is None or value >= low) and (high is None or value <= high):
+        return
+    fields = {"setting": row.full_name, "found": value, "low": low, "high": high, "unit": row.unit}
+    if high is None:
+        raise SettingError(
+            "{setting} is {found!r}; expected {low:g} {unit} or more."
+            if row.unit
+            else "{setting} is {found!r}; expected {low:g} or more.",
+            **fields,
+        )
+    if low is None:
+        raise SettingError(
+            "{setting} is {found!r}; expected {high:g} {unit} or less."
+            if row.unit
+            else "{setting} is {found!r}; expected {high:g} or less.",
+            **fields,
+        )
+    raise SettingError(
+        "{setting} is {found!r}; expected {low:g} to {high:g} {unit}."
+        if row.unit
+        else "{setting} is {found!r}; expected {low:g} to {high:g}.",
+        **fields,
+    )
+
+
+def _kind_error(row: Setting, found: Any) -> SettingError:
+    expected = kind_text(row.kind)
+    return SettingError(
+        "{setting} is {found!r}; expected {expected}.", setting=row.full_name, found=found, expected=expected
+    )
 
 
 def parse_value(row: Setting, text: str) -> Any:
@@ -128,12 +145,7 @@ def parse_value(row: Setting, text: str) -> Any:
     try:
         value = _parse(text.strip(), row.kind)
     except ValueError:
-        raise SettingError(
-            "{full_name} is {text!r}; expected {kind_text}.",
-            full_name=row.full_name,
-            text=text,
-            kind_text=kind_text(row.kind),
-        ) from None
+        raise _kind_error(row, text) from None
     check_value(row, value)
     return value
 
