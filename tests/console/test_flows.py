@@ -218,6 +218,24 @@ def test_a_page_goes_on_while_models_are_judged_and_shows_what_it_came_to(
     assert page.locator(".notice:visible").count() == 0
 
 
+def test_the_curves_of_models_that_are_chosen_lie_over_one_another(console, browser):
+    address, workspace, _ = console
+    for name in ("a-1", "b-1", "c-1"):
+        write_run(workspace.path / f"runs/{name}")
+    page = browser.page
+    page.goto(f"{address}/models")
+    page.wait_for_selector("tr[data-row='c-1']")
+    page.goto(f"{address}/compare?m=a-1&m=b-1")
+    page.click("#choose summary")
+    page.uncheck("#choose input[value='a-1']")
+    page.check("#choose input[value='c-1']")
+    page.click("#choose button")
+    page.wait_for_url("**/compare?m=*")
+    shown = set(page.locator("rc-chart").first.locator(".key button span").all_inner_texts())
+    assert shown == {"b-1", "c-1"}
+    assert browser.shut_out() == []
+
+
 def test_a_draft_is_kept_while_one_types(console, browser):
     address, _, _ = console
     browser.open(f"{address}/drafts/new")

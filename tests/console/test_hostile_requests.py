@@ -31,7 +31,8 @@ GETS = (
     "/models/m0/reward/look?speed={}&term={}", "/drafts/{}/reward/look?heading={}",
     "/import/{}", "/models/{}/watch/api/run", "/models/m0/watch/{}",
     "/races/new?kind={}", "/races/{}", "/races/cup/drives/{}", "/races/cup/drives/00001?track={}&lap={}&against={}",
-    "/races/cup/drives/{}/files.zip?track={}", "/races/cup/drives/00001/film.mp4?track={}", "/races/cup/enter?model={}",
+    "/races/cup/drives/{}/files.zip?track={}", "/races/cup/drives/00001/film.mp4?track={}",
+    "/races/cup/drives/00001/film.jpg?track={}", "/races/cup/enter?model={}",
     "/races/{}/edit", "/races/{}/copy", "/races/cup/drives/00001/{}", "/racers/{}", "/seasons/{}", "/races/{}/show",
 )  # fmt: skip
 POSTS = {

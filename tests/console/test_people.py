@@ -190,6 +190,7 @@ def tricks(club, ada):
         "the league's secret": "/races/cup/drives/..%2f..%2fsecret/0",
         "the trace of his drive": "/races/cup/drives/00001/files.zip",
         "a film outside the race": "/races/cup/drives/..%2f..%2fsecret/film.mp4",
+        "a poster outside the race": "/races/cup/drives/..%2f..%2fsecret/film.jpg",
         "the form that changes a race": "/races/cup/edit",
         "two slashes": "//people",
         "a path in capitals": "/PEOPLE",

@@ -2,13 +2,17 @@
 
 import contextlib
 import sys
+import urllib.request
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from tests.browser import Browser, needs_chromium
 from tests.console.conftest import write_run
 
 from racecraft.actions.league.seasons import create_season
+from racecraft.analysis.video import encode_film
 from racecraft.console.application import make_console
 from racecraft.console.pages import races
 from racecraft.jobs.job_paths import JobPaths
@@ -140,4 +144,10 @@ def test_a_race_of_snakes_has_a_form_a_board_and_a_page_for_each_heat(console, b
     browser.page.click("text=Watch >> nth=0")
     assert "2, 1" in browser.page.inner_text(".strip")
     assert browser.page.locator("#film").count() == 1
+    pictures = (np.full((48, 64, 3), level, np.uint8) for level in (200, 40))
+    encode_film(league.folder("snakes") / drive.folder / "film.mp4", pictures, 5.0)
+    browser.page.reload()
+    with urllib.request.urlopen(browser.value("document.querySelector('video').poster")) as answer:
+        (first,) = np.unique(np.asarray(Image.open(answer)).round(-1))
+    assert first == 200, "the film's first picture stands before it"
     assert browser.shut_out() == []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from markupsafe import Markup
 
@@ -40,14 +40,15 @@ def photograph(figure: Figure, words: str, dpi: int = 110) -> Markup:
 
 def film(data: bytes, words: str) -> Markup:
     """Return an MP4 that stands in the page, its first picture before it is played; `words` say what it shows."""
-    return parts.film(_inline("video/mp4", data), words, _inline("image/jpeg", _first_picture(data)))
+    return parts.film(_inline("video/mp4", data), words, _inline("image/jpeg", first_picture(io.BytesIO(data))))
 
 
-def _first_picture(data: bytes) -> bytes:
+def first_picture(film: BinaryIO) -> bytes:
+    """Return the first picture of an MP4 as JPEG."""
     import av
 
     out = io.BytesIO()
-    with av.open(io.BytesIO(data), "r") as container:
+    with av.open(film, "r") as container:
         next(container.decode(video=0)).to_image().save(out, "JPEG", quality=75)
     return out.getvalue()
 

@@ -85,6 +85,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/races/{id}/drives/{heat}": Verb.WATCH,
     "/races/{id}/drives/{heat}/files.zip": Verb.ENTER,
     "/races/{id}/drives/{heat}/film": Verb.ENTER,
+    "/races/{id}/drives/{heat}/film.jpg": Verb.WATCH,
     "/races/{id}/drives/{heat}/film.mp4": Verb.WATCH,
     "/races/{id}/edit": Verb.ORGANISE,
     "/races/{id}/enter": Verb.ENTER,

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
+import sqlalchemy as sql
 from starlette.requests import Request
 from starlette.routing import BaseRoute
 
+from racecraft.console.index_tables import MODELS
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
@@ -21,6 +23,8 @@ from racecraft.pages.chart import Chart, Series
 
 MOST = 12
 """Models on one page: seeds of a few groups."""
+OFFERED = 100
+"""Trained models, the newest, that the page offers to choose from."""
 COMMAND = "compare"
 
 
@@ -57,6 +61,7 @@ def compare_page(console: Console, request: Request) -> Page:
         {
             "rows": rows,
             "names": names,
+            "offered": _offered(console),
             "wrong": wrong,
             "groups": groups,
             "differing": differing,
@@ -75,6 +80,12 @@ def judge_fresh_starts(console: Console, request: Request, fields: Fields) -> st
         raise SettingError("compare: expected two models or more that were trained.")
     begin_judging(console, _key(rows), _words(rows), rows)
     return "/compare?" + urlencode([("m", row["name"]) for row in rows])
+
+
+def _offered(console: Console) -> list[str]:
+    """Return the names of trained models, the newest first."""
+    trained = sql.select(MODELS.c.name).where(MODELS.c.run != "").order_by(MODELS.c.changed.desc()).limit(OFFERED)
+    return [row["name"] for row in console.index.query(trained)]
 
 
 def _words(rows: list[dict[str, Any]]) -> list[str]:

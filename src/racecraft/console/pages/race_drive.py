@@ -65,18 +65,29 @@ def routes(console: Console) -> list[BaseRoute]:
         return files_answer(_driven(console, request, request.query_params.get("track", "")), request)
 
     def film(request: Request) -> Response:
-        driven = _driven(console, request, request.query_params.get("track", ""))
-        if not (driven.folder / FILM).is_file():
-            raise WebError(404, "no_film", "this drive was not filmed yet; its page has a button for that.")
-        return FileResponse(driven.folder / FILM, media_type="video/mp4")
+        return FileResponse(_film_of(console, request), media_type="video/mp4")
+
+    def poster(request: Request) -> Response:
+        from racecraft.analysis.page import first_picture
+
+        with _film_of(console, request).open("rb") as file:
+            return Response(first_picture(file), media_type="image/jpeg")
 
     path = "/races/{id}/drives/{heat}"
     return [
         *page_routes(console, path, drive_page),
         Route(f"{path}/files.zip", files),
         Route(f"{path}/film.mp4", film),
+        Route(f"{path}/film.jpg", poster),
         act_route(console, f"{path}/film", begin_film),
     ]
+
+
+def _film_of(console: Console, request: Request) -> Path:
+    driven = _driven(console, request, request.query_params.get("track", ""))
+    if not (driven.folder / FILM).is_file():
+        raise WebError(404, "no_film", "this drive was not filmed yet; its page has a button for that.")
+    return driven.folder / FILM
 
 
 def drive_page(console: Console, request: Request) -> Page:
