@@ -3,10 +3,12 @@
 import ast
 import importlib.util
 import pickle
+import re
 import string
 from pathlib import Path
 
 import pytest
+from babel.messages.jslexer import tokenize
 
 from racecraft.contract import message
 from racecraft.contract.errors import InputFileError, SettingError, SeveralFaultsError
@@ -117,3 +119,36 @@ def test_the_catalogue_holds_the_sentences_of_errors():
     assert "PettingZoo is not installed; expected it for pettingzoo_parallel. Run: pip install pettingzoo" in known
     assert "{path}: holds no plot" not in known
     assert any(text.startswith("{name} has {num_worlds} worlds of {num_agents} agents") for text in known)
+
+
+SENTENCE = re.compile(r"[A-Za-z]{2,}[,.:]? (~ )*[A-Za-z]{2,}|~[^ ]* [a-z]{2,}|[a-z]{2,} ~|^ ?[A-Z][a-z]+[.!?]?$")
+"""Two words, or one beside a value, which is written as ~, or one with a capital letter."""
+SHOWN = re.compile(r"(textContent|[.]title|ariaLabel|\"aria-label\"|[.]placeholder|\b(say|call|Option)[(].*) ?[=,:(]?$")
+NOT_SHOWN = re.compile(
+    r"[<=]|^[(]?[a-z-]+: |[~\d]px |translate[(]|color-mix|sans-serif|^(Enter|Escape|Files|True|False|Arrow~)$"
+)
+SELECTS = re.compile(r"(querySelector|querySelectorAll|closest) [(]$|class(Name)? [:=]$")
+CLASSES = {"left name", "left quiet", "stop path"}
+
+
+def unmarked(source):
+    """Yield line and text of each literal of a module that a reader sees and that is not inside `t("…")`."""
+    tokens = list(tokenize(source, template_string=True))
+    for at, token in enumerate(tokens):
+        before = [one.value for one in tokens[max(0, at - 2) : at]]
+        if token.type not in ("string", "template_string") or before == ["t", "("] or SELECTS.search(" ".join(before)):
+            continue
+        text = re.sub(r"[$][{](?:[^{}]|[{][^{}]*[}])*[}]", "~", token.value[1:-1])
+        shown = SHOWN.search(" ".join(before)) and re.search("[A-Za-z]{2}", text)
+        if (shown or SENTENCE.search(text)) and not NOT_SHOWN.search(text) and text not in CLASSES:
+            yield token.lineno, token.value
+
+
+MODULES = sorted(path for path in SOURCE.rglob("*.js") if "vendor" not in path.parts)
+
+
+def test_what_modules_of_pages_show_comes_from_the_catalogue():
+    found = [(path.name, *one) for path in MODULES for one in unmarked(path.read_text())]
+    assert found == []
+    shown = 'a.textContent = "seed"; say(part, `car ${n} waits`); b = t("a car waits"); c.className = "seed"'
+    assert [text for _, text in unmarked(shown)] == ['"seed"', "`car ${n} waits`"]

@@ -8,6 +8,7 @@
 
    While a part has `data-soon`, something comes of which no event tells: the page looks every other second. With
    `data-soon="page"` it is loaded anew when that has come. */
+import { t } from "racecraft.pages/texts.js";
 import { showDriving } from "racecraft.console/driving.js";
 
 const parts = () => document.querySelectorAll("[data-live]");
@@ -115,7 +116,7 @@ function showLost() {
   const bar = document.getElementById("lost");
   if (!bar) return;
   bar.hidden = !lost;
-  if (lost) bar.querySelector("p").textContent = `No connection to racecraft since ${lost.toLocaleTimeString()}. Trainings go on; this page tries again.`;
+  if (lost) bar.querySelector("p").textContent = t("No connection to racecraft since {time}. Trainings go on; this page tries again.", { time: lost.toLocaleTimeString() });
 }
 
 document.addEventListener("visibilitychange", () => {

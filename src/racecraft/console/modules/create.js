@@ -1,4 +1,5 @@
 /* The form of a new model: kept one second after each change, checked while one types. */
+import { t } from "racecraft.pages/texts.js";
 import { look } from "racecraft.console/console.js";
 
 const form = /** @type {HTMLFormElement} */ (document.getElementById("step"));
@@ -11,7 +12,7 @@ async function keep() {
   const told = await answer.json();
   if (!answer.ok) { kept.textContent = told.message; return; }
   form.elements.namedItem("edits").value = told.edits;
-  kept.textContent = "Draft kept.";
+  kept.textContent = t("Draft kept.");
   for (const field of form.querySelectorAll("[name]")) {
     const wrong = told.wrong[field.name] || "";
     if (field.name === "edits" || field.type === "hidden") continue;

@@ -1,5 +1,6 @@
 /* A race for an audience. A drive that was judged is shown from above first; then the board moves to its result.
    Without news one sees where the cars are that are driven now, or the leader's drive again. */
+import { t } from "racecraft.pages/texts.js";
 import { showDriving } from "racecraft.console/driving.js";
 
 const SVG = "http://www.w3.org/2000/svg", PAUSE_MS = 4000, FRESH_MS = 8000, TRAIL_TICKS = 30, MOST_WAITING = 3;
@@ -18,6 +19,7 @@ function element(name, attributes) {
   map.append(made);
   return made;
 }
+const together = racers => racers.join(t(" against "));
 const line = points => points.map(([x, y], k) => `${k ? "L" : "M"}${x} ${-y}`).join("");
 
 /** Draws a road and returns what moves on it: a trail and a car for each car. */
@@ -43,7 +45,7 @@ async function play(heat, label, yields = false) {
     const drive = await answer.json();
     if (!drive.cars.length || !told.roads[number]) continue;  // its files are gone
     const shapes = draw(told.roads[number], drive.cars.length);
-    who.textContent = `${label}${heat.racers.join(" against ")}${heat.tracks.length > 1 ? `, ${track}` : ""}`;
+    who.textContent = [label + together(heat.racers), heat.tracks.length > 1 && track].filter(Boolean).join(", ");
     await run(drive, shapes, yields);
   }
 }
@@ -55,7 +57,7 @@ function run(drive, shapes, yields) {
       const at = still ? ticks - 1 : Math.min(ticks - 1, Math.max(0, now - began) / 1000 / drive.tick_seconds);
       drive.cars.forEach((car, k) => place(car, shapes[k], Math.min(at, car.x.length - 1)));
       const first = drive.cars[0], tick = Math.min(Math.floor(at), first.x.length - 1);
-      clock.textContent = `Lap ${first.laps[tick] + 1}  ${first.lap_seconds[tick].toFixed(2)} s`;
+      clock.textContent = t("Lap {number}", { number: first.laps[tick] + 1 }) + `  ${first.lap_seconds[tick].toFixed(2)} s`;
       if (yields && (waiting.length || isDriven())) done();
       else if (at < ticks - 1) requestAnimationFrame(frame);
       else setTimeout(done, still ? PAUSE_MS : 800);
@@ -70,7 +72,7 @@ const isDriven = () => now !== null && now.places.length > 0 && told.roads[now.t
 async function follow() {
   const { track, racers, places } = now, shapes = draw(told.roads[track], places.length);
   const paths = places.map(() => ({ x: [], y: [] }));
-  who.textContent = `Now: ${racers.join(" against ")}`;
+  who.textContent = t("Now: {racers}", { racers: together(racers) });
   while (isDriven() && !waiting.length && now.track === track && `${now.racers}` === `${racers}`) {
     now.places.forEach(([x, y], k) => { paths[k].x.push(x); paths[k].y.push(y); place(paths[k], shapes[k], paths[k].x.length - 1); });
     clock.textContent = now.text;
@@ -104,7 +106,7 @@ async function goOn() {
     const heat = waiting.shift();
     if (heat) { await play(heat, ""); showBoard(heat.heat); }
     else if (isDriven()) { await follow(); continue; }
-    else if (told.leader) { await play(told.leader, "Leading: ", true); }
+    else if (told.leader) { await play(told.leader, t("Leading: "), true); }
     else break;
     await new Promise(done => setTimeout(done, heat ? PAUSE_MS : 1000));
   }

@@ -3,6 +3,7 @@
    Inside it stand a figure with its caption and its table, which need no script, and the data as JSON.
    `element.show(plot)` draws other data, as a live page does; a click on a point sends `rc-choose` with its x.
    Keys: ← → move the cursor, with Shift by ten; + − zoom; 0 or Escape show all. */
+import { t } from "racecraft.pages/texts.js";
 import { onTokens, token } from "racecraft.pages/tokens.js";
 import uPlot from "racecraft.pages/uplot.js";
 
@@ -35,7 +36,7 @@ class Chart extends HTMLElement {
     this.place.className = "plot";
     this.place.tabIndex = 0;
     this.place.setAttribute("role", "slider");
-    this.place.setAttribute("aria-label", this.getAttribute("aria-label") || caption?.textContent || "chart");
+    this.place.setAttribute("aria-label", this.getAttribute("aria-label") || caption?.textContent || t("chart"));
     this.tools = document.createElement("div");
     this.tools.className = "tools";
     const table = figure.querySelector("details");
@@ -57,7 +58,7 @@ class Chart extends HTMLElement {
     this.nothing?.remove();
     if (!this.columns[0].length) {
       this.nothing = this.place.appendChild(document.createElement("p"));
-      this.nothing.className = "nothing"; this.nothing.textContent = "no values yet";
+      this.nothing.className = "nothing"; this.nothing.textContent = t("no values yet");
     }
   }
 
@@ -163,7 +164,7 @@ class Chart extends HTMLElement {
     details.ontoggle ??= () => this.writeTable();
     if (!details.open) return;
     const { x, series, digits } = this.told, [xs, ...columns] = this.columns, every = Math.max(1, Math.ceil(xs.length / 60));
-    details.querySelector("summary").textContent = every > 1 ? `as table, one row of ${every}` : "as table";
+    details.querySelector("summary").textContent = every > 1 ? t("as table, one row of {every}", { every }) : t("as table");
     const shown = this.drawn.map((one, k) => [one, columns[k]]).filter(([one]) => !one.over && !one.edge);
     const table = details.querySelector("table"), head = table.createTHead();
     head.replaceChildren(); table.tBodies[0]?.remove();
@@ -188,7 +189,7 @@ class Chart extends HTMLElement {
       button.querySelector("line").style.stroke = ink;
       button.querySelector("span").textContent = one.name;
       button.setAttribute("aria-pressed", !this.hidden_.has(k));
-      button.title = "show or hide";
+      button.title = t("show or hide");
       button.onclick = () => {
         if (this.hidden_.has(k)) this.hidden_.delete(k); else this.hidden_.add(k);
         button.setAttribute("aria-pressed", !this.hidden_.has(k));
@@ -204,14 +205,14 @@ class Chart extends HTMLElement {
   layTools() {
     if (this.whole) return;
     this.whole = document.createElement("button");
-    this.whole.type = "button"; this.whole.textContent = "show all"; this.whole.hidden = true;
+    this.whole.type = "button"; this.whole.textContent = t("show all"); this.whole.hidden = true;
     this.whole.onclick = () => this.zoom(null);
     this.tools.append(this.whole);
     if (!this.told.smooth) return;
     const label = document.createElement("label"), slider = document.createElement("input"), says = document.createElement("span");
     slider.type = "range"; slider.min = "0"; slider.max = "0.95"; slider.step = "0.05"; slider.value = "0";
-    label.append("smoothing ", slider, " ", says);
-    slider.oninput = () => { this.smoothing = +slider.value; says.textContent = this.smoothing ? `${this.smoothing}, over the true values` : ""; this.show(this.told); };
+    label.append(`${t("smoothing")} `, slider, " ", says);
+    slider.oninput = () => { this.smoothing = +slider.value; says.textContent = this.smoothing ? t("{share}, over the true values", { share: this.smoothing }) : ""; this.show(this.told); };
     this.tools.prepend(label);
   }
 
@@ -226,7 +227,7 @@ class Chart extends HTMLElement {
     this.place.setAttribute("aria-valuemin", 0);
     this.place.setAttribute("aria-valuemax", Math.max(1, this.columns[0].length - 1));
     this.place.setAttribute("aria-valuenow", row ?? 0);
-    this.place.setAttribute("aria-valuetext", x == null ? "no place chosen" : this.key.textContent);
+    this.place.setAttribute("aria-valuetext", x == null ? t("no place chosen") : this.key.textContent);
   }
 
   choose() {

@@ -9,6 +9,7 @@ import {
   indentUnit, indentWithTab, keymap, lineNumbers, lintGutter, lintKeymap, python, search, searchKeymap,
   setDiagnostics, syntaxHighlighting, tags, toggleTabFocusMode,
 } from "racecraft.pages/codemirror.js";
+import { t } from "racecraft.pages/texts.js";
 
 const LOOK = EditorView.theme({
   "&": { color: "var(--ink)", backgroundColor: "var(--card)", fontSize: "var(--small)", height: "100%" },
@@ -47,7 +48,7 @@ class Editor extends HTMLElement {
         bracketMatching(), highlightSelectionMatches(), search(), lintGutter(), python(), indentUnit.of("    "),
         EditorState.tabSize.of(4), LOOK, INKS,
         keymap.of([{ key: "Escape", run: toggleTabFocusMode }, indentWithTab, ...defaultKeymap, ...historyKeymap, ...searchKeymap, ...lintKeymap]),
-        EditorView.contentAttributes.of({ "aria-label": label?.textContent || "code", spellcheck: "false", tabindex: "0" }),
+        EditorView.contentAttributes.of({ "aria-label": label?.textContent || t("code"), spellcheck: "false", tabindex: "0" }),
         EditorView.updateListener.of(update => {
           if (!update.docChanged) return;
           area.value = update.state.doc.toString();

@@ -1,6 +1,7 @@
 /* The page of `racecraft watch`: where a run stands, its figures and its curves, as they come. */
 import { words } from "racecraft.pages/ask.js";
 import "racecraft.pages/chart.js";
+import { t } from "racecraft.pages/texts.js";
 import { feedOf } from "racecraft.pages/run_feed.js";
 
 const $ = id => document.getElementById(id);
@@ -10,20 +11,20 @@ const SHOWN = new Set(["iteration", "training_score", "evaluation_score", "mean_
 function tellState() {
   const { run } = feed, pill = $("state");
   pill.className = `pill ${feed.lost ? "warn" : run?.training ? "on" : ""}`;
-  pill.textContent = feed.lost ? "the server of this page is gone; it is tried again" : run.training ? "training" : "ended";
+  pill.textContent = feed.lost ? t("the server of this page is gone; it is tried again") : run.training ? t("training") : t("ended");
 }
 
 function tellRun() {
-  const { run, rows } = feed, row = rows.at(-1) || {};
-  $("about").textContent = [run.title, run.algorithm, run.seed == null ? "" : `seed ${run.seed}`, run.stops.length ? `stops at ${run.stops.join(" or ")}` : ""].filter(Boolean).join(" · ");
+  const { run, rows } = feed, row = rows.at(-1) || {}, stops = run.stops.join(t(" or "));
+  $("about").textContent = [run.title, run.algorithm, run.seed == null ? "" : t("seed {seed}", run), run.stops.length ? t("stops at {stops}", { stops }) : ""].filter(Boolean).join(" · ");
   const evaluated = rows.findLast(one => one.evaluation_score != null) || {};
   const laps = rows.map(one => one.best_lap_seconds).filter(one => one != null);
-  const time = row.seconds == null ? "–" : row.seconds < 600 ? `${words(row.seconds)} s` : `${words(row.seconds / 60, 1)} min`;
+  const time = row.seconds == null ? "–" : row.seconds < 600 ? `${words(row.seconds)} s` : t("{minutes} min", { minutes: words(row.seconds / 60, 1) });
   const unit = run.score_name.endsWith(" %") && evaluated.evaluation_score != null ? " %" : "";
-  const stats = [[words(row.iteration), "iterations"], [words(row.steps), "steps"], [words(row.steps_per_second), "steps a second"], [time, "of training"],
-    [words(evaluated.evaluation_score, 1) + unit, `${run.score_name.replace(" %", "")}, evaluated`]];
-  if (laps.length) stats.push([`${words(Math.min(...laps), 2)} s`, "best lap, evaluated"]);
-  if (run.best != null) stats.push([words(run.best), "best checkpoint"]);
+  const stats = [[words(row.iteration), t("iterations")], [words(row.steps), t("steps")], [words(row.steps_per_second), t("steps a second")], [time, t("of training")],
+    [words(evaluated.evaluation_score, 1) + unit, t("{score}, evaluated", { score: run.score_name.replace(" %", "") })]];
+  if (laps.length) stats.push([`${words(Math.min(...laps), 2)} s`, t("best lap, evaluated")]);
+  if (run.best != null) stats.push([words(run.best), t("best checkpoint")]);
   const strip = $("stats");
   while (strip.children.length < stats.length) strip.append(stat());
   stats.forEach(([value, name], k) => { say(strip.children[k].children[0], value); say(strip.children[k].children[1], name); });
@@ -38,8 +39,8 @@ function stat() {
 
 function drawCurves() {
   const { run, rows } = feed;
-  draw("scores", run.score_name, [["training_score", "training", "line", 2], ["evaluation_score", "evaluation, greedy", "both", 1]]);
-  draw("rewards", "mean reward of an episode", [["mean_reward", "training", "line", 1]]);
+  draw("scores", run.score_name, [["training_score", t("training"), "line", 2], ["evaluation_score", t("evaluation, greedy"), "both", 1]]);
+  draw("rewards", t("mean reward of an episode"), [["mean_reward", t("training"), "line", 1]]);
   const names = [...new Set(rows.flatMap(row => Object.keys(row)))].filter(name => !SHOWN.has(name));
   const select = $("figure"), chosen = select.value || (names.includes("entropy") ? "entropy" : names[0]);
   if (select.options.length !== names.length) select.replaceChildren(...names.map(name => new Option(name.replaceAll("_", " "), name, false, name === chosen)));
@@ -52,7 +53,7 @@ function draw(id, label, lines) {
     const told = rows.filter(row => row[key] != null);
     return { name, look, colour, right: false, faint: false, x: told.map(row => row.iteration), y: told.map(row => row[key]) };
   });
-  $(id).show({ x: "iteration", y: label, right: "", low: null, high: null, log: false, logX: false, names: [], smooth: true, digits: 2, series, bands: [], marks: [], levels: [] });
+  $(id).show({ x: t("iteration"), y: label, right: "", low: null, high: null, log: false, logX: false, names: [], smooth: true, digits: 2, series, bands: [], marks: [], levels: [] });
   $(id).writeTable();
 }
 

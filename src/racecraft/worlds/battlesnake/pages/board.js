@@ -1,5 +1,7 @@
 /* A game on its board: step, play, scrub. */
 // What is told: {title, game, events, live, speed}; an event is {Type: "frame" | "game_end", Data}.
+import { t } from "racecraft.pages/texts.js";
+
 const told = JSON.parse(document.querySelector("#told script").textContent);
 const at = (id) => document.getElementById(id);
 const W = told.game.Width, H = told.game.Height;
@@ -127,11 +129,12 @@ function rowOf(snake) {
 }
 
 function fateOf(snake, names) {
-  const by = names.get(snake.Death.EliminatedBy) || "another snake", turn = `on turn ${snake.Death.Turn}`;
-  const words = { "out-of-health": "starved", "wall-collision": "hit the wall", "hazard": "died in a hazard",
-    "snake-self-collision": "ran into itself", "snake-collision": `ran into ${by}`,
-    "head-collision": `lost head to head against ${by}` };
-  return `${words[snake.Death.Cause] || "out"} ${turn}`;
+  const by = names.get(snake.Death.EliminatedBy) || t("another snake"), values = { by, turn: snake.Death.Turn };
+  const fates = { "out-of-health": t("starved on turn {turn}", values), "wall-collision": t("hit the wall on turn {turn}", values),
+    "hazard": t("died in a hazard on turn {turn}", values), "snake-self-collision": t("ran into itself on turn {turn}", values),
+    "snake-collision": t("ran into {by} on turn {turn}", values),
+    "head-collision": t("lost head to head against {by} on turn {turn}", values) };
+  return fates[snake.Death.Cause] || t("out on turn {turn}", values);
 }
 
 function drawTable(now, here) {
@@ -142,17 +145,17 @@ function drawTable(now, here) {
     const row = rowOf(snake), bar = row.querySelector(".health i"), wins = ended && alive.length === 1 && !snake.Death
       && now.Snakes.length > 1;
     row.className = snake.Death ? "dead" : wins ? "wins" : "";
-    row.querySelector(".length").textContent = `length ${snake.Body.length}`;
+    row.querySelector(".length").textContent = t("length {length}", { length: snake.Body.length });
     row.querySelector(".points").textContent = snake.Health;
     bar.style.width = `${snake.Health}%`;
     bar.style.background = `var(--${snake.Health > 50 ? "good" : snake.Health > 20 ? "warn" : "bad"})`;
-    row.querySelector(".fate").textContent = snake.Death ? fateOf(snake, names) : wins ? "wins" : "";
+    row.querySelector(".fate").textContent = snake.Death ? fateOf(snake, names) : wins ? t("wins") : "";
   }
-  at("turn").innerHTML = `turn <b>${now.Turn}</b> <span class="quiet">of ${frames[frames.length - 1].Turn}</span>`;
+  at("turn").textContent = t("turn {turn} of {last}", { turn: now.Turn, last: frames[frames.length - 1].Turn });
   at("scrub").value = here;
   svg.dataset.turn = now.Turn;
-  svg.setAttribute("aria-label", `Turn ${now.Turn}: ` + now.Snakes.map((snake) => snake.Death
-    ? `${snake.Name} ${fateOf(snake, names)}` : `${snake.Name} has length ${snake.Body.length}, health ${snake.Health}`).join("; "));
+  svg.setAttribute("aria-label", t("Turn {turn}", { turn: now.Turn }) + ": " + now.Snakes.map((snake) => snake.Death ? `${snake.Name} ${fateOf(snake, names)}`
+    : t("{name} has length {length}, health {health}", { name: snake.Name, length: snake.Body.length, health: snake.Health })).join("; "));
 }
 
 function drawMarks() {       // when snakes died, above the slider
@@ -179,7 +182,7 @@ function setPlaying(wanted) {
   if (!wanted) go(Math.round(place));
   playing = wanted;
   at("play").setAttribute("aria-pressed", String(playing));
-  at("play").setAttribute("aria-label", playing ? "Pause" : "Play");
+  at("play").setAttribute("aria-label", playing ? t("Pause") : t("Play"));
   at("icon").setAttribute("d", playing ? "M6 4h4v16H6zM14 4h4v16h-4z" : "M7 4v16l13-8z");
   before = performance.now();
   if (playing) requestAnimationFrame(tick);
@@ -205,7 +208,7 @@ function faster(by) {
   if (SPEEDS[n]) at("speed").value = SPEEDS[n];
 }
 
-SPEEDS.forEach((speed) => at("speed").append(new Option(speed === 1 ? "1 turn/s" : `${speed} turns/s`, String(speed))));
+SPEEDS.forEach((speed) => at("speed").append(new Option(speed === 1 ? t("1 turn/s") : t("{count} turns/s", { count: speed }), String(speed))));
 at("speed").value = SPEEDS.reduce((a, b) => Math.abs(b - told.speed) < Math.abs(a - told.speed) ? b : a);
 at("first").onclick = () => { setPlaying(false); go(0); };
 at("last").onclick = () => { setPlaying(false); go(lastPlace()); };
@@ -236,7 +239,7 @@ function begin() {
   if (!asked && !still) setPlaying(true);
 }
 at("rules").textContent = `${W}×${H}, ${told.game.RulesetName}`
-  + (told.game.Map && told.game.Map !== told.game.RulesetName ? `, map ${told.game.Map}` : "");
+  + (told.game.Map && told.game.Map !== told.game.RulesetName ? t(", map {map}", { map: told.game.Map }) : "");
 told.events.forEach(hear);
 if (!told.live) { over = true; begin(); } else {
   const socket = new WebSocket(location.origin.replace(/^http/, "ws") + told.live);
@@ -250,7 +253,7 @@ if (!told.live) { over = true; begin(); } else {
   socket.onclose = () => {
     if (over) return;
     at("live").hidden = true;
-    at("rules").textContent += " – the connection is gone";
+    at("rules").textContent += ` – ${t("the connection is gone")}`;
     over = true;
   };
 }

@@ -1,6 +1,8 @@
 /* The table of actions as points that are dragged or moved by keys; the lines of the form stay in step.
 
    Point k is line k of the text that holds an action; other lines stay as they are. */
+import { t } from "racecraft.pages/texts.js";
+
 const SVG = "http://www.w3.org/2000/svg", MOST_ANGLE = 30, LEAST_SPEED = 0.1, MOST_SPEED = 4;
 const PX_PER_MPS = 50, WIDENED = 2;   // an angle is drawn twice as wide as it is, so that 30° fill the plot
 const lines = /** @type {HTMLTextAreaElement} */ (document.getElementById("actions"));
@@ -14,6 +16,7 @@ function readLine(line) {
 }
 const clip = (value, least, most) => Math.min(Math.max(value, least), most);
 const at = (angle, speed) => { const turn = angle * WIDENED * Math.PI / 180, far = speed * PX_PER_MPS; return [-far * Math.sin(turn), -far * Math.cos(turn)]; };
+const told = (angle, speed) => t("{angle}° at {speed} m/s", { angle, speed });
 const make = (name, marks, text = "") => { const made = document.createElementNS(SVG, name); for (const [key, value] of Object.entries(marks)) made.setAttribute(key, String(value)); made.textContent = text; return made; };
 
 /** @param {[number, number][]} demand commands that the fastest lap needs */
@@ -34,12 +37,13 @@ function drawPoints(focused = -1) {
     const [x, y] = at(clip(angle, -MOST_ANGLE, MOST_ANGLE), clip(speed, 0, MOST_SPEED));
     const point = make("g", {
       class: "dot", tabindex: 0, role: "slider", "data-line": line, transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})`,
-      "aria-label": `Action ${k + 1}`, "aria-valuemin": -MOST_ANGLE, "aria-valuemax": MOST_ANGLE, "aria-valuenow": angle, "aria-valuetext": `${angle}° at ${speed} m/s`,
+      "aria-label": t("Action {number}", { number: k + 1 }), "aria-valuemin": -MOST_ANGLE, "aria-valuemax": MOST_ANGLE, "aria-valuenow": angle, "aria-valuetext": told(angle, speed),
     });
     point.append(make("circle", { r: 14 }), make("circle", { r: 5 }));
     return point;
   }));
-  plot.setAttribute("aria-label", `${points.length} actions: ${points.map(([, a, s]) => `${a}° at ${s} m/s`).join(", ")}`);
+  const all = points.map(([, angle, speed]) => told(angle, speed));
+  plot.setAttribute("aria-label", t("{count} actions: {actions}", { count: points.length, actions: all.join(", ") }));
   if (focused >= 0) /** @type {SVGElement} */ (front.querySelector(`[data-line="${focused}"]`))?.focus();
 }
 

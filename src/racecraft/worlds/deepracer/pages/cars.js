@@ -2,6 +2,7 @@
 
    `from` is where the run's JSON is. */
 import { ask, words } from "racecraft.pages/ask.js";
+import { t } from "racecraft.pages/texts.js";
 import { feedOf } from "racecraft.pages/run_feed.js";
 import { CarMap } from "racecraft.worlds.deepracer.pages/car_map.js";
 import { TICKS, follows, goOn, pose, standing } from "racecraft.worlds.deepracer.pages/reel.js";
@@ -10,8 +11,8 @@ const PICTURES = 30, SLOW_PICTURES = 2;   // a second; slow where somebody wants
 const AHEAD = 2;                          // s: with less to play, more is asked for; a training leaves its next ticks then
 const FIGURES_MS = 250, CARS_MS = 1000; // between two changes of figures, of bars
 const CAMERA_MS = 125, CAMERA_BESIDE_TRAINING_MS = 333;   // pictures take from the training
-const ENDINGS = { lap_complete: "lap complete", off_track: "off track", crashed: "crashed", immobilized: "stood still",
-  reversed: "drove backwards", time_up: "out of time", in_progress: "goes on" };
+const ENDINGS = { lap_complete: t("lap complete"), off_track: t("off track"), crashed: t("crashed"), immobilized: t("stood still"),
+  reversed: t("drove backwards"), time_up: t("out of time"), in_progress: t("goes on") };
 
 class Cars extends HTMLElement {
   connectedCallback() {
@@ -212,9 +213,9 @@ class Cars extends HTMLElement {
     const car = this.reel.cars.find(one => one.name === this.car), { parts } = this;
     if (!car || car.x[i] == null) return;
     const degrees = Math.round(car.steering[i] * 180 / Math.PI), share = car.steering[i] / this.widest;
-    say(parts.driver, `Car ${car.name}`);
+    say(parts.driver, t("Car {name}", { name: car.name }));
     say(parts.speed, words(car.speed[i], 2)); fill(parts["speed-bar"], Math.abs(car.speed[i]) / this.reel.top);
-    say(parts.steer, degrees ? `${Math.abs(degrees)}° ${degrees > 0 ? "left" : "right"}` : "straight");
+    say(parts.steer, !degrees ? t("straight") : degrees > 0 ? t("{degrees}° left", { degrees }) : t("{degrees}° right", { degrees: -degrees }));
     parts["steer-bar"].style.transform = `translateX(50%) scaleX(${-0.5 * share})`;
     say(parts.progress, `${words(Math.max(0, car.progress[i]), 1)} %`); fill(parts["progress-bar"], car.progress[i] / 100);
     say(parts.lap, words(car.tick[i] / TICKS, 1)); say(parts.paid, words(car.reward[i], 2)); say(parts.number, String(car.episode[i]));
@@ -224,11 +225,11 @@ class Cars extends HTMLElement {
     const { parts, reel } = this, live = this.mode === "live";
     parts.head.max = reel.ticks - 1;
     if (document.activeElement !== parts.head || this.playing) parts.head.value = i;
-    say(parts.time, live ? `tick ${words(reel.last - reel.ticks + 1 + i)}` : `${words(i / TICKS, 1)} / ${words((reel.ticks - 1) / TICKS, 1)} s`);
+    say(parts.time, live ? t("tick {tick}", { tick: words(reel.last - reel.ticks + 1 + i) }) : `${words(i / TICKS, 1)} / ${words((reel.ticks - 1) / TICKS, 1)} s`);
     const waits = live && this.playing && this.head >= reel.ticks - 1;
-    const why = this.pace > 1 ? `live: waits, ${this.pace}× is faster than it drives …` : "live: it is learning, judging or at its next tick …";
+    const why = this.pace > 1 ? t("live: waits, {pace}× is faster than it drives …", { pace: this.pace }) : t("live: it is learning, judging or at its next tick …");
     parts.badge.classList.toggle("live", live);
-    say(parts.badge, live ? (waits ? why : "live") : this.mode === "episode" ? `car ${this.chosen.car}, episode ${this.chosen.episode}` : `iteration ${this.iteration}`);
+    say(parts.badge, live ? (waits ? why : t("live")) : this.mode === "episode" ? t("car {car}, episode {episode}", this.chosen) : t("iteration {number}", { number: this.iteration }));
   }
 
   async look(now) {   // the chosen car's camera
@@ -260,18 +261,19 @@ class Cars extends HTMLElement {
     if (mode === "live") parts.iteration.value = kept.length - 1; else if (k >= 0) parts.iteration.value = k;
     parts.before.disabled = !kept.length || (mode !== "live" && k <= 0);
     parts.behind.disabled = mode === "live" || k < 0 || k >= kept.length - 1;
-    say(parts.which, !kept.length ? "no iteration is kept yet" : mode === "live" ? `${kept.length} iterations kept` : `iteration ${this.iteration} of ${kept.at(-1)}`);
+    say(parts.which, !kept.length ? t("no iteration is kept yet") : mode === "live" ? t("{count} iterations kept", { count: kept.length })
+      : t("iteration {number} of {last}", { number: this.iteration, last: kept.at(-1) }));
   }
 
   tellEpisodes() {
     const { parts, episodes } = this, going = one => one.status === "in_progress";
     parts.kept.hidden = this.mode === "live" || !episodes.length;
-    say(parts["kept-title"], `Episodes in iteration ${this.iteration}`);
+    say(parts["kept-title"], t("Episodes in iteration {number}", { number: this.iteration }));
     const order = [...episodes].sort((a, b) => +going(a) - +going(b) || b.progress - a.progress);
     parts.episodes.replaceChildren(...order.map(one => {
       const row = document.createElement("tr"), button = document.createElement("button");
       button.type = "button"; button.textContent = `▶ ${one.car}`;
-      button.setAttribute("aria-label", `play episode ${one.episode} of car ${one.car}`);
+      button.setAttribute("aria-label", t("play episode {episode} of car {car}", one));
       button.onclick = () => this.openEpisode(one);
       row.insertCell().append(button);
       for (const text of [`${words(one.progress, 1)} %`, words(one.reward, 1), one.steps]) { const cell = row.insertCell(); cell.className = "right"; cell.textContent = text; }
@@ -305,7 +307,7 @@ class Cars extends HTMLElement {
     parts.live.onclick = () => this.openLive();
     parts.before.onclick = () => this.stepIteration(-1);
     parts.behind.onclick = () => this.stepIteration(1);
-    parts.iteration.oninput = () => { const number = this.kept[+parts.iteration.value]; if (number !== undefined) say(parts.which, `iteration ${number}`); };
+    parts.iteration.oninput = () => { const number = this.kept[+parts.iteration.value]; if (number !== undefined) say(parts.which, t("iteration {number}", { number })); };
     parts.iteration.onchange = () => { const number = this.kept[+parts.iteration.value]; if (number !== undefined) this.openIteration(number); };
     parts.course.onchange = () => this.chooseCourse(+parts.course.value);
     parts.eyes.onclick = () => { this.raw = !this.raw; parts.eyes.setAttribute("aria-pressed", this.raw); parts.eye.classList.toggle("raw", this.raw); this.looked = 0; };

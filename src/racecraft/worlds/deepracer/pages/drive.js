@@ -1,14 +1,15 @@
 /* <rc-drive wheel="/wheel">: driving by hand. The server ticks 15 times a second; between ticks the picture moves on from
    what is shown to what was told, so that it is smooth and each input is under way at the next tick. */
 import { words } from "racecraft.pages/ask.js";
+import { t } from "racecraft.pages/texts.js";
 import { onTokens, token } from "racecraft.pages/tokens.js";
 import { RoadView } from "racecraft.worlds.deepracer.pages/road_view.js";
 
 const TICK_MS = 1000 / 15, FIRST = 0.4, RAMP = 5, BACK = 9;   // of the wheel by keys: at once, then so much a second
 const FIGURES_MS = 100, TILT_DEG = 25, DEAD = 0.08;
 const LEFT = ["ArrowLeft", "a"], RIGHT = ["ArrowRight", "d"], GAS = ["ArrowUp", "w"];
-const CALLS = { off_track: "Off the road.", reversed: "Wrong way round.", immobilized: "The car stood still.", time_up: "Out of time.", crashed: "Crashed." };
-const AGAIN = matchMedia("(pointer: coarse)").matches ? "Press Gas to drive." : "Press ↑ to drive.";
+const CALLS = { off_track: t("Off the road."), reversed: t("Wrong way round."), immobilized: t("The car stood still."), time_up: t("Out of time."), crashed: t("Crashed.") };
+const AGAIN = matchMedia("(pointer: coarse)").matches ? t("Press Gas to drive.") : t("Press ↑ to drive.");
 
 class Drive extends HTMLElement {
   connectedCallback() {
@@ -29,7 +30,7 @@ class Drive extends HTMLElement {
     way.protocol = way.protocol.replace("http", "ws");
     this.socket = new WebSocket(way);
     this.socket.onmessage = event => this.hear(JSON.parse(event.data));
-    this.socket.onclose = () => { this.running = false; this.call("No connection to racecraft. Load the page again."); };
+    this.socket.onclose = () => { this.running = false; this.call(t("No connection to racecraft. Load the page again.")); };
   }
 
   say(told) { if (this.socket.readyState === 1) this.socket.send(JSON.stringify(told)); }
@@ -57,7 +58,7 @@ class Drive extends HTMLElement {
     this.from = this.shown && !far && !jump ? this.shown : at;
     this.to = at; this.arrived = performance.now(); this.told_n = n;
     if (jump) { this.running = false; this.call(AGAIN); }
-    if (lap) { this.call(`${words(lap, 2)} s. Kept.`); this.quietAt = this.arrived + 2500; if (this.parts.ghost.value === "best") this.say({ ghost: "best" }); }
+    if (lap) { this.call(t("{seconds} s. Kept.", { seconds: words(lap, 2) })); this.quietAt = this.arrived + 2500; if (this.parts.ghost.value === "best") this.say({ ghost: "best" }); }
     else if (ended && ended !== "lap_complete") { this.running = false; this.call(`${CALLS[ended] || ended} ${AGAIN}`); }
   }
 
@@ -79,7 +80,7 @@ class Drive extends HTMLElement {
     this.parts.ghost.onchange = () => { this.say({ ghost: this.parts.ghost.value }); this.parts.view.focus(); };
     this.parts.tilt.onclick = async () => {
       const asks = /** @type {any} */ (DeviceOrientationEvent).requestPermission;
-      if (asks && await asks.call(DeviceOrientationEvent) !== "granted") return this.call("The phone gave no leave to tilt.");
+      if (asks && await asks.call(DeviceOrientationEvent) !== "granted") return this.call(t("The phone gave no leave to tilt."));
       addEventListener("deviceorientation", event => { this.tilt = tiltOf(event); });
     };
   }
@@ -98,9 +99,9 @@ class Drive extends HTMLElement {
     this.send(0);
   }
 
-  go() { this.running = true; this.call(""); this.say({ go: true }); this.parts.pause.textContent = "Pause"; }
+  go() { this.running = true; this.call(""); this.say({ go: true }); this.parts.pause.textContent = t("Pause"); }
 
-  pause() { this.running = false; this.say({ pause: true }); this.call(`Paused. ${AGAIN}`); this.parts.pause.textContent = "Go on"; }
+  pause() { this.running = false; this.say({ pause: true }); this.call(`${t("Paused.")} ${AGAIN}`); this.parts.pause.textContent = t("Go on"); }
 
   /* Turn the wheel by what is pressed for so many seconds, and tell the server what changed. */
   send(seconds) {
@@ -205,13 +206,13 @@ class Drive extends HTMLElement {
     parts.command.textContent = command || "";
     parts.best.textContent = laps.length ? words(best, 2) : "–";
     body.replaceChildren(...laps.map((lap, k) => {
-      const row = document.createElement("tr"), drop = Object.assign(document.createElement("button"), { type: "button", textContent: "Drop", ariaLabel: `Drop lap ${k + 1}` });
+      const row = document.createElement("tr"), drop = Object.assign(document.createElement("button"), { type: "button", textContent: t("Drop"), ariaLabel: t("Drop lap {number}", { number: k + 1 }) });
       drop.onclick = () => this.say({ drop: k });
-      row.append(cell(`${k + 1}${lap.seconds === best ? ", the best" : ""}${lap.flying ? "" : ", from rest"}`), cell(`${words(lap.seconds, 2)} s`, "right"), cell("", "right"));
+      row.append(cell([k + 1, lap.seconds === best && t("the best"), !lap.flying && t("from rest")].filter(Boolean).join(", ")), cell(`${words(lap.seconds, 2)} s`, "right"), cell("", "right"));
       row.lastElementChild.append(drop);
       return row;
     }));
-    for (const count of this.querySelectorAll("[data-count]")) count.textContent = laps.length === 1 ? "1 lap" : `${laps.length} laps`;
+    for (const count of this.querySelectorAll("[data-count]")) count.textContent = laps.length === 1 ? t("1 lap") : t("{count} laps", { count: laps.length });
   }
 }
 

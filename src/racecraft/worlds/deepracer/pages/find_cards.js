@@ -1,5 +1,7 @@
 /* Cards found by words and choices: a filter's `data-by` names the card's `data-…` in which its value is one of the
    words. What is chosen stands in the address. */
+import { t } from "racecraft.pages/texts.js";
+
 const cards = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[data-words]")]);
 const filters = /** @type {(HTMLInputElement | HTMLSelectElement)[]} */ ([...document.querySelectorAll("[data-by]")]);
 const left = document.getElementById("cards-left");
@@ -10,7 +12,7 @@ function show() {
     card.hidden = !wanted.every(([by, word]) => by === "words" ? card.dataset.words.includes(word) : card.dataset[by].split(" ").includes(word));
   }
   const count = cards.filter(card => !card.hidden).length;
-  left.textContent = `${count} ${count === 1 ? "circuit" : "circuits"}`;
+  left.textContent = count === 1 ? t("1 circuit") : t("{count} circuits", { count });
 }
 function keep() {
   const chosen = new URLSearchParams(filters.filter(one => one.value).map(one => [one.dataset.by, one.value]));

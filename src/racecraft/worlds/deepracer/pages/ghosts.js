@@ -1,5 +1,7 @@
 /* <rc-ghosts>: plays a lap and its reference on the map; both cross the start line at the same moment. A point chosen in
    a chart of the page (`rc-choose`, metres along the lap) moves both there. */
+import { t } from "racecraft.pages/texts.js";
+
 class Ghosts extends HTMLElement {
   connectedCallback() {
     if (this.told) return;
@@ -39,13 +41,13 @@ class Ghosts extends HTMLElement {
   stop(tick) {
     cancelAnimationFrame(this.timer);
     this.timer = null;
-    this.button.querySelector("span").textContent = "Play";
+    this.button.querySelector("span").textContent = t("Play");
     this.show(tick);
   }
 
   play() {
     const from = this.tick >= this.told.ticks - 1 ? 0 : this.tick, begun = performance.now();
-    this.button.querySelector("span").textContent = "Stop";
+    this.button.querySelector("span").textContent = t("Stop");
     const step = now => {
       const tick = from + (now - begun) / 1000 / this.told.tick;
       if (tick >= this.told.ticks - 1) return this.stop(this.told.ticks - 1);

@@ -1,4 +1,5 @@
 /* Episodes on the map and on a chart: choose, zoom, drag, hover, play. */
+import { t } from "racecraft.pages/texts.js";
 import { onTokens, token } from "racecraft.pages/tokens.js";
 
 (() => {
@@ -22,8 +23,8 @@ import { onTokens, token } from "racecraft.pages/tokens.js";
     return `rgb(${SHADES[k].map((one, i) => Math.round(one + part * (SHADES[k + 1][i] - one))).join()})`;
   };
   const COLOURS = {
-    driven_mps: ["driven speed", "m/s", 1], speed_mps: ["commanded speed", "m/s", 1], reward: ["reward of a step", "", 1],
-    steering_rad: ["steering", "°", 180 / Math.PI], slide_rad: ["slide", "°", 180 / Math.PI],
+    driven_mps: [t("driven speed"), "m/s", 1], speed_mps: [t("commanded speed"), "m/s", 1], reward: [t("reward of a step"), "", 1],
+    steering_rad: [t("steering"), "°", 180 / Math.PI], slide_rad: [t("slide"), "°", 180 / Math.PI],
   };
   const limits = Object.fromEntries(Object.entries(COLOURS).map(([name, [, , factor]]) => {
     const times = Number(factor);
@@ -128,15 +129,16 @@ import { onTokens, token } from "racecraft.pages/tokens.js";
     const [words, unit] = COLOURS[colour], [low, high] = limits[colour];
     const stops = [0, 1, 2, 3, 4, 5].map((k) => shade(k / 5)).join();
     byId("legend").innerHTML = `<span>${low.toFixed(2)}</span><i style="background:linear-gradient(90deg,${stops})"></i>` +
-      `<span>${high.toFixed(2)} ${unit}</span><span class="quiet">${words}; a cross: left the road</span>`;
+      `<span>${high.toFixed(2)} ${unit}</span><span class="quiet">${words}; ${t("a cross: left the road")}</span>`;
   };
   const tell = (i) => {
     const k = chosen.find((one) => i >= first[one] && i < first[one] + E.ticks[one]);
     const degrees = (name) => { const told = value(name, i); return told === null ? "–" : (told * 180 / Math.PI).toFixed(1) + "°"; };
     const number = (name, digits) => { const told = value(name, i); return told === null ? "–" : told.toFixed(digits); };
-    byId("told").textContent = `Episode ${E.unique_episode[k]}, step ${number("tick", 0)}: ${number("driven_mps", 2)} m/s ` +
-      `(asked ${number("speed_mps", 2)}), steering ${degrees("steering_rad")}, slide ${degrees("slide_rad")}, reward ` +
-      `${number("reward", 3)}, progress ${(100 * value("progress_share", i)).toFixed(1)} %, waypoint ${number("waypoint", 0)}`;
+    byId("told").textContent = t("Episode {episode}, step {step}: {driven} m/s ({commanded} commanded), steering {steering}, slide {slide}, reward {reward}, progress {progress} %, waypoint {waypoint}", {
+      episode: E.unique_episode[k], step: number("tick", 0), driven: number("driven_mps", 2), commanded: number("speed_mps", 2),
+      steering: degrees("steering_rad"), slide: degrees("slide_rad"), reward: number("reward", 3),
+      progress: (100 * value("progress_share", i)).toFixed(1), waypoint: number("waypoint", 0) });
   };
   const nearest = (x, y) => {  /* the step at the nearer end of the piece of path that is pointed at */
     let best = null, gap = 16 * 16;
@@ -208,7 +210,7 @@ import { onTokens, token } from "racecraft.pages/tokens.js";
       if (at === null || at >= first[k] + E.ticks[k] - 1) at = first[k] - 1;
       playing = setInterval(() => step(1), 1000 / 15);
     }
-    byId("play").textContent = playing ? "Stop" : "Play";
+    byId("play").textContent = playing ? t("Stop") : t("Play");
   };
   byId("play").onclick = play;
   byId("step").oninput = (event) => { const k = chosen[0]; if (k === undefined) return; at = first[k] + Number(event.target.value); tell(at); drawMap(); };
@@ -267,8 +269,9 @@ import { onTokens, token } from "racecraft.pages/tokens.js";
   }, { passive: false });
   byId("measure").onchange = (event) => { measure = event.target.value; drawChart(); };
   byId("all-episodes").onclick = () => { span.low = 0; span.high = all.length - 1; drawChart(); };
-  const words = (k) => `Episode ${E.unique_episode[k]} (${E.phase[k]}, iteration ${E.iteration[k]}): ` +
-    `${(100 * E.progress_share[k]).toFixed(1)} % in ${E.seconds[k].toFixed(2)} s, reward ${E.reward[k].toFixed(1)}, ${(E.status[k] || "").replace("_", " ")}`;
+  const words = (k) => t("Episode {episode} ({phase}, iteration {iteration}): {progress} % in {seconds} s, reward {reward}, {status}", {
+    episode: E.unique_episode[k], phase: E.phase[k], iteration: E.iteration[k], progress: (100 * E.progress_share[k]).toFixed(1),
+    seconds: E.seconds[k].toFixed(2), reward: E.reward[k].toFixed(1), status: (E.status[k] || "").replace("_", " ") });
 
   /* ---- the list of episodes ---- */
   const ORDERS = {
@@ -292,16 +295,16 @@ import { onTokens, token } from "racecraft.pages/tokens.js";
   byId("order").onchange = (event) => { order = event.target.value; list(); };
   byId("kind").onchange = (event) => { kind = event.target.value; list(); };
   const choose = (k, too) => {
-    if (!E.ticks[k]) { byId("told").textContent = `${words(k)}. Its steps are not on this page, which holds the fastest and latest only.`; return; }
+    if (!E.ticks[k]) { byId("told").textContent = `${words(k)}. ${t("Its steps are not on this page, which holds the fastest and latest only.")}`; return; }
     chosen = too ? (chosen.includes(k) ? chosen.filter((one) => one !== k) : [...chosen, k]) : [k];
     if (playing) play();
     at = pointed = null;
     byId("step").max = String(Math.max(0, (E.ticks[chosen[0]] || 1) - 1)); byId("step").value = "0";
-    byId("told").textContent = chosen.length ? chosen.slice(0, 3).map(words).join("; ") : "Choose an episode.";
+    byId("told").textContent = chosen.length ? chosen.slice(0, 3).map(words).join("; ") : t("Choose an episode.");
     document.querySelectorAll("#rows tr").forEach((row) => row.classList.toggle("on", chosen.includes(Number(row.dataset.k))));
     drawMap(); drawChart();
   };
-  byId("clear").onclick = () => { chosen = []; at = pointed = null; byId("told").textContent = "Choose an episode."; drawMap(); drawChart(); list(); };
+  byId("clear").onclick = () => { chosen = []; at = pointed = null; byId("told").textContent = t("Choose an episode."); drawMap(); drawChart(); list(); };
   const again = () => { whole(); drawMap(); drawChart(); };
   window.addEventListener("resize", again);
   whole();

@@ -1,4 +1,5 @@
 /* The maker of tracks: the list of points is the drawing; the canvas shows and changes it, the server makes the road. */
+import { t } from "racecraft.pages/texts.js";
 import { onTokens, token } from "racecraft.pages/tokens.js";
 
 const form = document.getElementById("maker"), floor = document.getElementById("floor"), points = document.getElementById("points");
@@ -19,8 +20,8 @@ async function check() {
   if (number !== sent) return;
   const told = await answer.json();
   road = told.centre ? told : null;
-  facts.textContent = road ? `${told.length} m a lap, ${told.tape} m of tape.` : "";
-  const texts = told.wrong ? [told.wrong] : told.remarks.map(text => `Bend at ${text}`);
+  facts.textContent = road ? t("{length} m a lap, {tape} m of tape.", told) : "";
+  const texts = told.wrong ? [told.wrong] : told.remarks.map(text => t("Bend at {place}", { place: text }));
   remarks.replaceChildren(...texts.map(text => Object.assign(document.createElement("li"), { textContent: text, className: told.wrong ? "wrong" : "" })));
   draw();
 }
@@ -49,7 +50,7 @@ function draw() {
   for (let x = Math.ceil(x0); x <= x1; x++) { path([[x, y0], [x, y1]]); pen.stroke(); }
   for (let y = Math.ceil(y0); y <= y1; y++) { path([[x0, y], [x1, y]]); pen.stroke(); }
   pen.fillStyle = token("--quiet"); pen.font = `${11 * place.ratio}px ${token("--text")}`;
-  pen.fillText("1 m squares", 8 * place.ratio, 16 * place.ratio);
+  pen.fillText(t("1 m squares"), 8 * place.ratio, 16 * place.ratio);
   const closed = form.elements.namedItem("closed").checked;
   if (road) {
     path(road.outer); [...road.inner].reverse().forEach(p => pen.lineTo(...at(p))); pen.closePath();
