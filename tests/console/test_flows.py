@@ -310,6 +310,11 @@ def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(
     page.keyboard.press("z")
     page.wait_for_selector("tr[data-row='a-1']")
     assert (workspace.path / "runs/a-1/job.json").is_file()
+    (workspace.path / "runs/b-1").rename(workspace.path / "elsewhere")
+    page.wait_for_selector("tr[data-row='b-1']:has-text('this folder is gone')", timeout=20_000)
+    page.check("input[value='b-1']")
+    page.click("button:has-text('Delete')")
+    page.wait_for_selector("tr[data-row='b-1']", state="detached")
 
 
 def test_settings_tell_the_keys_switch_them_off_and_tell_what_takes_the_disk(console, browser):

@@ -5,12 +5,16 @@ import os
 import sqlite3
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
+import sqlalchemy as sql
 from tests.console.conftest import write_run
 
 from racecraft.console import index as index_module
 from racecraft.console.index import FILE, Index
+from racecraft.console.index_tables import MODELS
+from racecraft.console.pages import garage
 from racecraft.console.run_row import RunRow, read_run
 from racecraft.console.workspace import Note, WorkspaceError
 from racecraft.database.engine import DatabaseError
@@ -100,15 +104,29 @@ def test_a_full_disk_is_said_and_the_rows_are_made_once_there_is_space(workspace
     assert len(index.row("a")["text"]) == 100_000
 
 
-def test_a_run_folder_that_vanishes_is_no_row_and_comes_back_with_it(workspace, index):
-    run = write_run(workspace.create("car", {}).path / "runs/1")
+@pytest.mark.parametrize("folder", ["models/car/runs/1", "runs/car"])
+def test_a_run_folder_that_vanishes_keeps_its_row_and_a_sentence_and_comes_back(workspace, index, folder):
+    if folder.startswith("models"):
+        workspace.create("car", {})
+    run = write_run(workspace.path / folder)
     index.refresh()
     run.rename(workspace.path / "elsewhere")
     assert index.refresh() == ["car"]
-    assert (index.row("car")["status"], index.row("car")["run"]) == ("new", "")
+    assert index.refresh() == []
+    assert (index.row("car")["status"], index.row("car")["best_text"]) == ("gone", "7.00 s")
+    assert f"{run}: this folder is gone" in index.row("car")["reason"]
     (workspace.path / "elsewhere").rename(run)
     assert index.refresh() == ["car"]
-    assert index.row("car")["status"] == "ready"
+    assert (index.row("car")["status"], index.row("car")["run"]) == ("ready", str(run))
+
+
+def test_a_model_that_was_renamed_or_taken_off_the_list_is_no_row(workspace, index):
+    write_run(workspace.path / "runs/a")
+    index.refresh()
+    workspace.rename(workspace.model("a"), "b")
+    index.forget("a")
+    assert sorted(index.refresh()) == ["a", "b"]
+    assert [row["name"] for row in index.query(sql.select(MODELS))] == ["b"]
 
 
 @pytest.mark.parametrize("jump_seconds", [-7200.0, 7200.0])
@@ -196,3 +214,29 @@ def test_a_row_that_changes_is_never_missing(workspace, index):
     done.set()
     reader.join()
     assert missing == []
+
+
+@pytest.mark.parametrize("sort", garage.SORTS)
+def test_pages_of_the_list_neither_repeat_nor_miss_a_model_while_others_come_and_go(
+    workspace, index, monkeypatch, sort
+):
+    for number, lap in enumerate((7.0, 6.5, 7.0, None, 6.0)):
+        write_run(workspace.path / f"runs/m{number}", lap=lap)
+    index.refresh()
+    monkeypatch.setattr(garage, "PAGE", 2)
+
+    def page(**query):
+        rows, before, behind = garage._one_page(SimpleNamespace(index=index), sql.select(MODELS), sort, query)
+        return [row["name"] for row in rows], before, behind
+
+    first, nothing, behind = page()
+    (workspace.path / f"runs/{first[0]}").rename(workspace.path / f"bin/{first[0]}.runs.1")
+    index.refresh()
+    second, before, further = page(after=behind)
+    last, _, end = page(after=further)
+    assert (nothing, end) == ("", "")
+    assert sorted([*first, *second, *last]) == ["m0", "m1", "m2", "m3", "m4"]
+    assert page(before=before)[0] == first[1:]
+    assert page(after='["x", 3]')[0] == page()[0], "a place that is none"
+    if sort == "best":
+        assert [*first, *second, *last] == ["m4", "m1", "m0", "m2", "m3"]

@@ -143,7 +143,6 @@ def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, o
 
 
 def test_a_worker_is_kept_warm_while_who_wants_it_lives_and_a_new_one_follows_a_job(home, here, monkeypatch):
-    monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
     monkeypatch.setattr(PreloadedProcess, "is_ready", True)
     store = MemoryStore()
     supervisor = Supervisor(store, home, "me", Capacity(2, 2000))
@@ -156,7 +155,9 @@ def test_a_worker_is_kept_warm_while_who_wants_it_lives_and_a_new_one_follows_a_
     store.add(new_job(job_in(here), 1.0))
     supervisor.reconcile()
     assert store.find("asks").process == first._process.pid
-    assert supervisor._spare is not first
+    assert supervisor._spare is None, "the job's first lap comes first"
+    monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
+    supervisor.reconcile()
     second = supervisor._spare
     (home.path / WARM_NOTE).unlink()
     supervisor.reconcile()
@@ -189,8 +190,7 @@ def test_a_warm_worker_says_when_it_is_ready(home):
         assert process.wait() == 0
 
 
-def test_a_warm_worker_that_ended_is_replaced(home, monkeypatch):
-    monkeypatch.setattr("racecraft.jobs.supervisor.WARM_AFTER_SECONDS", -1.0)
+def test_a_warm_worker_that_ended_is_replaced(home):
     (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
     supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000))
     supervisor.reconcile()

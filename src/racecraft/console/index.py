@@ -18,7 +18,7 @@ from typing import Any
 import sqlalchemy as sql
 
 from racecraft.console.index_tables import ABOUT, MODELS, RUNS, TABLES, VERSION
-from racecraft.console.model_row import model_row
+from racecraft.console.model_row import GONE, NEW, gone_row, model_row
 from racecraft.console.run_row import RunRow, read_run, run_mark
 from racecraft.console.workspace import MODEL_FILE, Model, Note, Workspace, WorkspaceError
 from racecraft.contract.errors import nearest
@@ -55,6 +55,7 @@ class Index:
         self._seen_to_change: dict[str, float] = {}
         self._training: set[str] = set()
         self._notes: dict[Path, tuple[int, Note]] = {}
+        self._forgotten: set[str] = set()
 
     def close(self) -> None:
         """Let go of the database."""
@@ -75,12 +76,27 @@ class Index:
             rows[model.name] = model_row(
                 model, self._note(model), found, by_folder.get(str(model.path), []), self._training.__contains__
             )
+        rows |= self._gone_rows(rows)
         changed = [name for name, row in rows.items() if self._rows.get(name) != row]
         gone = [name for name in self._rows if name not in rows]
         if changed or gone:
             self._write(rows, runs, changed, gone)
         self._rows, self._runs = rows, runs
         return [*changed, *gone]
+
+    def forget(self, name: str) -> None:
+        """Have the next `refresh` drop the row of a model whose folder got another name, or is gone for good."""
+        self._forgotten.add(name)
+
+    def _gone_rows(self, rows: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+        """Return the rows of models whose runs vanished, neither deleted nor renamed by the console."""
+        lost = {name: row for name, row in self._rows.items() if row["run"] or row["status"] == GONE}
+        lost = {name: row for name, row in lost.items() if name not in rows or rows[name]["status"] == NEW}
+        if not lost:
+            return {}
+        left_out = {name for _, name, _ in self.workspace.bin()} | self._forgotten
+        self._forgotten = set()
+        return {name: gone_row(row) for name, row in lost.items() if name not in left_out}
 
     @property
     def is_filled(self) -> bool:

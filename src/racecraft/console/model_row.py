@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +12,8 @@ from racecraft.jobs.job import Job
 from racecraft.jobs.states import State
 
 TRAINING, STOPPING, QUEUED, READY, ERROR, NEW = "training", "stopping", "queued", "ready", "error", "new"
-STATUSES = (TRAINING, STOPPING, QUEUED, READY, ERROR, NEW)
+GONE = "gone"
+"""Its run folder was there and is no longer; its row says what it was."""
 SHOWN = ("kind", "algorithm", "place", "picture", "about", "curve", "iterations", "steps", "seconds", "speed", "stops")
 """What a model shows of its newest run."""
 BEST = ("rank", "best_text", "gap_percent")
@@ -76,3 +77,11 @@ def _status(runs: Sequence[RunRow], jobs: Sequence[Job], is_held: Callable[[str]
     if any(run.iterations or run.is_imported for run in runs):
         return READY, "", job
     return NEW, "", job
+
+
+def gone_row(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the row of a model whose run folder is gone, from its last one."""
+    if row["status"] == GONE:
+        return dict(row)
+    reason = f"{row['run']}: this folder is gone. Put it back and it goes on as before, or delete the model here."
+    return {**row, "status": GONE, "reason": reason, "run": "", "job": ""}

@@ -34,8 +34,9 @@ from racecraft.jobs.store import JobStore, change
 TURN_SECONDS = 0.2
 TURN_SECONDS_AWAITED = 0.02
 """While a process waits for a job that was announced."""
-WARM_AFTER_SECONDS = 15.0
-"""A new warm worker begins to import when the training that took the last one is so old: its first lap comes first."""
+WARM_AFTER_SECONDS = 60.0
+"""A new warm worker begins to import when nothing is worked at or the training that took the last one is so old: to be
+ready takes seconds of a core, and that training's first lap comes first."""
 BEAT_SECONDS = 5.0
 LOST_SECONDS = 60.0
 """A job whose owner, on another machine, was silent for so long is taken up by whoever notices."""
@@ -269,7 +270,9 @@ class Supervisor:
             self._spare = None
         if self._spare is None and awaited:
             self._spare = PreloadedProcess.if_awaited(self._home)
-        elif self._spare is None and warm and time.monotonic() - self._took_spare > WARM_AFTER_SECONDS:
+        elif (
+            self._spare is None and warm and (not self.busy or time.monotonic() - self._took_spare > WARM_AFTER_SECONDS)
+        ):
             with contextlib.suppress(OSError):
                 self._spare = PreloadedProcess(self._home, warm=True)
 

@@ -139,6 +139,7 @@ const KEYS = {
   n: () => { location.href = "/drafts/new"; },
   g: () => { location.href = "/"; },
   j: () => move(1), k: () => move(-1),
+  "]": () => document.querySelector("[rel=next]")?.click(), "[": () => document.querySelector("[rel=prev]")?.click(),
   x: () => { const box = chosenRow()?.querySelector("input[type=checkbox]"); if (box) box.checked = !box.checked; },
   c: () => document.querySelector("[formaction='/compare']")?.click(),
   z: () => document.getElementById("undo")?.click(),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import re
+import contextlib
+import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 from urllib.parse import urlencode
@@ -15,7 +16,7 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute
 
 from racecraft.console.index_tables import MODELS
-from racecraft.console.model_row import ERROR, QUEUED, READY, STOPPING, TRAINING
+from racecraft.console.model_row import ERROR, GONE, QUEUED, READY, STOPPING, TRAINING
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
@@ -24,6 +25,7 @@ from racecraft.console.workspace import Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
 
+START = {"after": "", "before": ""}
 PAGE = 50
 """Rows on one page of the list."""
 CHIPS = (
@@ -33,11 +35,14 @@ CHIPS = (
     ("Ready", (READY,)),
     ("Error", (ERROR,)),
 )
+NEVER = 1e300
+"""Stands for a best result or a distance that is not there: such rows come last."""
 SORTS: Mapping[str, Any] = {
-    "changed": MODELS.c.changed.desc(), "name": MODELS.c.name, "track": MODELS.c.place, "status": MODELS.c.status,
-    "best": MODELS.c.rank.is_(None), "gap": MODELS.c.gap_percent.is_(None), "trained": MODELS.c.seconds.desc(),
+    "changed": -MODELS.c.changed, "name": MODELS.c.name, "track": MODELS.c.place, "status": MODELS.c.status,
+    "best": sql.func.coalesce(MODELS.c.rank, NEVER), "gap": sql.func.coalesce(MODELS.c.gap_percent, NEVER),
+    "trained": -MODELS.c.seconds,
 }  # fmt: skip
-THEN = {"best": MODELS.c.rank, "gap": MODELS.c.gap_percent}
+"""What the list is sorted by, smaller first; names decide between equals."""
 FIRST = "first-car"
 DOORS = (
     ("Drive it myself", "Keyboard, gamepad or a phone. A car can learn from your laps.", "/drive"),
@@ -66,9 +71,7 @@ def garage(console: Console, request: Request) -> Page:
     statement = _filtered(query)
     found = console.index.query(sql.select(sql.func.count().label("n")).select_from(statement.subquery()))[0]["n"]
     sort = query.get("sort", "changed") if query.get("sort") in SORTS else "changed"
-    first = int(query["from"]) if re.fullmatch(r"[0-9]{1,9}", query.get("from", "")) else 0
-    ordered = statement.order_by(SORTS[sort], *([THEN[sort]] if sort in THEN else []), MODELS.c.name)
-    rows = console.index.query(ordered.limit(PAGE).offset(first))
+    rows, before, behind = _one_page(console, statement, sort, query)
     running = console.index.query(sql.select(MODELS).where(MODELS.c.status.in_((TRAINING, STOPPING))).limit(4))
     return Page(
         "garage.html",
@@ -82,17 +85,16 @@ def garage(console: Console, request: Request) -> Page:
                 {
                     "label": label,
                     "count": sum(counts.values()) if not of else sum(counts.get(one, 0) for one in of),
-                    "href": _address(query, status=label.lower() if of else "", **{"from": ""}),
+                    "href": _address(query, status=label.lower() if of else "", **START),
                     "here": chosen == (label.lower() if of else ""),
                 }
                 for label, of in CHIPS
             ],
             "sort": sort,
-            "sorts": {name: _address(query, sort=name, **{"from": ""}) for name in SORTS},
+            "sorts": {name: _address(query, sort=name, **START) for name in SORTS},
             "found": found,
-            "first": first,
-            "before": _address(query, **{"from": str(max(0, first - PAGE))}) if first else "",
-            "behind": _address(query, **{"from": str(first + PAGE)}) if first + PAGE < found else "",
+            "before": _address(query, **START | {"before": before}) if before else "",
+            "behind": _address(query, **START | {"after": behind}) if behind else "",
             "archived": query.get("archived", ""),
             "tag": query.get("tag", ""),
             "deleted": query.get("deleted", ""),
@@ -135,6 +137,8 @@ def train_first(console: Console, request: Request, fields: Fields) -> str:
 def act_on_some(console: Console, request: Request, fields: Fields) -> str:
     """Archive, tag or delete the models that were selected."""
     names, what = fields.get("m", []), one(fields, "act")
+    if what == "delete":
+        names = _forget_gone(console, names)
     models = [console.workspace.model(name) for name in names]
     gone = []
     for model in models:
@@ -159,6 +163,16 @@ def act_on_some(console: Console, request: Request, fields: Fields) -> str:
     return "/?" + urlencode([("deleted", place) for place in gone]) if gone else "/"
 
 
+def _forget_gone(console: Console, names: Sequence[str]) -> list[str]:
+    """Take models off the list whose folders are gone; return the others."""
+    is_gone = {
+        name: console.workspace.find(name) is None and console.index.row(name)["status"] == GONE for name in names
+    }
+    for name in (name for name in names if is_gone[name]):
+        console.index.forget(name)
+    return [name for name in names if not is_gone[name]]
+
+
 def _with(note: Note, **changes: Any) -> Note:
     return replace(note, **changes)
 
@@ -176,6 +190,38 @@ def _filtered(query: Mapping[str, str]) -> sql.Select[Any]:
     if place := query.get("track", ""):
         statement = statement.where(MODELS.c.place == place)
     return statement
+
+
+def _one_page(
+    console: Console, statement: sql.Select[Any], sort: str, query: Mapping[str, str]
+) -> tuple[list[dict[str, Any]], str, str]:
+    """Return the rows of a page and the places that the pages before and behind it begin at; "": there is none.
+
+    A place is a row's value and name, so that models which come and go meanwhile neither repeat nor hide a row.
+    """
+    is_back = bool(query.get("before"))
+    value = SORTS[sort]
+    at = _place(query.get("before") or query.get("after", ""), str if sort in ("name", "track", "status") else float)
+    if at is not None:
+        is_behind = sql.or_(value > at[0], sql.and_(value == at[0], MODELS.c.name > at[1]))
+        is_before = sql.or_(value < at[0], sql.and_(value == at[0], MODELS.c.name < at[1]))
+        statement = statement.where(is_before if is_back else is_behind)
+    keys = [value.desc(), MODELS.c.name.desc()] if is_back else [value, MODELS.c.name]
+    rows = console.index.query(statement.add_columns(value.label("sorted_by")).order_by(*keys).limit(PAGE + 1))
+    is_more, shown = len(rows) > PAGE, rows[:PAGE]
+    if is_back:
+        shown.reverse()
+    first, last = (json.dumps([row["sorted_by"], row["name"]]) for row in (shown[0], shown[-1])) if shown else ("", "")
+    return shown, first if (is_more if is_back else at) else "", last if (at if is_back else is_more) else ""
+
+
+def _place(text: str, kind: type) -> tuple[Any, str] | None:
+    """Return the value, of this kind, and the name of an address's place; None: it names none."""
+    with contextlib.suppress(ValueError, TypeError, OverflowError):
+        value, name = json.loads(text[:400])
+        if isinstance(value, str) == (kind is str) and isinstance(name, str):
+            return kind(value), name
+    return None
 
 
 def _address(query: Mapping[str, str], **changes: str) -> str:

@@ -298,6 +298,7 @@ def rename(console: Console, request: Request, fields: Fields) -> str:
             "{name}: is {row}; expected a model that rests. Stop it first.", name=model.name, row=row["status"]
         )
     renamed = console.workspace.rename(model, one(fields, "name").strip())
+    console.index.forget(model.name)
     console.watcher.refresh()
     return address(renamed.name)
 
