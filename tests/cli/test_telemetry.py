@@ -46,7 +46,7 @@ def test_what_cannot_be_is_refused_by_name(racecraft):
     for options, words in (
         (("--phase", "trainin"), "Did you mean 'training'"),
         (("--lap", "99"), "expected 1 to 45"),
-        (("--iterations", "9..2"), "such as 10..20"),
+        (("--iterations", "9..2"), "the smaller number first"),
         (("--turn", "three"), "such as 3=1.6"),
         (("--turn", "9=2"), "has 5 corners"),
         (("--at", "57=up"), "such as 57=left, 57=2.5"),

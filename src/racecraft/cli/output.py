@@ -7,7 +7,7 @@ import json
 import math
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +37,12 @@ def word(path: object) -> str:
     runs/oval-1 'my cars/runs/oval-1'
     """
     return shlex.quote(str(path))
+
+
+def print_files(files: Mapping[str, object]) -> None:
+    """Print which files were written, a line each: "page: report.html"."""
+    for kind, path in files.items():
+        print(f"{kind}: {path}")
 
 
 def print_next_steps(*commands: tuple[str, str]) -> None:

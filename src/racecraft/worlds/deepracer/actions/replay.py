@@ -81,9 +81,7 @@ def replay(request: ReplayRequest, progress: Progress = quiet) -> Replayed:
 
 def _found_track(paths: tuple[Path, ...]) -> str:
     """Return the name of the track that logs were driven on."""
-    from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
+    from racecraft.worlds.deepracer.analysis.logs import circuit_of
     from racecraft.worlds.deepracer.logs import read
 
-    found = read(paths)
-    ticks = found.require_ticks()
-    return (track_or_none(ticks, found.about.get("world")) or find_track(ticks)).name
+    return circuit_of(read(paths)).name

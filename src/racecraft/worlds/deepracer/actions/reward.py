@@ -384,10 +384,8 @@ def _payer(path: Path) -> Payer:
 
 def _ticks(logs: Sequence[Path], track: str | None) -> tuple[pl.DataFrame, Track]:
     """Return the ticks of logs, and the circuit that they were driven on."""
-    from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
+    from racecraft.worlds.deepracer.analysis.logs import circuit_of
     from racecraft.worlds.deepracer.logs import read
 
     found = read(list(logs))
-    ticks = found.require_ticks()
-    circuit = find_track(ticks, track) if track is not None else track_or_none(ticks, found.about.get("world"))
-    return ticks, circuit or find_track(ticks)
+    return found.require_ticks(), circuit_of(found, track)

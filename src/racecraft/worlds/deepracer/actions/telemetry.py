@@ -79,6 +79,7 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
 
         racecraft telemetry round-1 round-2 --begins line --fastest 20 --csv laps.csv
     """
+    from racecraft.worlds.deepracer.analysis.logs import circuit_of
     from racecraft.worlds.deepracer.analysis.telemetry_page import frequent_sequences, write_telemetry_page
     from racecraft.worlds.deepracer.driving.telemetry.export import facts_of
     from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
@@ -88,9 +89,8 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
     found = read(request.runs)
     for damage in found.damaged[:10]:
         progress(str(damage))
-    ticks = found.require_ticks()
-    circuit = _circuit(found, ticks, request.track)
-    laps = _laps_that_count(found, ticks, circuit, request.which)
+    _require_one_track(found.require_ticks())
+    laps = _laps_that_count(found, circuit_of(found, request.track), request.which)
     timing = time_laps(laps, request.sectors)
     row = _row_of(timing, request.lap)
     reference = _reference(request.against, timing, found, request.car)
@@ -104,34 +104,26 @@ def telemetry(request: TelemetryRequest, progress: Progress = quiet) -> TimedLap
     return TimedLaps(compared, Figures(figures, files))
 
 
-def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track:
-    """Return the track of a log, as it was driven; all its rounds must be of it."""
+def _require_one_track(ticks: pl.DataFrame) -> None:
+    """Refuse a log whose rounds were driven on several tracks."""
+    import polars as pl
+
     from racecraft.contract.errors import SettingError
-    from racecraft.worlds.deepracer.analysis.logs import find_track, track_or_none
     from racecraft.worlds.deepracer.analysis.logs.circuit import SAME_LENGTH_M
 
-    lengths = ticks.group_by("round").agg(length=_median_length())
+    lengths = ticks.group_by("round").agg(length=pl.col("track_length_m").median())
     if lengths.height > 1 and lengths["length"].max() - lengths["length"].min() > SAME_LENGTH_M:  # type: ignore[operator]
         text = ", ".join(f"{length:.2f} m" for length in lengths.sort("round")["length"])
         raise SettingError(
             "the runs were driven on several tracks ({told}); expected one. Name runs of one track.", told=text
         )
-    if track is not None:
-        return find_track(ticks, track)
-    return track_or_none(ticks, found.about.get("world")) or find_track(ticks)
 
 
-def _median_length() -> pl.Expr:
-    import polars as pl
-
-    return pl.col("track_length_m").median()
-
-
-def _laps_that_count(found: Logs, ticks: pl.DataFrame, circuit: Track, which: LapOptions) -> Laps:
+def _laps_that_count(found: Logs, circuit: Track, which: LapOptions) -> Laps:
     from racecraft.contract.errors import SettingError
     from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 
-    laps = find_laps(ticks, circuit)
+    laps = find_laps(found.require_ticks(), circuit)
     rows = which.rows(laps, found)
     if not len(laps):
         raise SettingError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from racecraft.actions.figures import Figures
 from racecraft.cli.from_request import command
+from racecraft.cli.output import print_files
 from racecraft.worlds.deepracer.actions.action_table import action_table
 
 
@@ -30,8 +31,7 @@ def _show(facts: Figures) -> None:
             print("no model_metadata.json beside the log: name its table with --table to see which actions are unused")
         else:
             print(f"never chosen in {facts['ticks']} ticks: {', '.join(never) or 'none, all are used'}")
-    for kind, path in facts.files.items():
-        print(f"{kind}: {path}")
+    print_files(facts.files)
 
 
 actions = command(action_table, _show)

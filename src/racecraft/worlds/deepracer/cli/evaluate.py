@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.actions.figures import Figures
 from racecraft.cli.from_request import command
-from racecraft.cli.output import table
+from racecraft.cli.output import print_files, table
 from racecraft.cli.runs.judge import show_episodes
 from racecraft.worlds.deepracer.actions.evaluate import EvaluatedDrive, EvaluatedTracks
 from racecraft.worlds.deepracer.actions.evaluate import evaluate as action
@@ -50,8 +50,7 @@ def _show_drive(done: EvaluatedDrive) -> None:
 
 
 def _print_files(done: EvaluatedDrive | Figures) -> None:
-    for kind, path in done.files.items():
-        print(f"{kind}: {path}")
+    print_files(done.files)
 
 
 def _print_laps(report: LapReport) -> None:

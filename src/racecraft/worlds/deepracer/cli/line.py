@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from racecraft.cli.from_request import command
-from racecraft.cli.output import table
+from racecraft.cli.output import print_files, table
 from racecraft.worlds.deepracer.actions.line import FoundLines
 from racecraft.worlds.deepracer.actions.line import line as action
 
@@ -26,8 +26,7 @@ def _show(found: FoundLines) -> None:
         print(f"Best known lap of {found.car} up to {times.top_speed:g} m/s: {times.best_seconds:.2f} s")
     if (note := beyond_logs(found.car, times.top_speed)) is not None:
         print(note)
-    for kind, path in found.files.items():
-        print(f"{kind}: {path}")
+    print_files(found.files)
 
 
 line = command(action, _show)

@@ -7,7 +7,7 @@ from typing import Any
 
 from racecraft.actions.figures import Figures
 from racecraft.cli.from_request import command
-from racecraft.cli.output import table
+from racecraft.cli.output import print_files, table
 from racecraft.worlds.deepracer.actions.logs import logs as action
 
 
@@ -33,8 +33,7 @@ def show(facts: Figures) -> None:
             print(f"page: {model['page']}")
     if facts["damaged"]:
         print(f"{len(facts['damaged'])} thing(s) in the files could not be taken as they stand; see above.")
-    for kind, path in facts.files.items():
-        print(f"{kind}: {path}")
+    print_files(facts.files)
     if facts["ticks"] and "page" not in facts and not any("page" in model for model in facts["models"]):
         print("Every plot, to click through: add --page logs.html", file=sys.stderr)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from racecraft.actions.figures import Figures
 from racecraft.cli.from_request import command
-from racecraft.cli.output import table
+from racecraft.cli.output import print_files, table
 from racecraft.worlds.deepracer.actions.look import look as action
 
 MAX_ROWS = 20
@@ -29,8 +29,7 @@ def _show(facts: Figures) -> None:
     )
     for sentence in facts.get("findings", ()):
         print(sentence)
-    for kind, path in facts.files.items():
-        print(f"{kind}: {path}")
+    print_files(facts.files)
 
 
 def _surface(row: dict[str, Any]) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from racecraft.cli.from_request import command
-from racecraft.cli.output import table
+from racecraft.cli.output import print_files, table
 from racecraft.worlds.deepracer.actions.race import Raced
 from racecraft.worlds.deepracer.actions.race import race as action
 
@@ -33,8 +33,7 @@ def _show(raced: Raced) -> None:
     print(f"{result.overtakes_per_race:.2f} overtakes a race")
     for sentence in raced.limits:
         print(sentence)
-    for kind, path in raced.files.items():
-        print(f"{kind}: {path}")
+    print_files(raced.files)
 
 
 race = command(action, _show)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from racecraft.cli.from_request import command
-from racecraft.cli.output import table
+from racecraft.cli.output import print_files, table
 from racecraft.worlds.deepracer.actions.replay import Replayed
 from racecraft.worlds.deepracer.actions.replay import replay as action
 
@@ -70,8 +70,7 @@ def _show(done: Replayed) -> None:
     print(f"\n{done.answer}")
     for note in done.figures["notes"]:
         print(f"note: {note}")
-    for kind, path in done.figures.files.items():
-        print(f"{kind}: {path}")
+    print_files(done.figures.files)
 
 
 replay = command(action, _show, messages_aside=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import typer
 
 from racecraft.cli.from_request import command
+from racecraft.cli.output import print_files
 from racecraft.contract.message import figure
 from racecraft.worlds.deepracer.actions.reward import (
     CheckedReward,
@@ -68,7 +69,7 @@ def _show_rescored(done: RescoredLaps) -> None:
             pays = f"{figure(lap.old):>10} {figure(lap.new):>10}"
             print(f"{lap.episode:8} {lap.seconds:6.2f} s {pays}  {old} → {new}{moved}")
     _show_failures(found.failures)
-    _show_files(done.files)
+    print_files(done.files)
 
 
 def _show_lines(explained: ExplainedReward) -> None:
@@ -99,7 +100,7 @@ def _show_map(done: MappedReward) -> None:
         for one in sorted(facts["pull"]["actions"], key=lambda one: -one["mean_pay"]):
             best = f"best at {100 * one['best_share']:3.0f} % of the places"
             print(f"  {one['action']:28} {one['mean_pay']:10.4g}  {best}")
-    _show_files(done.files)
+    print_files(done.files)
 
 
 def _show_tests(tested: TestedReward) -> None:
@@ -122,11 +123,6 @@ def _show_failures(failures: Sequence[Failure]) -> None:
     if failures:
         end = ", and the rows behind the last of them were not tried" if len(failures) == MAX_FAILURES else ""
         print(f"{len(failures)} rows failed and are counted as 0{end}.")
-
-
-def _show_files(files: Mapping[str, str]) -> None:
-    for kind, path in files.items():
-        print(f"{kind}: {path}")
 
 
 app.command("check")(command(check_reward, _show_check))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from racecraft.cli.from_request import command
+from racecraft.cli.output import print_files, table
 from racecraft.worlds.deepracer.actions.telemetry import TimedLaps
 from racecraft.worlds.deepracer.actions.telemetry import telemetry as action
 
 
 def _show(done: TimedLaps) -> None:
-    from racecraft.cli.output import table
     from racecraft.worlds.deepracer.analysis.telemetry_page import corner_table, lap_table, steady_table
     from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
 
@@ -28,8 +28,7 @@ def _show(done: TimedLaps) -> None:
     ]
     table(fastest["heads"], rows, left=fastest["heads"][:1])
     print(f"Best sectors together: {fastest['theoretical']} s.")
-    for kind, path in facts.files.items():
-        print(f"{kind}: {path}")
+    print_files(facts.files)
 
 
 telemetry = command(action, _show, messages_aside=True)

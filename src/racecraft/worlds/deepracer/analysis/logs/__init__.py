@@ -22,7 +22,7 @@ from racecraft.worlds.deepracer.analysis.logs.actions import (
     action_space,
     action_table,
 )  # fmt: skip
-from racecraft.worlds.deepracer.analysis.logs.circuit import find_track, on_track, track_or_none
+from racecraft.worlds.deepracer.analysis.logs.circuit import circuit_of, find_track, on_track, track_or_none
 from racecraft.worlds.deepracer.analysis.logs.episodes import per_iteration, simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.evaluations import evaluation_grid, evaluation_table
 from racecraft.worlds.deepracer.analysis.logs.exits import endings, exit_points, exits_by_segment, exits_by_segment_plot
@@ -71,7 +71,8 @@ from racecraft.worlds.deepracer.analysis.logs.waypoints import reward_per_waypoi
 __all__ = [
     "Plot", "PlotError", "action_breakdown", "action_heat_maps", "action_histogram", "action_index_map",
     "action_names", "action_sequences", "action_space", "action_table", "best_episode_distributions", "best_laps",
-    "cells", "common_rewards", "completion_progress", "discount_tester", "endings", "episode_distributions",
+    "cells", "circuit_of", "common_rewards", "completion_progress", "discount_tester", "endings",
+    "episode_distributions",
     "evaluation_grid", "evaluation_table", "exit_points", "exits_by_segment", "exits_by_segment_plot", "find_segments",
     "find_track", "fitted_line", "in_segments", "lap_correlations", "lap_features", "lap_scatter", "lap_time_progress",
     "lap_times", "last_iteration", "metrics_best_laps", "metrics_summary", "new_reward", "on_track", "one_episode",

@@ -20,6 +20,8 @@ from racecraft.worlds.deepracer.tracks.track import Track
 if TYPE_CHECKING:
     import polars as pl
 
+    from racecraft.worlds.deepracer.logs import Logs
+
 SAMPLE = 1500
 SAME_LENGTH_M = 0.1
 """How much the track length in a log may differ from the catalogue's, whose curves are smooth."""
@@ -63,6 +65,19 @@ def track_or_none(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) 
         return track_or_none(ticks) if world is not None else None
     except PlotError:
         return None
+
+
+def circuit_of(logs: Logs, track: str | None = None) -> Track:
+    """Return the circuit of a log: the one that is named; else the one that its files name, or that fits.
+
+    Raises:
+        TrackError: There is no track of this name, or it is another than the log's.
+        PlotError: None fits.
+    """
+    ticks = logs.require_ticks()
+    if track is not None:
+        return find_track(ticks, track)
+    return track_or_none(ticks, logs.about.get("world")) or find_track(ticks)
 
 
 def _checked(track: Track, world: str, sample: pl.DataFrame, length: float) -> Track:

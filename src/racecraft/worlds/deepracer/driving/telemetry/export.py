@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.formats.atomic import write_atomic
+from racecraft.worlds.deepracer.driving.telemetry.laps import ORIGIN
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
 from racecraft.worlds.deepracer.driving.telemetry.timing import LapTiming
 
@@ -74,18 +75,7 @@ def lap_table(timing: LapTiming) -> pl.DataFrame:
     numbers = [corner.number for corner in timing.corners]
     turns = {f"turn_{number}_s": timing.zone_seconds[:, k] for k, number in enumerate(numbers)}
     columns = {name: pl.Series(values).round(4) for name, values in (sectors | turns).items()}
-    kept = (
-        "round",
-        "phase",
-        "stream",
-        "worker",
-        "iteration",
-        "episode",
-        "begin_share",
-        "from_rest",
-        "resets",
-        "seconds",
-    )
+    kept = (*ORIGIN, "iteration", "episode", "begin_share", "from_rest", "resets", "seconds")
     return timing.laps.about.select(kept).with_columns(**columns).sort("seconds", maintain_order=True)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -79,7 +79,8 @@ class LapOptions(Request):
 
         if not len(laps):
             return np.zeros(0, int)
-        rows = np.flatnonzero(self._from_there(laps) & self._driven(laps) & self._paid(laps, log))
+        met = [*self._from_there(laps), *self._driven(laps), *self._paid(laps, log)]
+        rows = np.flatnonzero(np.all(met, axis=0)) if met else np.arange(len(laps))
         seconds = laps.lap_seconds
         if self.within is not None and len(rows):
             rows = rows[seconds[rows] <= seconds[rows].min() * (1.0 + self.within / 100.0) + 1e-9]
@@ -87,57 +88,50 @@ class LapOptions(Request):
             rows = np.sort(rows[np.argsort(seconds[rows], kind="stable")[: self.fastest]])
         return rows
 
-    def _from_there(self, laps: Laps) -> Array:
-        """Tell which laps (L,) stem from where they are to stem from: phase, iteration, quarter, beginning."""
-        import numpy as np
-
+    def _from_there(self, laps: Laps) -> Iterator[Array]:
+        """Yield which laps (L,) stem from where they are to stem from: phase, iteration, quarter, beginning."""
         about = laps.about
-        counts = np.ones(len(laps), np.bool_)
         if self.phase is not None:
-            counts &= (about["phase"] == self.phase).to_numpy()
+            yield (about["phase"] == self.phase).to_numpy()
         if self.iterations is not None:
-            counts &= about["iteration"].is_between(*_iterations(self.iterations)).to_numpy()
+            first, dots, last = _read("iterations", self.iterations, RANGE, "a number, or two such as 10..20")
+            yield _between(
+                "iterations", self.iterations, about["iteration"].to_numpy(), (first, last if dots else first)
+            )
         if self.quarter is not None:
-            counts &= (4 * about["unique_episode"].to_numpy() // max(1, laps.episodes)) + 1 == self.quarter
+            yield (4 * about["unique_episode"].to_numpy() // max(1, laps.episodes)) + 1 == self.quarter
         if self.begins == LINE:
             share = about["begin_share"].to_numpy()
-            counts &= np.minimum(share, 1.0 - share) <= LINE_SHARE
+            yield (share <= LINE_SHARE) | (share >= 1.0 - LINE_SHARE)
         elif self.begins is not None:
-            counts &= about["from_rest"].to_numpy() == (self.begins == REST)
-        return counts
+            yield about["from_rest"].to_numpy() == (self.begins == REST)
 
-    def _driven(self, laps: Laps) -> Array:
-        """Tell which laps (L,) were driven as they are to be driven."""
+    def _driven(self, laps: Laps) -> Iterator[Array]:
+        """Yield which laps (L,) were driven as they are to be driven."""
         import numpy as np
 
-        counts = np.ones(len(laps), np.bool_)
         if self.clean:
-            counts &= laps.about["resets"].to_numpy() == 0
+            yield laps.about["resets"].to_numpy() == 0
         if self.top_speed is not None:
-            counts &= np.nanmax(laps.speed_mps, axis=1) >= self.top_speed
+            yield np.nanmax(laps.speed_mps, axis=1) >= self.top_speed
         if self.slide is not None:
-            counts &= laps.about["max_slide_rad"].to_numpy() <= math.radians(self.slide)
+            yield laps.about["max_slide_rad"].to_numpy() <= math.radians(self.slide)
         for text, met in ((self.turn, _turn), (self.section, _section), (self.at, _at), (self.actions, _actions)):
             if text is not None:
-                counts &= met(laps, text)
-        return counts
+                yield met(laps, text)
 
-    def _paid(self, laps: Laps, log: Logs | None) -> Array:
-        """Tell for which laps (L,) the reward function paid and printed what it is to pay and print."""
-        import numpy as np
-
-        counts = np.ones(len(laps), np.bool_)
+    def _paid(self, laps: Laps, log: Logs | None) -> Iterator[Array]:
+        """Yield for which laps (L,) the reward function paid and printed what it is to pay and print."""
         if self.discount is not None and self.future_at is None:
             raise SettingError("--discount: expected --future-at beside it, which discounts rewards.")
         if self.mean_reward is not None:
-            counts &= laps.about["mean_reward"].fill_null(-np.inf).to_numpy() >= self.mean_reward
+            yield (laps.about["mean_reward"] >= self.mean_reward).fill_null(False).to_numpy()
         if self.reward_at is not None:
-            counts &= _worth_at(laps, "reward_at", self.reward_at, 0.0)
+            yield _worth_at(laps, "reward_at", self.reward_at, 0.0)
         if self.future_at is not None:
-            counts &= _worth_at(laps, "future_at", self.future_at, self._discount(log))
+            yield _worth_at(laps, "future_at", self.future_at, self._discount(log))
         if self.printed is not None:
-            counts &= _printed(laps, log, self.printed)
-        return counts
+            yield _printed(laps, log, self.printed)
 
     def _discount(self, log: Logs | None) -> float:
         if self.discount is not None:
@@ -147,16 +141,6 @@ class LapOptions(Request):
         if not isinstance(found, float | int):
             raise SettingError("--future-at: the log does not tell its discount; expected --discount beside it.")
         return float(found)
-
-
-def _iterations(text: str) -> tuple[int, int]:
-    """Return the first and the last iteration of "10..20", "10.." or "10"."""
-    expected = "a number, or two such as 10..20"
-    first, dots, last = _read("iterations", text, r"(?=.)(\d*)(\.\.)?(\d*)", expected)
-    ends = int(first or 0), int(last or 2**31 - 1) if dots else int(first)
-    if ends[1] < ends[0]:
-        raise _refusal("iterations", text, expected)
-    return ends
 
 
 def _turn(laps: Laps, text: str) -> Array:
@@ -209,7 +193,7 @@ def _worth_at(laps: Laps, name: str, text: str, discount: float) -> Array:
 
 def _between(name: str, text: str, values: Array, ends: Sequence[str]) -> Array:
     """Tell which values lie between the ends of a RANGE; one alone is the least."""
-    low, high = float(ends[0] or "-inf"), float(ends[2] or "inf")
+    low, high = float(ends[0] or "-inf"), float(ends[-1] or "inf")
     if low > high:
         raise _refusal(name, text, "the smaller number first")
     return (values >= low) & (values <= high)

@@ -95,14 +95,7 @@ def of_plan(plan: Plan, track: Track, name: str) -> Reference:
     rows = np.arange(lap.start, min(lap.stop + 1, len(plan.path)))
     x, y, yaw = plan.path[rows, :3].T
     commands = plan.commands[plan.choices[rows]]
-    columns = {
-        "time_s": np.arange(len(rows)) * TICK_SECONDS,
-        "x_m": x + FRONT_POINT_M * np.cos(yaw),
-        "y_m": y + FRONT_POINT_M * np.sin(yaw),
-        "steering_rad": commands[:, 0],
-        "speed_mps": commands[:, 1],
-    }
-    return _one_lap(columns, track, name)
+    return _one_lap((x, y, yaw), np.arange(len(rows)) * TICK_SECONDS, commands[:, 0], commands[:, 1], track, name)
 
 
 def of_line_file(path: Path, track: Track) -> Reference:
@@ -126,14 +119,7 @@ def of_line_file(path: Path, track: Track) -> Reference:
     if track.closed:
         x, y, speed, heading = (np.append(one, one[0]) for one in (x, y, speed, heading))
         seconds = np.append(seconds, seconds[-1] + np.hypot(x[-1] - x[-2], y[-1] - y[-2]) / max(speed[-1], 0.1))
-    columns = {
-        "time_s": seconds,
-        "x_m": x + FRONT_POINT_M * np.cos(heading),
-        "y_m": y + FRONT_POINT_M * np.sin(heading),
-        "steering_rad": np.full(len(x), np.nan),
-        "speed_mps": speed,
-    }
-    return _one_lap(columns, track, f"the line of {path.name}")
+    return _one_lap((x, y, heading), seconds, np.full(len(x), np.nan), speed, track, f"the line of {path.name}")
 
 
 def is_line_file(path: Path) -> bool:
@@ -144,9 +130,16 @@ def is_line_file(path: Path) -> bool:
         return file.readline().strip() == ",".join(COLUMNS)
 
 
-def _one_lap(columns: dict[str, Array], track: Track, name: str) -> Reference:
-    traces, _ = trace_laps(columns, np.array([0]), np.array([len(columns["time_s"]) - 1]), track)
-    seconds = traces["seconds"][0]
-    still = np.zeros(len(seconds), np.bool_)
+def _one_lap(
+    pose: tuple[Array, Array, Array], seconds: Array, steering: Array, speed: Array, track: Track, name: str
+) -> Reference:
+    """Return a lap of base_link's poses (x, y, yaw), with what is commanded and the time at each, (T,)."""
+    x, y, yaw = pose
+    columns = {
+        "time_s": seconds, "x_m": x + FRONT_POINT_M * np.cos(yaw), "y_m": y + FRONT_POINT_M * np.sin(yaw),
+        "steering_rad": steering, "speed_mps": speed,
+    }  # fmt: skip
+    traces, _ = trace_laps(columns, np.array([0]), np.array([len(x) - 1]), track)
     lap = {field: traces[field][0] for field in TRACES}
-    return Reference(name, float(seconds.sum()), gathering=still, closed=track.closed, **lap)
+    still = np.zeros(len(lap["seconds"]), np.bool_)
+    return Reference(name, float(lap["seconds"].sum()), gathering=still, closed=track.closed, **lap)
