@@ -5,6 +5,7 @@ import json
 import pytest
 
 from racecraft.contract.errors import SettingError
+from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED
 from racecraft.jobs.tuning import search as searching
 from racecraft.jobs.tuning.search import TrialStatus, search
@@ -188,13 +189,13 @@ def test_a_grid_is_tried_whole(tmp_path):
 
 def test_the_objective_is_read_from_the_runs_own_lines(tmp_path):
     path = tmp_path / "metrics.jsonl"
-    assert column_of(path, "evaluation_score") == []
+    assert column_of(RunFolder(tmp_path), "evaluation_score") == []
     rows = [{"iteration": k, "evaluation_score": score} for k, score in enumerate([3.0, None, 1.0, 5.0], 1)]
     path.write_text("\n".join(map(json.dumps, rows)) + '\n{"iteration": 5, "eval')
-    figures = column_of(path, "evaluation_score")
+    figures = column_of(RunFolder(tmp_path), "evaluation_score")
     assert figures == [(1, 3.0), (3, 1.0), (4, 5.0)]
     assert Objective().so_far(figures) == ((1, 3.0), (3, 3.0), (4, 5.0))
     assert Objective(maximise=False).so_far(figures) == ((1, 3.0), (3, 1.0), (4, 1.0))
     assert Objective(take_last=True).so_far(figures) == ((1, 3.0), (3, 1.0), (4, 5.0))
     with pytest.raises(SettingError, match="--objective evaluation_scor: expected one of iteration, evaluation_score"):
-        column_of(path, "evaluation_scor")
+        column_of(RunFolder(tmp_path), "evaluation_scor")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.job_spec import JobSpec
-from racecraft.formats.run_folder import METRICS
+from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.job import Job
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.metrics import check_definitions, read_metrics
@@ -149,23 +148,18 @@ class TrainingTrial:
             definition = {"Name": "objective", "Regex": self._objective.name}
             points = read_metrics(self._home.log(self.name), self._home.log_times(self.name), [definition])
             return [(at, point.value) for at, point in enumerate(points, 1)]
-        return column_of(self.place / METRICS, self._objective.name)
+        return column_of(RunFolder(self.place), self._objective.name)
 
 
-def column_of(path: Path, name: str) -> list[tuple[int, float]]:
-    """Return (iteration, value) of every line of metrics.jsonl that has one; a line under way is left for later.
+def column_of(run: RunFolder, name: str) -> list[tuple[int, float]]:
+    """Return (iteration, value) of every line of a run's metrics that has one; a line under way is left for later.
 
     Raises:
         SettingError: The lines have no such column.
+        RunFolderError: A line is damaged, or the file cannot be read.
     """
-    if not path.exists():
-        return []
     found = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            row = json.loads(line)
-        except json.JSONDecodeError:
-            break
+    for row in run.read_metrics():
         if name not in row:
             figures = [column for column, value in row.items() if isinstance(value, int | float | None)]
             hint = nearest(name, figures)
