@@ -35,7 +35,9 @@ def test_a_right_answer_passes(answer, where):
     told = answer(where, **RIGHT[where])
     assert told["state"] in DONE, told
     assert told["text"]
-    assert "{" not in told["text"]
+    heads, rows = told["table"] or ([], [])
+    assert all(len(row) == len(heads) for row in rows), told
+    assert "{" not in f"{told['text']}{heads}"
 
 
 @pytest.mark.parametrize(("where", "case"), [(where, case) for where in CASES for case in CASES[where]])

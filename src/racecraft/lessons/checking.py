@@ -33,8 +33,8 @@ class Verdict:
     """Which feedback the text holds for it; "": why it passed."""
     values: Mapping[str, Any] = field(default_factory=dict)
     """Numbers of the run, for the feedback's {names}."""
-    table: tuple[Sequence[str], Sequence[Sequence[Any]]] | None = None
-    """Heads and rows of what the run showed."""
+    rows: Sequence[Sequence[Any]] = ()
+    """What the run showed; the exercise's text has the heads."""
 
 
 class AnswerError(UserInputError):
@@ -205,19 +205,19 @@ def compared(
     return tried(case, **values, **dict(zip(names, numbers(given), strict=False)))
 
 
-def predicted(answer: Answer, reason: str, right: str, table: Any = None, **values: Any) -> Verdict:
+def predicted(answer: Answer, reason: str, right: str, rows: Sequence[Sequence[Any]] = (), **values: Any) -> Verdict:
     """Return the verdict of a prediction whose run is done: a wrong prediction counts as well, once its reason is told.
 
     Args:
         answer: Holds the reason, once the run was shown.
         reason: Name of the field.
         right: The reason that the run shows.
-        table: What the run showed.
+        rows: What the run showed.
         values: Numbers of the run.
     """
     if not answer.has(reason):
-        return Verdict("run", "run", values, table)
+        return Verdict("run", "run", values, rows)
     chosen = answer.choice(reason)
     if chosen == right:
-        return Verdict("seen", values=values, table=table)
-    return Verdict("run", chosen, values, table)
+        return Verdict("seen", values=values, rows=rows)
+    return Verdict("run", chosen, values, rows)

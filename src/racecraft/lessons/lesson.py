@@ -71,6 +71,8 @@ class Exercise:
     """The answer worked out; shown behind the second try."""
     why: str = ""
     """What a pupil reads who passed."""
+    heads: str = ""
+    """Of the table that shows the run, parted by " | "."""
     cases: Mapping[str, str] = field(default_factory=dict)
     """Feedback by case: what happened, why, what to try."""
 

@@ -173,7 +173,7 @@ class _Reader:
             arguments={key: _plain(value) for key, _, value in (word.partition("=") for word in words)},
             fields=tuple(fields.values()),
             cases=cases,
-            **{key: self._said(plain[key]) for key in ("ask", "hint", "worked", "why") if key in plain},
+            **{key: self._said(plain[key]) for key in ("ask", "hint", "worked", "why", "heads") if key in plain},
         )
 
     def _field(self, kind: str, name: str, entry: Entry, later: bool) -> Field:

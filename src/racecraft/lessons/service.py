@@ -153,13 +153,13 @@ def checked(lessons: Lessons, lesson: str, id: str, given: dict[str, Any]) -> di
 def verdict_fields(exercise: Exercise, verdict: Verdict, tries: int) -> dict[str, Any]:
     """Return what a page shows of a verdict."""
     text = exercise.cases.get(verdict.case, "") if verdict.case else exercise.why
-    text = text.format(**{name: _written(value) for name, value in verdict.values.items()})
+    values = {name: _written(value) for name, value in verdict.values.items()}
     shows_answer = tries >= 2 and verdict.state == "tried"
     return {
         "state": verdict.state,
         "case": verdict.case,
-        "text": text,
-        "table": verdict.table,
+        "text": text.format(**values),
+        "table": [exercise.heads.format(**values).split(" | "), verdict.rows] if verdict.rows else None,
         "worked": exercise.worked if shows_answer else "",
         "tries": tries,
     }

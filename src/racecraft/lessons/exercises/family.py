@@ -28,8 +28,7 @@ def dqn_update(answer: Answer) -> Verdict:
 def target_off(answer: Answer) -> Verdict:
     """A prediction: what becomes of DQN on CartPole where the target network is copied at every update?"""
     rows = material("racecraft.lessons", "target.json")["rows"]
-    table = ("copied every", "seed", "mean return"), [(row["copied_every"], row["seed"], row["mean"]) for row in rows]
-    return predicted(answer, "reason", "own_guess", table)
+    return predicted(answer, "reason", "own_guess", [(row["copied_every"], row["seed"], row["mean"]) for row in rows])
 
 
 def _updated(best_next: float) -> float:

@@ -121,8 +121,7 @@ def too_large(answer: Answer) -> Verdict:
     given = answer.number("step")
     rows = [(step, sum(row[-1] > HIGH for row in learned_with(step)), min(row[-1] for row in learned_with(step)))
             for step in (0.3, 1.0, 5.0, 20.0)]  # fmt: skip
-    table = ("step size", "of 5 seeds at the best drive", "worst of the five"), rows
-    return predicted(answer, "reason", "certain_too_soon", table, predicted=given)
+    return predicted(answer, "reason", "certain_too_soon", rows, predicted=given)
 
 
 def best_step(answer: Answer) -> Verdict:

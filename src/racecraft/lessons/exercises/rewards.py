@@ -71,8 +71,7 @@ def goal_fails(answer: Answer) -> Verdict:
     columns = answer.number("columns")
     rows = goal_alone()
     fails = next((length for length, found, _ in rows if found < 5), LENGTHS[-1])
-    table = (("columns", "of 10 reach the goal", "of 10 with ten times the prize"), rows)
-    return predicted(answer, "reason", "never_paid", table, predicted=columns, fails=float(fails))
+    return predicted(answer, "reason", "never_paid", rows, predicted=columns, fails=float(fails))
 
 
 def two_numbers(answer: Answer) -> Verdict:
@@ -117,16 +116,13 @@ def converged_at(curve: str) -> int:
 def converged(answer: Answer) -> Verdict:
     """From which drive on two of three curves have converged; 0 says that a curve has not."""
     marks = {curve: round(answer.number(curve)) for curve in CURVES}
-    table = (
-        ("curve", "at the mark", "at drive 400", "at drive 600"),
-        [
-            (curve.upper(), *(mean_totals(curve)[at] for at in (min(mark, SHOWN), SHOWN - WINDOW, -1)))
-            for curve, mark in marks.items()
-        ],
-    )
+    rows = [
+        (curve.upper(), *(mean_totals(curve)[at] for at in (min(mark, SHOWN), SHOWN - WINDOW, -1)))
+        for curve, mark in marks.items()
+    ]
     case = next((case for curve, mark in marks.items() if (case := _misjudged(curve, mark))), "")
     values = {f"of_{curve}": converged_at(curve) for curve in CURVES}
-    return Verdict("tried" if case else "passed", case, values, table)
+    return Verdict("tried" if case else "passed", case, values, rows)
 
 
 def _misjudged(curve: str, mark: int) -> str:
@@ -158,10 +154,10 @@ def better_or_luck(answer: Answer) -> Verdict:
     seeds = round(answer.number("seeds")) if answer.has("seeds") else 3
     groups = [(rate, late_means(rate, first)[:seeds]) for rate, first in ((RATE_A, SEED_A), (RATE_B, SEED_B))]
     rows = [(rate, seeds, sum(row) / seeds, min(row), max(row)) for rate, row in groups]
-    table, values = (("step", "seeds", "mean", "lowest", "highest"), rows), {"seeds": seeds, "luck": 100 * luck(seeds)}
+    values = {"seeds": seeds, "luck": 100 * luck(seeds)}
     if answer.has("reason") and seeds < 10:
-        return Verdict("run", "few_seeds", values, table)
-    return predicted(answer, "reason", "shown" if luck(seeds) < SURE else "open", table, **values)
+        return Verdict("run", "few_seeds", values, rows)
+    return predicted(answer, "reason", "shown" if luck(seeds) < SURE else "open", rows, **values)
 
 
 def finishes(answer: Answer) -> Verdict:
@@ -184,8 +180,7 @@ def first_reward(answer: Answer) -> Verdict:
 
 def better_epsilon(answer: Answer) -> Verdict:
     """A prediction: ε 0 or ε 0.3?"""
-    rows = epsilon_rows()
-    return predicted(answer, "reason", "never_tries", (("ε", "of 20 find 12.0", "mean total of the last 50"), rows))
+    return predicted(answer, "reason", "never_tries", epsilon_rows())
 
 
 @cache
@@ -222,7 +217,7 @@ def schedule(answer: Answer) -> Verdict:
 
 def found_again(answer: Answer) -> Verdict:
     """A prediction: which ε finds the new best drive soonest, once the pay has moved to the row above?"""
-    return predicted(answer, "reason", "old_values", (("ε", "of 20 find it", "drives it takes, median"), again_rows()))
+    return predicted(answer, "reason", "old_values", again_rows())
 
 
 @cache

@@ -87,16 +87,14 @@ def learned_duel(code: str, run: Path) -> Duel:
 def four_runs(answer: Answer) -> Verdict:
     """A prediction: which of four ways of collecting learns most in half a minute on two cores?"""
     rows = material(__package__, "runs.json")["rows"]
-    table = ("training", "seed 1", "seed 2", "seed 3"), [(row["training"], *row["rewards"]) for row in rows]
-    return predicted(answer, "reason", "ties", table)
+    return predicted(answer, "reason", "ties", [(row["training"], *row["rewards"]) for row in rows])
 
 
 def search_in_front(answer: Answer) -> Verdict:
     """A prediction: how does a learned snake fare against itself with search in front, by the time for a move?"""
     rows = searched(answer.model("snake"))
-    table = ("ms a move", "won with search", f"of {SEARCHED_GAMES}"), [(*row, SEARCHED_GAMES) for row in rows]
     (_, short), (_, long) = rows
-    return predicted(answer, "reason", "replies", table, short=short, long=long, games=SEARCHED_GAMES)
+    return predicted(answer, "reason", "replies", rows, short=short, long=long, games=SEARCHED_GAMES)
 
 
 @cache

@@ -154,8 +154,8 @@ def clipped(answer: Answer) -> Verdict:
 def worst_track(answer: Answer) -> Verdict:
     """A prediction: where the car trained on re:Invent 2018 alone gets least far."""
     tracks = material(__package__, "tracks.json")
-    table = (("trained on", *tracks["columns"]), [[row["trained"], *row["progress"]] for row in tracks["rows"]])
-    return predicted(answer, "reason", "road_alone", table)
+    rows = [[row["trained"], *row["progress"]] for row in tracks["rows"]]
+    return predicted(answer, "reason", "road_alone", rows, columns=" | ".join(tracks["columns"]))
 
 
 def heads_north(answer: Answer) -> Verdict:

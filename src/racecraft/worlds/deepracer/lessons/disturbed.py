@@ -22,8 +22,8 @@ STARTS, ENOUGH, MOST = 5, 4, 3
 def worst_disturbance(answer: Answer) -> Verdict:
     """A prediction: which of four disturbances costs the car most laps?"""
     told = material(__package__, "real.json")
-    table = (("disturbance", f"laps of {told['tries']}"), [[row["disturbance"], row["laps"]] for row in told["rows"]])
-    return predicted(answer, "reason", "acts_late", table)
+    rows = [[row["disturbance"], row["laps"]] for row in told["rows"]]
+    return predicted(answer, "reason", "acts_late", rows, tries=told["tries"])
 
 
 def facts() -> dict[str, Any]:
@@ -46,10 +46,10 @@ def varied_car(answer: Answer) -> Verdict:
     plain, varied = (late_drives(run) for run in answer.two_models("plain", "varied").values())
     pairs = list(zip(plain, varied, strict=True))
     won = sum(other > one for one, other in pairs)
-    table = ("start", "without, %", "with variation, %"), [(number, *two) for number, two in enumerate(pairs, 1)]
+    rows = [(number, *two) for number, two in enumerate(pairs, 1)]
     values = {"won": won, "starts": STARTS, "plain": sum(plain) / STARTS, "varied": sum(varied) / STARTS}
     case = "" if won >= ENOUGH else "both_lap" if min(plain) >= 100 else "fewer"
-    return Verdict("tried" if case else "passed", case, values, table)
+    return Verdict("tried" if case else "passed", case, values, rows)
 
 
 def late_drives(run: Path) -> list[float]:
@@ -96,14 +96,8 @@ def packed_car(answer: Answer) -> Verdict:
     """A prediction: how often does a car's model, packed for the real car, choose as in the simulator?"""
     packed = pack(answer.model("car"))
     shares = packed["small_frames_alike"]
-    table = (
-        ("asked at", "same action, %"),
-        [
-            (f"{packed['checked_on']} pictures of the real car's size", 100.0),
-            ("the simulator's own small pictures", 100.0 if shares is None else 100.0 * shares),
-        ],
-    )
-    return predicted(answer, "reason", "same_numbers", table, count=packed["checked_on"])
+    own = 100.0 if shares is None else 100.0 * shares
+    return predicted(answer, "reason", "same_numbers", [(100.0, own)], count=packed["checked_on"])
 
 
 def pack(run: Path) -> dict[str, Any]:

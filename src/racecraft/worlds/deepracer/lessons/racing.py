@@ -130,10 +130,8 @@ def _raced(outcome: Any) -> Raced:
     return Raced([lap for lap in outcome.laps if lap is not None], outcome.resets)
 
 
-def _table(rows: Mapping[str, Raced]) -> Any:
-    written = [(name, len(one.laps), one.best if one.best is not None else "–", one.resets)
-               for name, one in rows.items()]  # fmt: skip
-    return ("car", f"laps of {LAPS}", "best lap, s", "set back"), written
+def _rows(cars: Mapping[str, Raced]) -> list[tuple[Any, ...]]:
+    return [(name, len(one.laps), one.best if one.best is not None else "–", one.resets) for name, one in cars.items()]
 
 
 def own_lap(answer: Answer) -> Verdict:
@@ -149,7 +147,7 @@ def one_change(answer: Answer) -> Verdict:
     rows = raced(answer.two_models("before", "after"))
     before, after = rows["before"], rows["after"]
     right = "keep" if after.is_better(before) else "undo" if before.is_better(after) else "open"
-    return predicted(answer, "reason", right, _table(rows))
+    return predicted(answer, "reason", right, _rows(rows))
 
 
 @dataclass(frozen=True)
@@ -189,8 +187,7 @@ def as_expected(answer: Answer) -> Verdict:
     change = EXPECTED[name][1] * (values["own"] - values["before"]) / max(abs(values["before"]), 1e-9)
     right = "same" if abs(change) < NEAR else "as_expected" if change > 0 else "otherwise"
     rows = [(which, one.speed, one.distance, one.steering) for which, one in cars.items()]
-    table = ("car", "speed, m/s", "from the centre, m", "steering change, °"), rows
-    return predicted(answer, "reason", right, table, **values, change=100 * change)
+    return predicted(answer, "reason", right, rows, **values, change=100 * change)
 
 
 def beats_first(answer: Answer) -> Verdict:

@@ -104,9 +104,8 @@ def hottest(answer: Answer) -> Verdict:
     """A prediction: at how many pictures does a patch over the hottest place change the choice?"""
     seen = material(__package__, "sight.json")
     rows = [_hottest_covered(seen, picture) for picture in seen["pictures"]]
-    heads = ("step", "heat under the patch, %", "chosen", "chosen when it is covered")
     count = sum(row[2] != row[3] for row in rows)
-    return predicted(answer, "reason", "still_enough", (heads, rows), count=count, all=len(rows))
+    return predicted(answer, "reason", "still_enough", rows, count=count, all=len(rows))
 
 
 def mirrored(answer: Answer) -> Verdict:
@@ -119,8 +118,7 @@ def mirrored(answer: Answer) -> Verdict:
         ]
         for picture in seen["pictures"]
     ]
-    heads = ("step", "left, %", "right, %", "mirrored: left, %", "mirrored: right, %")
-    return predicted(answer, "reason", "never_driven", (heads, rows))
+    return predicted(answer, "reason", "never_driven", rows)
 
 
 def _covered(told: Any, seen: Mapping[str, Any]) -> tuple[int, Patch]:

@@ -48,9 +48,8 @@ def random_agent(answer: Answer) -> Verdict:
     from racecraft.worlds.unity.lessons.basic import random_episodes
 
     rows = random_episodes()
-    table = (("ended", "of 1,000 episodes", "steps, mean", "return, mean"), rows)
     (_, left, _, _), (_, right, _, _), (_, _, steps, total) = rows
-    return predicted(answer, "reason", "near_and_long", table, near=left, far=right, steps=steps, total=total)
+    return predicted(answer, "reason", "near_and_long", rows, near=left, far=right, steps=steps, total=total)
 
 
 def dearest_step(answer: Answer) -> Verdict:
@@ -70,6 +69,5 @@ def without_penalty(answer: Answer) -> Verdict:
         (gamma, cost, *(fork.worth(gamma, count, prize, cost) for count in (steps, steps + STROLLED)))
         for gamma, cost in ((GAMMA, fork.COST), (GAMMA, 0.0), (1.0, 0.0))
     ]
-    table = (("γ", "step penalty", "at once", "after ten steps"), rows)
     (_, _, soon, late), (_, _, same, _) = rows[1:]
-    return predicted(answer, "reason", "discount", table, soon=soon, late=late, same=same)
+    return predicted(answer, "reason", "discount", rows, soon=soon, late=late, same=same)

@@ -85,8 +85,7 @@ def first_prize(answer: Answer) -> Verdict:
     """A prediction: which prize do the recorded trainings bring first?"""
     rows = [(one["learner"], one["seed"], _steps_until(one, 0.0), _steps_until(one, SOLVED)) for one in trainings()]
     near = sum(first < last for *_, first, last in rows)
-    table = (("learner", "seed", "steps until a prize", "steps until 0.92"), rows)
-    return predicted(answer, "reason", "met_first", table, near=near, count=len(rows))
+    return predicted(answer, "reason", "met_first", rows, near=near, count=len(rows))
 
 
 def own_forward(answer: Answer) -> Verdict:
@@ -117,9 +116,8 @@ def same_decisions(answer: Answer) -> Verdict:
     """A prediction: how many decisions of the ONNX file and of the endpoint differ from the checkpoint's?"""
     found = trained.compared(answer.model("model"))
     count = trained.QUESTIONS
-    table = (("decided by", f"of {count} as the checkpoint"), [("ONNX file", found.onnx), ("endpoint", found.endpoint)])
     values = {"onnx": found.onnx, "endpoint": found.endpoint, "after": found.after, "count": count}
-    return predicted(answer, "reason", "same", table, **values)
+    return predicted(answer, "reason", "same", [(found.onnx, found.endpoint)], **values)
 
 
 def own_question(answer: Answer) -> Verdict:
@@ -155,11 +153,11 @@ def another_algorithm(answer: Answer) -> Verdict:
 def fewest_steps(answer: Answer) -> Verdict:
     """A prediction: which learner solves Basic in the fewest steps, and do three seeds show it?"""
     steps = {name: [_steps_until(one, SOLVED) for one in trainings() if one["learner"] == name] for name in LEARNERS}
-    table = (("learner", "seed 1", "seed 2", "seed 3"), [(name, *found) for name, found in steps.items()])
+    rows = [(name, *found) for name, found in steps.items()]
     first, second = sorted(steps.values(), key=sum)[:2]
     right = "overlap" if max(first) >= min(second) else "apart"
     times = max(max(found) // min(found) for found in steps.values())
-    return predicted(answer, "reason", right, table, first=max(first), second=min(second), times=times)
+    return predicted(answer, "reason", right, rows, first=max(first), second=min(second), times=times)
 
 
 def count_weights(answer: Answer) -> Verdict:
