@@ -114,10 +114,13 @@ def walk(pupil, path, progress):
 
 @pytest.mark.parametrize("lesson", course().lessons, ids=lambda lesson: lesson.id)
 def test_a_lesson_is_read_by_everybody(browser, serve, lesson):
-    address = serve()
+    address, fetched = serve(), set()
+    browser.page.on("request", lambda request: fetched.add(request.url))
     for width, dark in ((1200, False), (390, True)):
         browser.show(width, 900, dark)
         browser.open(f"{address}/lessons/{lesson.id}")
         browser.until(DRAWN)
+        assert browser.value("document.getAnimations().length") == 0, "motion is reduced"
         assert browser.shut_out() == []
         assert browser.sideways() == 0
+    assert all(one.startswith((address, "data:")) for one in fetched), "no network"
