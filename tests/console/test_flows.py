@@ -6,6 +6,7 @@ import threading
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.browser import Browser, needs_chromium
 from tests.console.conftest import write_run
@@ -14,6 +15,7 @@ from racecraft.console import tasks
 from racecraft.console.application import make_console
 from racecraft.console.pages import create, garage
 from racecraft.console.workspace import Note
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.web.server import ServerThread
 
@@ -335,6 +337,17 @@ def test_settings_tell_the_keys_switch_them_off_and_tell_what_takes_the_disk(con
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("g")
     page.wait_for_url(f"{address}/")
+    (workspace.path / "runs/a-1/checkpoints").mkdir()
+    shelf = Checkpoints(workspace.path / "runs/a-1/checkpoints")
+    for iteration in range(8):
+        shelf.save(iteration, iteration, {"w": np.ones(3)}, {}, score=1.0, best=iteration == 3)
+    for name, then in (("a-2", "expected 'a-1'"), ("a-1", "5 checkpoints take")):
+        page.goto(f"{address}/models/a-1/checkpoints")
+        page.fill("#kept", "1")
+        page.fill("#confirm", name)
+        page.click("text=Take the others away")
+        page.wait_for_selector(f"text={then}")
+    assert {0, 3, 6, 7} < {entry.iteration for entry in shelf.entries()}
 
 
 @pytest.mark.parametrize("dark", [False, True])

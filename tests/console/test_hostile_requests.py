@@ -24,7 +24,8 @@ JUNK = (
     "' or 1=1 --", "%", "#t", "m0", "r1", "{}", "true", "0x10", "9" * 40, "\u00e9", "best",
 )  # fmt: skip
 GETS = (
-    "/models?q={}", "/models?sort={}", "/models?from={}", "/models?status={}&tag={}", "/models/{}", "/models/m0/{}",
+    "/models?q={}", "/models?sort={}", "/models?after={}&sort=best", "/models?before={}",
+    "/models?status={}&tag={}", "/models/{}", "/models/m0/{}",
     "/models/m0/laps?lap={}&actions={}", "/compare?m={}&m={}", "/models/m0/files/{}", "/models/m0/checkpoints?by={}",
     "/models/m0/evaluations", "/models/{}/logs.zip", "/drafts/{}/track", "/drafts/new?kind={}", "/drafts/new?from={}",
     "/pictures/deepracer/{}.svg", "/pictures/{}/x.svg", "/models/m0/view/{}",
@@ -39,7 +40,7 @@ POSTS = {
     "/models/act": ("act", "m", "place", "tag"), "/models/first": ("kind",), "/models/m0/note": ("tags", "text"),
     "/models/m1/rename": ("name",), "/models/m0/resume": ("minutes",), "/models/m0/stop": ("x",),
     "/jobs/{}/stop": ("x",), "/models/{}/note": ("text",), "/import": ("archive",), "/models/m0/export": ("to",),
-    "/models/m0/why": ("x",),
+    "/models/m0/why": ("x",), "/models/m0/checkpoints": ("kept", "confirm"),
     "/races/new": ("kind", "title", "track", "laps", "closes", "season", "go"),
     "/seasons/new": ("title", "points", "go"),
     "/races/cup/edit": ("title", "opens", "closes", "submissions", "season"), "/races/cup/copy": ("title", "closes"),

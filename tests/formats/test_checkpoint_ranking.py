@@ -127,10 +127,16 @@ def test_a_colon_counts_only_before_a_checkpoints_name():
     ]  # fmt: skip
 
 
-def test_so_many_weights_stay_spread_over_the_training(tmp_path):
-    shelf = Checkpoints(tmp_path, keep_count=3)
+@pytest.mark.parametrize("is_later", [False, True])
+def test_so_many_weights_stay_spread_over_the_training(tmp_path, is_later):
+    shelf = Checkpoints(tmp_path, keep_count=None if is_later else 3)
     for iteration in range(41):
-        shelf.save(iteration, iteration, {"w": np.ones(3)}, {}, best=iteration == 5)
+        shelf.save(iteration, iteration, {"w": np.ones(3)}, {}, score=1.0, best=iteration == 5)
+    if is_later:
+        a_file = (tmp_path / "7.policy.safetensors").stat().st_size
+        freed = Checkpoints(tmp_path, keep_count=3).prune()
+        assert freed == pytest.approx(34 * a_file, rel=0.05)
+        assert (shelf.find("best").iteration, shelf.find("last").iteration) == (5, 40)
     kept = [entry.iteration for entry in shelf.entries()]
     assert len(kept) == 7
     assert {0, 5, 39, 40} < set(kept)

@@ -186,6 +186,23 @@ class Checkpoints:
                 one["score"] = score
         self._write_index({**index, "best": iteration if best else index["best"]})
 
+    def prune(self) -> int:
+        """Take away what `save` would, without a new checkpoint; return the bytes that are free now.
+
+        Raises:
+            CheckpointError: The index is damaged.
+            OutputFileError: It cannot be written; everything stands then.
+        """
+        index = self._index()
+        if not index["checkpoints"]:
+            return 0
+        gone = self._weights_to_drop(index["checkpoints"], index["best"] if _is_evaluated(index) else index["last"])
+        freed = sum(map(self._size, gone))
+        self._write_index(index)
+        for name in gone:
+            (self.folder / name).unlink(missing_ok=True)
+        return freed
+
     def entries(self) -> list[CheckpointEntry]:
         """Return all checkpoints, by iteration.
 

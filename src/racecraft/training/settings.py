@@ -82,16 +82,26 @@ def keep_override(text: str) -> str:
     ('runtime.keep_count=10', 'runtime.keep_count=none')
 
     Raises:
+        SettingError: As `kept_count`.
+    """
+    count = kept_count(text)
+    return f"runtime.keep_count={'none' if count is None else count}"
+
+
+def kept_count(text: str) -> int | None:
+    """Return how many checkpoints stay besides the best and the last two of `best,last,N`; None for `all`.
+
+    Raises:
         SettingError: It is neither `all` nor best,last with a number.
     """
     if text.strip() == "all":
-        return "runtime.keep_count=none"
+        return None
     *names, count = [part.strip() for part in f"{text},0".split(",")[:3]]
     if names != ["best", "last"] or not count.isdecimal() or text.count(",") > 2:
         raise SettingError(
             "--keep is {text!r}; expected all, best,last, or best,last,N: the best, the last two and N more.", text=text
         )
-    return f"runtime.keep_count={count}"
+    return int(count)
 
 
 def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settings:

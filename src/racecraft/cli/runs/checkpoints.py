@@ -9,6 +9,8 @@ from racecraft.cli.output import table
 
 
 def _show(found: CheckpointList) -> None:
+    if found.freed_bytes is not None:
+        print(f"{found.freed_bytes / 1e6:.1f} MB are free now")
     print(f"{found.run}, by {found.by}: {found.merit}")
     rows = []
     for one in found.checkpoints:

@@ -16,6 +16,8 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from racecraft.analysis.evaluations import return_table
+from racecraft.console.disk_use import bytes_in
+from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
 from racecraft.console.pages.model import address, frame, model_of
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
@@ -33,6 +35,8 @@ ALONE = (
 )
 """What a page that lies in a run may do: nothing but show itself, in an origin of its own."""
 EVALUATE = "evaluate"
+KEPT = 10
+"""Checkpoints besides the best and the last two that the form offers to keep."""
 EXPORTING = "Exporting"
 REPORT, REPORT_PAGE = "report", "report.html"
 LOGGED = ("log.txt", "metrics.jsonl", "logs", "metrics", "training-simtrace", "evaluation-simtrace")
@@ -55,6 +59,7 @@ def routes(console: Console) -> list[BaseRoute]:
 
     return [
         *page_routes(console, "/models/{name}/checkpoints", checkpoints_page),
+        act_route(console, "/models/{name}/checkpoints", prune),
         *page_routes(console, "/models/{name}/evaluations", evaluations_page),
         act_route(console, "/models/{name}/evaluations", evaluate),
         *page_routes(console, "/models/{name}/files", files_page),
@@ -76,6 +81,7 @@ def checkpoints_page(console: Console, request: Request) -> Page:
         "checkpoints.html",
         {
             "by": by,
+            "kept": KEPT,
             "merits": [(name, words) for name, (words, _) in MERITS.items()],
             "checkpoints": [
                 {
@@ -89,8 +95,27 @@ def checkpoints_page(console: Console, request: Request) -> Page:
                 for one in best
             ],
             "score_name": parts_of(row["kind"]).kind.score.short,
+            "bytes": bytes_in(run.checkpoints),
+            "rests": row["status"] not in (TRAINING, STOPPING, QUEUED),
+            "command": f"racecraft checkpoints {row['run']} --by {by}\n"
+            f"racecraft checkpoints {row['run']} --keep best,last,{KEPT}",
         },
     )
+
+
+def prune(console: Console, request: Request, fields: Fields) -> str:
+    """Take checkpoints away but for the best, the last two and as many as the form says; the name confirms it."""
+    from racecraft.actions.checkpoints import checkpoints
+
+    row, run = _run_of(console, request)
+    if one(fields, "confirm").strip() != row["name"]:
+        raise SettingError(
+            "Name of the model: found {found!r}; expected {name!r}. What is taken away does not come back.",
+            found=one(fields, "confirm")[:64], name=row["name"],
+        )  # fmt: skip
+    checkpoints(str(run.path), keep=f"best,last,{one(fields, 'kept', '0').strip()}")
+    console.watcher.refresh()
+    return address(row["name"], "/checkpoints")
 
 
 def evaluations_page(console: Console, request: Request) -> Page:
