@@ -140,12 +140,14 @@ def test_a_race_of_snakes_has_a_form_a_board_and_a_page_for_each_heat(console, b
     outcomes = (Outcome(place=2, places=(2, 1)), Outcome(place=1, places=(1, 2)))
     drive = Drive(track="standard", seed=1, outcomes=outcomes, folder="drives/meeting-00001-0")
     league.save_result("snakes", Result(heat="meeting-00001", entries=(1, 2), drives=(drive,), judged=1.0), {0: {}})
-    browser.open(f"{address}/races/snakes")
-    browser.page.click("text=Watch >> nth=0")
-    assert "2, 1" in browser.page.inner_text(".strip")
+    for racer, places in (("Ann", "2, 1"), ("Bob", "1, 2")):
+        browser.open(f"{address}/races/snakes")
+        browser.page.click(f"tr[data-row={racer}] >> text=Watch")
+        assert browser.page.inner_text("h1") == racer
+        assert places in browser.page.inner_text(".strip")
     assert browser.page.locator("#film").count() == 1
     pictures = (np.full((48, 64, 3), level, np.uint8) for level in (200, 40))
-    encode_film(league.folder("snakes") / drive.folder / "film.mp4", pictures, 5.0)
+    encode_film(league.folder("snakes") / drive.folder / "film-2.mp4", pictures, 5.0)
     browser.page.reload()
     with urllib.request.urlopen(browser.value("document.querySelector('video').poster")) as answer:
         (first,) = np.unique(np.asarray(Image.open(answer)).round(-1))

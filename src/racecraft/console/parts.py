@@ -170,14 +170,15 @@ class WorldParts:
         return None
 
     def drive_page(
-        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], query: Mapping[str, str]
+        self, race: Race, track: str, drives: Sequence[tuple[str, Path, int]], query: Mapping[str, str]
     ) -> tuple[str, dict[str, Any]]:
         """Return the template and the data of a drive in a race; by default its places, film and files.
 
         Args:
             race: The race.
             track: Where it was driven.
-            drives: Racer and folder of the drive, and of each other drive on the same track, the leader's first.
+            drives: Racer, folder and seat in the heat (from 0) of the drive, and of those beside which it can be seen,
+                the leader's first.
             query: Words of the address.
 
         Raises:

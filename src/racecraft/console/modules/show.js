@@ -6,10 +6,11 @@ import { showDriving } from "racecraft.console/driving.js";
 const SVG = "http://www.w3.org/2000/svg", PAUSE_MS = 4000, FRESH_MS = 8000, TRAIL_TICKS = 30, MOST_WAITING = 3;
 const map = /** @type {any} */ (document.getElementById("map")), who = document.getElementById("who");
 const clock = document.getElementById("clock"), lost = document.getElementById("lost");
+const driving = /** @type {HTMLElement} */ (document.querySelector("[data-driving]"));
 const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 const toldIn = page => JSON.parse(page.querySelector("main script[type='application/json']").textContent);
-let told = toldIn(document), next = null, now = null, moved = () => {};
+let told = toldIn(document), next = null, now = null, moved = () => {}, isFollowing = false;
 const seen = new Set(told.heats.map(one => one.heat)), waiting = [];
 let playing = false;
 
@@ -71,13 +72,15 @@ const isDriven = () => now !== null && now.places.length > 0 && told.roads[now.t
 /** Shows where the cars are that are driven now; resolves when their drive is over, or a judged one waits. */
 async function follow() {
   const { track, racers, places } = now, shapes = draw(told.roads[track], places.length);
-  const paths = places.map(() => ({ x: [], y: [] }));
   who.textContent = t("Now: {racers}", { racers: together(racers) });
+  driving.hidden = isFollowing = true;  // the same is written larger
   while (isDriven() && !waiting.length && now.track === track && `${now.racers}` === `${racers}`) {
-    now.places.forEach(([x, y], k) => { paths[k].x.push(x); paths[k].y.push(y); place(paths[k], shapes[k], paths[k].x.length - 1); });
+    now.places.forEach(([x, y], k) => place({ x: [x], y: [y] }, shapes[k], 0));
     clock.textContent = now.text;
-    await new Promise(done => { moved = done; });
+    await new Promise(done => { moved = () => done(null); });
   }
+  isFollowing = false;
+  driving.hidden = now === null;
 }
 
 function place(car, shape, at) {
@@ -133,6 +136,7 @@ stream.addEventListener("races", event => { if (JSON.parse(event.data).changed.i
 stream.addEventListener("drives", event => {
   const heats = JSON.parse(event.data);
   showDriving(heats);
+  driving.hidden ||= isFollowing;
   now = heats[told.race] ?? null;
   moved();
   goOn();

@@ -23,7 +23,6 @@ from racecraft.league.snapshot import snapshot_of
 from racecraft.league.store import League
 from racecraft.web.errors import WebError
 
-FILM = "film.mp4"
 FILMING = "Filming"
 OTHERS = 100
 """Of the board, the first, beside whom a drive can be seen."""
@@ -40,6 +39,8 @@ class Driven:
     """Of the race, by number."""
     number: int
     """Of the track, from 0."""
+    seat: int
+    """Which of those who drove, from 0."""
 
     @property
     def folder(self) -> Path:
@@ -47,10 +48,14 @@ class Driven:
         return folder_of(self.league, self.race, self.result.heat, self.number)
 
     @property
-    def racer(self) -> str:
-        """Name of the first who drove."""
-        first = self.entries.get(self.result.entries[0])
-        return first.racer if first else "withdrawn"
+    def film(self) -> Path:
+        """Its film, where there is one; of those who met each has one."""
+        return self.folder / ("film.mp4" if self.seat == 0 else f"film-{self.seat + 1}.mp4")
+
+    def racer(self, seat: int) -> str:
+        """Return the name of one who drove."""
+        entry = self.entries.get(self.result.entries[seat])
+        return entry.racer if entry else "withdrawn"
 
     @property
     def path(self) -> str:
@@ -62,7 +67,7 @@ def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of a drive."""
 
     def files(request: Request) -> Response:
-        return files_answer(_driven(console, request, request.query_params.get("track", "")), request)
+        return files_answer(_driven(console, request, request.query_params), request)
 
     def film(request: Request) -> Response:
         return FileResponse(_film_of(console, request), media_type="video/mp4")
@@ -84,32 +89,41 @@ def routes(console: Console) -> list[BaseRoute]:
 
 
 def _film_of(console: Console, request: Request) -> Path:
-    driven = _driven(console, request, request.query_params.get("track", ""))
-    if not (driven.folder / FILM).is_file():
+    driven = _driven(console, request, request.query_params)
+    if not driven.film.is_file():
         raise WebError(404, "no_film", "this drive was not filmed yet; its page has a button for that.")
-    return driven.folder / FILM
+    return driven.film
 
 
 def drive_page(console: Console, request: Request) -> Page:
-    """Return a drive beside the leader's, or beside any other of the race."""
-    asked = dict(request.query_params)
-    driven = _driven(console, request, asked.get("track", ""))
-    league, race, result = driven.league, driven.race, driven.result
-    others = [
-        (row.racer, folder_of(league, race, row.heat, driven.number))
-        for row in snapshot_of(league, race).board.rows[:OTHERS]
-        if row.heat and row.heat != result.heat
-    ]
-    track = race.tracks[driven.number]
-    template, data = parts_of(race.kind).drive_page(race, track, [(driven.racer, driven.folder), *others], asked)
+    """Return a drive beside the leader's, or beside any other of the race; of those who met, beside each other."""
+    driven = _driven(console, request, request.query_params)
+    race, result, seat = driven.race, driven.result, driven.seat
+    racer, track = driven.racer(seat), race.tracks[driven.number]
+    drives = [(racer, driven.folder, seat), *_others(driven)]
+    template, data = parts_of(race.kind).drive_page(race, track, drives, dict(request.query_params))
     about = {
-        "race": asdict(race), "racer": driven.racer, "heat": result.heat,
-        "outcome": asdict(result.drives[driven.number].outcomes[0]), "track_number": driven.number,
+        "race": asdict(race), "racer": racer, "heat": result.heat,
+        "outcome": asdict(result.drives[driven.number].outcomes[seat]), "track_number": driven.number,
+        "entry": result.entries[seat], "query": f"track={driven.number}&entry={result.entries[seat]}",
         "path": driven.path, "back": f"/races/{race.id}", "commands": _commands(driven, request),
-        "takes_files": _takes_files(driven, request), "is_filmed": (driven.folder / FILM).is_file(),
+        "takes_files": _takes_files(driven, request), "is_filmed": driven.film.is_file(),
         "films": may(person_of(request), Verb.ENTER), "task": console.tasks.of(_key(driven), FILMING),
     }  # fmt: skip
-    return Page(template, f"{driven.racer} in {race.title}", {**about, **data}, here="/races")
+    return Page(template, f"{racer} in {race.title}", {**about, **data}, here="/races")
+
+
+def _others(driven: Driven) -> list[tuple[str, Path, int]]:
+    """Return the drives beside which one can be seen, as `WorldParts.drive_page` takes them."""
+    league, race, heat = driven.league, driven.race, driven.result.heat
+    if race.format != SOLO:
+        seats = (seat for seat in range(len(driven.result.entries)) if seat != driven.seat)
+        return [(driven.racer(seat), driven.folder, seat) for seat in seats]
+    return [
+        (row.racer, folder_of(league, race, row.heat, driven.number), 0)
+        for row in snapshot_of(league, race).board.rows[:OTHERS]
+        if row.heat and row.heat != heat
+    ]
 
 
 def files_answer(driven: Driven, request: Request) -> Response:
@@ -123,7 +137,7 @@ def files_answer(driven: Driven, request: Request) -> Response:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(driven.folder.rglob("*")):
-            if file.is_file() and file.name != FILM:
+            if file.is_file() and file.suffix != ".mp4":
                 archive.write(file, file.relative_to(driven.folder).as_posix())
     name = f"{driven.race.id}-{driven.result.heat}.zip"
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
@@ -132,16 +146,17 @@ def files_answer(driven: Driven, request: Request) -> Response:
 
 def begin_film(console: Console, request: Request, fields: Fields) -> str:
     """Have a drive filmed; its page shows the film when it is there."""
-    driven = _driven(console, request, one(fields, "track"))
-    if not (film := driven.folder / FILM).is_file():
+    driven = _driven(console, request, {name: one(fields, name) for name in ("track", "entry")})
+    entry = driven.result.entries[driven.seat]
+    if not driven.film.is_file():
         words = {
             "heat": driven.result.heat, "track": driven.number + 1, "league": driven.league.path.resolve(),
-            "out": film.resolve(),
+            "out": driven.film.resolve(),
         }  # fmt: skip
-        typed = ["league", "film", driven.race.id, str(driven.result.entries[0])]
+        typed = ["league", "film", driven.race.id, str(entry)]
         typed += [f"--{name}={value}" for name, value in words.items()]
         console.tasks.begin(_key(driven), FILMING, typed, console.workspace.path)
-    return f"{driven.path}?track={driven.number}"
+    return f"{driven.path}?track={driven.number}&entry={entry}"
 
 
 def folder_of(league: League, race: Race, heat: str, track: int) -> Path:
@@ -149,8 +164,8 @@ def folder_of(league: League, race: Race, heat: str, track: int) -> Path:
     return league.folder(race.id) / "drives" / f"{heat}-{track}"
 
 
-def _driven(console: Console, request: Request, track: str) -> Driven:
-    """Return the drive that an address names; of a cup the first one unless `track` says which.
+def _driven(console: Console, request: Request, query: Mapping[str, str]) -> Driven:
+    """Return the drive that an address names; the first one unless `track` and `entry` say which.
 
     Raises:
         WebError: There is none.
@@ -160,8 +175,10 @@ def _driven(console: Console, request: Request, track: str) -> Driven:
     result = league.results(race.id).get(request.path_params["heat"])
     if result is None or not result.drives:
         raise WebError(404, "no_such_drive", "this race has no such drive; begin at its board.")
-    number = int(track) if track.isascii() and track.isdigit() else 0
-    return Driven(league, race, result, league.entries(race.id), min(number, len(result.drives) - 1))
+    track, entry = (int(text) if text.isascii() and text.isdigit() else 0
+                    for text in (query.get("track", ""), query.get("entry", "")))  # fmt: skip
+    seat = result.entries.index(entry) if entry in result.entries else 0
+    return Driven(league, race, result, league.entries(race.id), min(track, len(result.drives) - 1), seat)
 
 
 def _takes_files(driven: Driven, request: Request) -> bool:
@@ -171,14 +188,14 @@ def _takes_files(driven: Driven, request: Request) -> bool:
 
 
 def _key(driven: Driven) -> str:
-    return f"race {driven.race.id} {driven.result.heat} {driven.number}"
+    return f"race {driven.race.id} {driven.result.heat} {driven.number} {driven.seat}"
 
 
 def _commands(driven: Driven, request: Request) -> str:
     folder = shown_folder(request, driven.folder)
     return "\n".join((
         *([f"racecraft logs {folder}", f"racecraft telemetry {folder}"] if driven.race.format == SOLO else []),
-        f"racecraft league film {driven.race.id} {driven.result.entries[0]} --heat {driven.result.heat}",
+        f"racecraft league film {driven.race.id} {driven.result.entries[driven.seat]} --heat {driven.result.heat}",
     ))  # fmt: skip
 
 

@@ -175,7 +175,7 @@ def test_a_drive_is_found_under_the_leaderboards_name_and_read_as_a_log(run, lea
     assert [one.path for one in local_streams.streams(local_streams.LEADERBOARDS)] == [drive]
 
 
-def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(run, league, here):
+def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(run, league, here, tmp_path):
     drives = []
     for penalty in (0.0, 5.0):
         race = rc.create_race("Club", league=league, laps=1, track=["Oval_track"], off_track_penalty=penalty).race
@@ -191,11 +191,15 @@ def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(
     worst = max(lost, key=lambda name: lost[name])
     advice = f"Work on {worst}: it is worth {lost[worst]:.2f} s"
     assert found["advice"].startswith(advice)
-    _, shown = parts_of("deepracer").drive_page(race, "Oval_track", [("Mia", own), ("Jun", free)], {})
+    _, shown = parts_of("deepracer").drive_page(race, "Oval_track", [("Mia", own, 0), ("Jun", free, 0)], {})
     assert shown["told"]["advice"].startswith(advice)
     assert shown["told"]["gap"] == f"{lap.penalty_seconds:+.2f} s"
     assert shown["told"]["reference_name"].startswith("Jun's fastest lap, ")
     assert len(shown["told"]["ghosts"]["lap"]) == len(shown["told"]["ghosts"]["reference"])
+    for seat, folder in enumerate((own, free), start=1):  # as if they had met
+        shutil.copytree(folder, tmp_path / f"heat/car-{seat}")
+    met = [("Mia", tmp_path / "heat", 0), ("Jun", tmp_path / "heat", 1)]
+    assert parts_of("deepracer").drive_page(race, "Oval_track", met, {})[1] == shown
 
 
 def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, here, tmp_path):

@@ -76,7 +76,7 @@ class CarParts(WorldParts):
         )
 
     def drive_page(
-        self, race: Race, track: str, drives: Sequence[tuple[str, Path]], query: Mapping[str, str]
+        self, race: Race, track: str, drives: Sequence[tuple[str, Path, int]], query: Mapping[str, str]
     ) -> tuple[str, dict[str, Any]]:
         """Return a drive beside the leader's."""
         from racecraft.worlds.deepracer.console.race_drive import drive_page

@@ -27,14 +27,14 @@ CHOICES = 20
 
 
 def drive_page(
-    rules: Mapping[str, Any], track: str, drives: Sequence[tuple[str, Path]], query: Mapping[str, str]
+    rules: Mapping[str, Any], track: str, drives: Sequence[tuple[str, Path, int]], query: Mapping[str, str]
 ) -> dict[str, Any]:
     """Return what the page of a drive shows; `told` is None where it has no full lap.
 
     Args:
         rules: Of the race.
         track: Where it was driven.
-        drives: Racer and folder: of the drive itself, and of the others, the leader's first.
+        drives: Racer, folder and seat in the heat: of the drive itself, and of the others, the leader's first.
         query: `lap`, counted from 1, the fastest first; `against`: OWN, or the place of a drive among them, 0 for
             this one; `beside`: which of its laps, counted likewise.
 
@@ -43,12 +43,12 @@ def drive_page(
         UserInputError: A drive cannot be read.
     """
     reverse = bool(rules.get("reverse"))
-    timing = _timing(_car_folder(drives[0][1]), track, reverse)
+    timing = _timing(_car_folder(*drives[0][1:]), track, reverse)
     others = drives[: CHOICES + 1]
     against = query.get("against", "1" if len(others) > 1 else OWN)
     choices = [
         (OWN, "the best corners of this drive"), ("0", "another lap of this drive"),
-        *((str(k), racer) for k, (racer, _) in enumerate(others[1:], start=1)),
+        *((str(k), racer) for k, (racer, *_) in enumerate(others[1:], start=1)),
     ]  # fmt: skip
     shown: dict[str, Any] = {
         "told": None, "lap": "1", "against": against, "beside": "1", "lap_choices": [], "against_choices": choices,
@@ -60,8 +60,8 @@ def drive_page(
     lap = _number(query.get("lap", "1"), len(order))
     reference, beside, beside_choices = of_best_zones(timing), 1, []
     if against != OWN:
-        racer, folder = others[_number(against, len(others) - 1, 0)]
-        other = _timing(_car_folder(folder), track, reverse)
+        racer, *place = others[_number(against, len(others) - 1, 0)]
+        other = _timing(_car_folder(*place), track, reverse)
         if other is None:
             raise SettingError("{racer} has driven no full lap; expected a drive with one.", racer=racer)
         fastest = np.argsort(other.laps.lap_seconds, kind="stable")
@@ -85,9 +85,9 @@ def _lap_choices(timing: LapTiming, order: Array) -> list[tuple[str, str]]:
     return [(str(k), f"{k}: {timing.laps.lap_seconds[row]:.3f} s") for k, row in enumerate(order, start=1)]
 
 
-def _car_folder(folder: Path) -> str:
-    """Return where the first car's files are: of cars that met each other each has a folder."""
-    return str(folder if (folder / REPLAY).is_file() else folder / "car-1")
+def _car_folder(folder: Path, seat: int) -> str:
+    """Return where a car's files are: of cars that met each other each has a folder."""
+    return str(folder if (folder / REPLAY).is_file() else folder / f"car-{seat + 1}")
 
 
 @lru_cache(maxsize=16)

@@ -148,7 +148,7 @@ class CarRules:
             lines.append(f"{self.bots} bots at {self.bot_speed:g} m/s{lanes}")
         lines.append(
             f"off the road: {self.off_track_penalty:g} s; collision: {self.collision_penalty:g} s; "
-            f"{self.max_resets} resets at most"
+            f"{self.max_resets} reset{'s' * (self.max_resets != 1)} at most"
         )
         lines.append(f"cars: {', '.join(self.generations)}; up to {self.max_speed:g} m/s; {self._actions_text()}")
         if set(self.sensors) != set(SENSORS):
