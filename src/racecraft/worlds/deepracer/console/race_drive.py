@@ -43,7 +43,7 @@ def drive_page(
         UserInputError: A drive cannot be read.
     """
     reverse = bool(rules.get("reverse"))
-    timing = _timing(_car_folder(*drives[0][1:]), track, reverse)
+    timing = _timing(_car_folder(drives[0][1], drives[0][2]), track, reverse)
     others = drives[: CHOICES + 1]
     against = query.get("against", "1" if len(others) > 1 else OWN)
     choices = [
@@ -60,8 +60,8 @@ def drive_page(
     lap = _number(query.get("lap", "1"), len(order))
     reference, beside, beside_choices = of_best_zones(timing), 1, []
     if against != OWN:
-        racer, *place = others[_number(against, len(others) - 1, 0)]
-        other = _timing(_car_folder(*place), track, reverse)
+        racer, folder, seat = others[_number(against, len(others) - 1, 0)]
+        other = _timing(_car_folder(folder, seat), track, reverse)
         if other is None:
             raise SettingError("{racer} has driven no full lap; expected a drive with one.", racer=racer)
         fastest = np.argsort(other.laps.lap_seconds, kind="stable")
