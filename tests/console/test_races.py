@@ -153,3 +153,28 @@ def test_a_race_of_snakes_has_a_form_a_board_and_a_page_for_each_heat(console, b
         (first,) = np.unique(np.asarray(Image.open(answer)).round(-1))
     assert first == 200, "the film's first picture stands before it"
     assert browser.shut_out() == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("dark", [False, True])
+def test_no_page_of_races_tracks_and_lessons_shuts_anybody_out(console, dark):
+    """The pages of models are walked in test_flows.py."""
+    address, workspace, _ = console
+    write_run(workspace / "runs/a-1")
+    league = League.open_or_create(workspace / "league")
+    season = create_season("Spring", league=league.path).season.id
+    race = add(league, "Cup", {"Ann": [8.0], "Bob": [9.0]}, season=season)
+    pages = [
+        f"/races/{race.id}", f"/races/{race.id}/drives/00001", f"/races/{race.id}/edit", f"/races/{race.id}/show",
+        "/racers/Ann", "/races", "/races/new", "/races/new?kind=battlesnake", f"/seasons/{season}", "/seasons/new",
+        "/drive", "/drive/Oval_track", "/tracks", "/tracks/new", "/tracks/Oval_track", "/models/a-1/laps", "/endpoints",
+        "/tuning", "/lessons", "/lessons/words", "/shared", "/compare",
+    ]  # fmt: skip
+    found, browser = {}, Browser(1440, 900, dark=dark)
+    browser.bypass_policy()
+    for page in pages:
+        browser.open(address + page)
+        if faults := browser.shut_out():
+            found[page] = faults
+    browser.close()
+    assert found == {}

@@ -59,7 +59,18 @@ def made(tmp_path_factory):
     def reward(path):
         do(f"{CAR}.new:new", path)
 
-    makers = {"gym": gym, "other": other, "car": car, "game.jsonl": game, "arena.sqlite": arena, "racer": reward}
+    def league(path):
+        do(f"{CAR}.create_race:create_race", "Cup", track=["Oval_track"], league=path)
+
+    makers = {
+        "league": league,
+        "gym": gym,
+        "other": other,
+        "car": car,
+        "game.jsonl": game,
+        "arena.sqlite": arena,
+        "racer": reward,
+    }
     return SimpleNamespace(base=base, of=lambda name: once(name, makers[name]))
 
 
@@ -77,6 +88,8 @@ WRITTEN = {
     "reward map": lambda made, page: do(f"{CAR}.reward:map_reward", made.of("racer"), track="Oval_track", page=page),
     "reward rescore": lambda made, page: do(f"{CAR}.reward:rescore", made.of("racer"), [made.of("car")], page=page),
     "game": lambda made, page: do(f"{SNAKE}.watch:watch", made.of("game.jsonl"), html=page),
+    "index": lambda made, page: do("racecraft.actions.league.exporting:export_league", to="site", out=page.parent,
+                                   league=made.of("league")),
 }  # fmt: skip
 """Pages in files, and what writes them."""
 SERVED = {
