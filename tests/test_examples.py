@@ -1,12 +1,10 @@
 """Every script in examples/ runs as a stranger would run it: a program of its own, in an empty folder."""
 
 import ast
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tests.forked import ran
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
@@ -20,12 +18,9 @@ def name_of(path):
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=name_of)
 def test_an_example_runs_and_says_something(script, tmp_path):
-    environment = {**os.environ, "PYTHONWARNINGS": "error", "OMP_NUM_THREADS": "1"}
-    ran = subprocess.run(
-        [sys.executable, script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
-    )
-    assert ran.returncode == 0, ran.stderr
-    assert ran.stdout.strip()
+    done = ran([str(script)], tmp_path, PYTHONWARNINGS="error")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
     assert list(tmp_path.iterdir()) == [], "an example leaves nothing behind unless it is given a file"
 
 

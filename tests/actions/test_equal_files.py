@@ -44,8 +44,6 @@ CASES = {
                        {"episodes": 2}),
     "evaluate a car": ("evaluate {car} --laps 1 --picture path.png", f"{CAR}.evaluate:evaluate", ["{car}"],
                        {"laps": 1, "picture": "path.png"}),
-    "line": ("line Oval_track --out line.csv --picture line.png", f"{CAR}.line:line", ["Oval_track"],
-             {"out": "line.csv", "picture": "line.png"}),
     "actions": ("actions Oval_track --table 7x1.5,2.5 --out table.json", f"{CAR}.action_table:action_table",
                 ["Oval_track"], {"table": "7x1.5,2.5", "out": "table.json"}),
     "sensors": ("sensors --at 0.3 -o seen.png", f"{CAR}.sensors:sensors", [], {"at": 0.3, "output": "seen.png"}),

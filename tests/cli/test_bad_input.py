@@ -3,12 +3,11 @@
 import errno
 import json
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from tests.cli.conftest import TINY
+from tests.forked import ran
 
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -261,8 +260,7 @@ def test_the_letter_says_where_and_what(name, racecraft, tmp_path):
 def test_a_reward_that_ends_its_process_is_told_by_the_check(tmp_path):
     """In a process of the test's own, which the reward shall not end."""
     car = folder(tmp_path, reward_function__py=PAYS_AN_OBJECT.format("os._exit(0)"))
-    words = [sys.executable, "-m", "racecraft", "check", str(car)]
-    ended = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    ended = ran(["check", car], tmp_path)
     assert ended.returncode == 2, ended.stderr
     assert "reward_function.py:5: reward_function's process ended (exit code 0)" in ended.stderr
     assert "Traceback" not in ended.stderr

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.cli.conftest import TINY
+from tests.cli.conftest import TINY, typed
 
 from racecraft.actions.named_run import named_run
 from racecraft.contract.errors import SettingError
@@ -19,8 +19,9 @@ WHOLE_RUN_ONLY = [["report"], ["stop"], ["train", "--resume", "--run"]]
 def trained(tmp_path_factory):
     """A run `r` whose best checkpoint is 1 and whose last is 2."""
     folder = tmp_path_factory.mktemp("named")
-    words = ["train", "--run", "r", "--no-pictures", "--stop", "iterations=2", "--json", *TINY]
-    subprocess.run([sys.executable, "-m", "racecraft", *words], cwd=folder, check=True, capture_output=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert typed("train", "--run", "r", "--no-pictures", "--stop", "iterations=2", *TINY) == 0
     Checkpoints(folder / "r/checkpoints").mark(1, 1.0, best=True)
     return folder
 

@@ -7,6 +7,7 @@ import sys
 import urllib.request
 
 import pytest
+from tests.forked import ran
 from tests.reference import DATA
 
 RECORDS = DATA / "battlesnake"
@@ -64,8 +65,9 @@ def test_a_tournament_says_every_game_and_who_beat_whom(racecraft):
 
 def test_ctrl_c_ends_a_tournament_with_its_table_and_the_same_command_goes_on(tmp_path):
     players = ("flood_fill", "area_control", "-W", "11", "-H", "11", "--rounds", "3", "--file", "games.jsonl")
-    command = [sys.executable, "-m", "racecraft", "snakes", "tournament", *players]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as held:
+    command = ["snakes", "tournament", *players]
+    started = [sys.executable, "-m", "racecraft", *command]
+    with subprocess.Popen(started, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as held:
         try:
             while not held.stderr.readline().startswith("game 2 "):
                 assert held.poll() is None
@@ -80,7 +82,7 @@ def test_ctrl_c_ends_a_tournament_with_its_table_and_the_same_command_goes_on(tm
     assert f"Broken off after {games} of 6 games" in err
     assert f"{games} of 6 games were played" in out
     assert "flood_fill" in out
-    done = subprocess.run([*command, "--json"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = ran([*command, "--json"], tmp_path)
     assert done.returncode == 0, done.stderr
     assert f"{games} of 6 games are in the file already" in done.stderr
     assert f"game {games + 1} of 6" in done.stderr

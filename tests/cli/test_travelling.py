@@ -37,7 +37,8 @@ def sent(racecraft, tmp_path, monkeypatch):
     (car / "shapes_here" / "deep.py").write_text(DEEP)
     (car / "run.env").write_text("DR_CAR_NAMES=x\nDR_CAR_COLOR=Blue\n")
     np.save(made / "garage.npy", load_track("Oval_track").rows * 1.01)
-    old = racecraft("train", "--track", made / "garage.npy", "--run", made / "old", "--stop", "iterations=1", *TINY)
+    short = ("--stop", "iterations=1", "--no-pictures", *TINY)
+    old = racecraft("train", "--track", made / "garage.npy", "--run", made / "old", *short)
     assert old.code == 0, old.err
     said = racecraft(
         "train", car, "--track", made / "garage.npy", "--run", made / "r", "--stop", "iterations=2", "--from",
@@ -55,10 +56,15 @@ def sent(racecraft, tmp_path, monkeypatch):
 
 
 def test_a_run_that_was_sent_is_judged_and_goes_on_and_holds_no_path_of_where_it_was_made(racecraft, sent, tmp_path):
+    """Another seed is refused, an equal one is not."""
+    again = racecraft("train", "--run", "received", "--resume", "--seed", "2")
+    assert (again.code, "--seed cannot change" in again.err) == (2, True)
     judged = racecraft("evaluate", "received", "--laps", "1", "--json")
     assert judged.code == 0, judged.err
     assert json.loads(judged.out)["track"] == "garage"
-    resumed = racecraft("train", "--run", "received", "--resume", "--stop", "iterations=3", "--seed", "1")
+    resumed = racecraft(
+        "train", "--run", "received", "--resume", "--stop", "iterations=3", "--seed", "1", "--no-pictures"
+    )
     assert resumed.code == 0, resumed.err
     assert "what the reward function kept between calls starts anew in every car (reward_function.py:2:" in resumed.out
     assert racecraft("report", "received").code == 0
@@ -66,8 +72,3 @@ def test_a_run_that_was_sent_is_judged_and_goes_on_and_holds_no_path_of_where_it
     telling = [path for path in sent.rglob("*") if path.is_file() and b"where-it-was-made" in path.read_bytes()]
     assert telling == []
     assert str(tmp_path) not in (sent / "job.json").read_text()
-
-
-def test_another_seed_is_refused_where_an_equal_one_is_not(racecraft, sent):
-    again = racecraft("train", "--run", "received", "--resume", "--seed", "2")
-    assert (again.code, "--seed cannot change" in again.err) == (2, True)

@@ -1,13 +1,12 @@
 """A user's own algorithm, network and environment by name, recorded episodes, and the list of algorithms."""
 
 import json
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from tests.forked import ran
 
 from racecraft.players.trained import load_policy
 
@@ -125,16 +124,15 @@ def test_an_own_network_is_remembered_and_travels_with_its_run(racecraft, folder
     ]
     assert all(same)
     assert type(one.policy.network.policy_body.own).__name__ == "Waves"
-    elsewhere = tmp_path_factory.mktemp("elsewhere")
-    code = (
+    script = tmp_path_factory.mktemp("elsewhere") / "look.py"
+    script.write_text(
         f"from racecraft.players.trained import load_policy; run = load_policy({str(folder / first['run'])!r});"
         "print(type(run.policy.network.policy_body.own).__name__)"
     )
-    ran = subprocess.run([sys.executable, "-c", code], cwd=elsewhere, capture_output=True, text=True, env=os.environ)
-    assert ran.stdout.strip() == "Waves", ran.stderr
+    there = ran([script], script.parent)
+    assert there.stdout.strip() == "Waves", there.stderr
     (folder / first["run"] / "code" / "your_own_network.py").unlink()
-    ran = subprocess.run([sys.executable, "-c", code], cwd=elsewhere, capture_output=True, text=True, env=os.environ)
-    assert "there is no module 'your_own_network'" in ran.stderr
+    assert "there is no module 'your_own_network'" in ran([script], script.parent).stderr
 
 
 WHOLE = """

@@ -3,6 +3,7 @@ machine."""
 
 import json
 import os
+import shutil
 import time
 
 import numpy as np
@@ -43,7 +44,6 @@ def request(name, run, *more, stops="iterations=2"):
 def trained(name, run, workers=None, *more, stops="iterations=2", **words):
     spread = None if workers is None else spread_here(workers, **words)[0]
     train(request(name, run, *more, stops=stops), NullCallback(), lambda text: None, spread)
-    return polars.read_parquet(run / "episodes" / "1.parquet")
 
 
 def first_ticks(ticks):
@@ -51,10 +51,28 @@ def first_ticks(ticks):
     return ticks.filter(polars.col("tick") == 1).group_by("world", maintain_order=True).first()
 
 
-@pytest.mark.parametrize("workers", [2, 3, 4])
+@pytest.fixture(scope="module")
+def run_of(tmp_path_factory):
+    """Return the run of a name that was trained by so many workers; None: in one process."""
+    runs = tmp_path_factory.mktemp("runs")
+
+    def path_of(name, workers=None):
+        run = runs / f"{name} {workers}"
+        if not run.exists():
+            trained(name, run, workers)
+        return run
+
+    return path_of
+
+
+def ticks_of(run):
+    return polars.read_parquet(run / "episodes" / "1.parquet")
+
+
+@pytest.mark.parametrize("workers", [2, 4])
 @pytest.mark.parametrize("name", ASKED)
-def test_every_car_is_where_it_is_on_one_machine(tmp_path, name, workers):
-    here, there = trained(name, tmp_path / "here"), trained(name, tmp_path / "there", workers)
+def test_every_car_is_where_it_is_on_one_machine(run_of, name, workers):
+    here, there = ticks_of(run_of(name)), ticks_of(run_of(name, workers))
     assert here.schema == there.schema
     assert here["world"].to_list() == there["world"].to_list(), "ticks are in the order of the worlds"
     mine, theirs = first_ticks(here), first_ticks(there)
@@ -67,10 +85,9 @@ def test_every_car_is_where_it_is_on_one_machine(tmp_path, name, workers):
 
 @pytest.mark.parametrize("workers", [2, 4])
 @pytest.mark.parametrize("name", ASKED)
-def test_what_a_run_says_of_its_courses_holds_for_the_worlds_of_workers(tmp_path, name, workers):
+def test_what_a_run_says_of_its_courses_holds_for_the_worlds_of_workers(run_of, name, workers):
     """This is what a page goes by when it draws a car on a map."""
-    ticks = trained(name, tmp_path / "run", workers)
-    run = RunFolder.open(tmp_path / "run")
+    ticks, run = ticks_of(run_of(name, workers)), RunFolder.open(run_of(name, workers))
     courses = courses_of_run(run)
     counts = cars_on(courses, run.read_job()["settings"]["rollout"]["num_worlds"])
     lengths = np.repeat([course.track.length for course in courses], counts)
@@ -79,18 +96,16 @@ def test_what_a_run_says_of_its_courses_holds_for_the_worlds_of_workers(tmp_path
 
 
 @pytest.mark.parametrize("name", ["tracks", "groups"])
-def test_one_worker_gives_the_curve_of_one_process(tmp_path, name):
-    trained(name, tmp_path / "here")
-    trained(name, tmp_path / "there", 1)
-    assert_same(tmp_path / "here", tmp_path / "there")
+def test_one_worker_gives_the_curve_of_one_process(run_of, name):
+    assert_same(run_of(name), run_of(name, 1))
 
 
-def test_lost_workers_change_nothing_and_a_run_goes_on(tmp_path):
+def test_lost_workers_change_nothing_and_a_run_goes_on(run_of, tmp_path):
     quiet, wild, broken = tmp_path / "quiet", tmp_path / "wild", tmp_path / "broken"
     trained("groups", quiet, 2, stops="iterations=4")
     trained("groups", wild, 2, stops="iterations=4", lost_at=(1, 3))
     assert_same(quiet, wild)
-    trained("groups", broken, 2)
+    shutil.copytree(run_of("groups", 2), broken)
     resume(broken, ("iterations=4",), NullCallback(), lambda text: None, spread=spread_here(2)[0])
     assert_same(quiet, broken)
 

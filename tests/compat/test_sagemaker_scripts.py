@@ -7,6 +7,7 @@ import threading
 
 import pytest
 from tests.compat.articles import unity_script
+from tests.forked import ran
 
 from racecraft.compat import script_models
 from racecraft.compat.old_gym import FromOldGym
@@ -109,7 +110,7 @@ def run_beside(tmp_path, *words, **variables):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("first", ["primary", "secondary"])
+@pytest.mark.parametrize("first", [pytest.param("primary", marks=pytest.mark.long), "secondary"])
 def test_a_secondary_waits_until_its_primary_ends(tmp_path, first):
     model, words = tmp_path / "model", {"secondary": ("--rl_cluster_type", "secondary")}
     words["primary"] = ("--rl_cluster_type", "primary", "--rl_num_instances_secondary", "2")
@@ -142,6 +143,8 @@ def test_a_secondary_waits_while_its_primary_trains(tmp_path, monkeypatch, capsy
     lock.release()
     waiting.join(60.0)
     assert ended == [None]
+    primary_lock(words).release()
+    wait_for_primary(words)  # of one that has ended before: it returns
 
 
 def test_a_primary_that_never_starts_is_named(tmp_path, monkeypatch):
@@ -180,12 +183,9 @@ def run_article(tmp_path, *overrides):
     pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
     (tmp_path / "train-unity.py").write_text(unity_script())
     rooms = {"RACECRAFT_UNITY_MANIFEST": str(tmp_path / "no-manifest.yaml"), "SM_NUM_CPUS": "2"}
-    ran = subprocess.run(
-        [sys.executable, "-m", "racecraft", "run", "train-unity.py", *overrides],
-        cwd=tmp_path, env={**os.environ, **rooms}, capture_output=True, text=True, timeout=600, check=False,
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stderr
-    lines = ran.stdout.splitlines()
+    done = ran(["run", "train-unity.py", *overrides], tmp_path, **rooms)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
     return lines, [float(line.split()[1]) for line in lines if "episode_reward_mean:" in line]
 
 

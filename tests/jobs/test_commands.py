@@ -49,6 +49,7 @@ def test_a_detached_training_is_watched_stopped_resumed_and_forgotten(racecraft,
 
 def test_a_job_typed_with_values_behind_their_options_goes_on_after_a_kill(racecraft, home, tmp_path):  # noqa: F811
     asked = ("gym", "train", "CartPole-v1", "--stop", "iterations=60", "--no-pictures", "--set", "rollout.horizon=64")
+    asked += ("--set", "evaluation.every=60", "--set", "evaluation.episodes=1", "--set", "ppo.epochs=1")
     assert racecraft("jobs", "run", "--cores", "1", "--name", "cart", *asked).code == 0
     metrics = tmp_path / "runs" / "cart" / "metrics.jsonl"
     wait_until(lambda: metrics.exists() and metrics.read_text().count("\n") >= 3)

@@ -110,28 +110,29 @@ def test_what_a_script_trained_is_deployed_asked_and_taken_away(source, home):
     (source / "train-it.py").write_text(TRAINS)
     made = estimator()
     made.fit(logs=False)
-    predictors = [made.deploy(1, "ml.t2.medium", endpoint_name=name) for name in ("first", "second")]
-    assert predictors[0].url != predictors[1].url, "many endpoints, each at a port of its own"
+    predictors = [made.deploy(1, "ml.t2.medium", endpoint_name="first")]
     told = predictors[0].predict(
         {"inputs": {"observations": np.ones((2, 4)).tolist(), "prev_action": [0, 0], "is_training": False}}
     )
     assert set(told["outputs"]) == {"actions", "action_prob", "action_dist"}
     assert told["outputs"]["actions"][0] in (0, 1)
-    assert predictors[1].predict(np.ones((1, 4)))["predictions"][0]["actions"] == told["outputs"]["actions"][0]
+    alone = predictors[0].predict(np.ones((1, 4)))
+    assert alone["predictions"][0]["actions"] == told["outputs"]["actions"][0]
     with pytest.raises(EndpointAnswer, match=r"shape \(1, 3\); expected \(rows, 4\)"):
         predictors[0].predict([[1, 2, 3]])
     address = Session().upload_data(made.model_data, key_prefix="kept")
     assert address == "s3://racecraft-local/kept/model.tar.gz"
-    predictors.append(Model(model_data=address, role="r", name="third").deploy(1, "local"))
-    assert predictors[2].predict(np.ones((1, 4))) == predictors[1].predict(np.ones((1, 4)))
+    predictors.append(Model(model_data=address, role="r", name="second").deploy(1, "local"))
+    assert predictors[0].url != predictors[1].url, "many endpoints, each at a port of its own"
+    assert predictors[1].predict(np.ones((1, 4))) == alone
     (source / "inference.py").write_text(
         "import json, os\n\n"
         "def output_fn(prediction, accept):\n    return json.dumps({os.environ['KEY']: prediction.tolist()})\n"
     )
     words = {"entry_point": "inference.py", "source_dir": str(source), "env": {"KEY": "own"}}
-    predictors.append(Model(model_data=address, role="r", name="fourth", **words).deploy(1, "local"))
+    predictors.append(Model(model_data=address, role="r", name="third", **words).deploy(1, "local"))
     (source / "inference.py").unlink()
-    assert predictors[3].predict(np.ones((1, 4))) == {"own": told["outputs"]["actions"][:1]}
+    assert predictors[2].predict(np.ones((1, 4))) == {"own": told["outputs"]["actions"][:1]}
     for predictor in predictors:
         predictor.delete_endpoint()
         with pytest.raises(EndpointError, match="no endpoint"):

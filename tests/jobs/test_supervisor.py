@@ -3,11 +3,11 @@
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 
 import pytest
+from tests.forked import ran
 from tests.jobs.makers import add, home_in, kill_hard, python, running, script_job, state_of, turn_until, wait_until
 
 from racecraft.contract.errors import RunFolderError
@@ -244,8 +244,8 @@ def training_job(folder, name):
 
 
 def train_unbroken(folder, name):
-    command = [sys.executable, "-m", "racecraft", *training_job(folder, name).command]
-    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    done = ran(training_job(folder, name).command, folder)
+    assert done.returncode == 0, done.stderr
 
 
 def curve(run):
@@ -261,10 +261,7 @@ def iterations(run):
 
 def test_a_training_that_is_killed_with_its_supervisor_goes_on_with_the_same_curve(tmp_path):
     store = home_in(tmp_path).store()
-    unbroken = training_job(tmp_path, "unbroken")
-    subprocess.run(
-        [sys.executable, "-m", "racecraft", *unbroken.command], cwd=tmp_path, check=True, capture_output=True
-    )
+    train_unbroken(tmp_path, "unbroken")
     add(store, training_job(tmp_path, "broken"))
     first = supervise(tmp_path, "first")
     wait_until(lambda: iterations(tmp_path / "broken") >= 3)

@@ -1,7 +1,8 @@
 """A user's own network travels with its run: judged from elsewhere, as it was when the training began."""
 
-import subprocess
 import sys
+
+from tests.forked import ran
 
 from racecraft.contract.loading import add_cwd_to_path
 from racecraft.formats.run_folder import RunFolder
@@ -25,8 +26,7 @@ TINY = ("--stop=iterations=1", "--no-pictures", "--set=rollout.horizon=16", "--s
 
 
 def racecraft(folder, *words):
-    command = [sys.executable, "-m", "racecraft", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=200, check=False)
+    return ran(words, folder)
 
 
 def test_a_run_with_a_network_of_ones_own_is_judged_and_gone_on_with_from_elsewhere(tmp_path):

@@ -1,10 +1,19 @@
 """Two stores: moto's, and rclone's where it is installed, which serves a folder and checks signatures."""
 
 import contextlib
+import importlib.util
 
 import pytest
 from tests.storage import servers
 from tests.storage.servers import Store, empty
+
+
+@pytest.fixture(autouse=True)
+def _asked_again_at_once(monkeypatch):
+    """Wait for nothing before a request is sent again; boto3 and we wait for seconds."""
+    if importlib.util.find_spec("botocore"):
+        monkeypatch.setattr("botocore.retries.standard.ExponentialBackoff.delay_amount", lambda *_: 0.0)
+    monkeypatch.setattr("racecraft.storage.object_store.MAX_WAIT_SECONDS", 0.01)
 
 
 @pytest.fixture(scope="session")

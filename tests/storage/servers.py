@@ -1,6 +1,7 @@
 """Stores that speak S3, each in a process of its own, and a wire that breaks."""
 
 import contextlib
+import functools
 import importlib.util
 import json
 import os
@@ -131,6 +132,20 @@ needs_s3 = pytest.mark.skipif(
 )
 
 
+@functools.cache
+def _client(url):
+    """Return boto3's client of a store; to make one takes it a tenth of a second."""
+    import boto3
+
+    return boto3.client(
+        "s3",
+        endpoint_url=url,
+        aws_access_key_id=KEYS["AWS_ACCESS_KEY_ID"],
+        aws_secret_access_key=KEYS["AWS_SECRET_ACCESS_KEY"],
+        region_name="us-east-1",
+    )
+
+
 @dataclass
 class Store:
     """A store with one empty bucket, `bucket`, for each test."""
@@ -141,15 +156,7 @@ class Store:
     @property
     def boto(self):
         """The store as boto3 sees it: what is there is looked at with somebody else's eyes."""
-        import boto3
-
-        return boto3.client(
-            "s3",
-            endpoint_url=self.url,
-            aws_access_key_id=KEYS["AWS_ACCESS_KEY_ID"],
-            aws_secret_access_key=KEYS["AWS_SECRET_ACCESS_KEY"],
-            region_name="us-east-1",
-        )
+        return _client(self.url)
 
     def access(self, url=None, secret=KEYS["AWS_SECRET_ACCESS_KEY"]):
         from racecraft.storage.connection import S3Connection

@@ -3,14 +3,13 @@
 import json
 import os
 import re
-import subprocess
-import sys
 import textwrap
 
 import pytest
 from tests.cli.conftest import racecraft  # noqa: F401 - the fixture
 from tests.cluster.workers_here import spread_here
 from tests.compat.guessing import GUESS, PLAIN, script
+from tests.forked import ran
 from tests.jobs.conftest import home  # noqa: F401 - the fixture
 
 from racecraft.compat.shims import run_script
@@ -163,8 +162,7 @@ def test_what_was_learned_until_then_stays_and_goes_on_once_it_is_mended(racecra
     RunFolder.open(tmp_path / "run").lock().release()
 
     (tmp_path / "fails_late.py").write_text(FINE + LATE.replace("self.actions_left[action]", "action"))
-    resumed = [sys.executable, "-m", "racecraft", "gym", "train", "--run=run", "--resume", "--stop=iterations=9"]
-    told = subprocess.run(resumed, cwd=tmp_path, capture_output=True, text=True, timeout=240)
+    told = ran(["gym", "train", "--run=run", "--resume", "--stop=iterations=9"], tmp_path)
     assert told.returncode == 0, told.stderr
     rows = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
     assert [json.loads(row)["iteration"] for row in rows] == list(range(1, 10))
@@ -232,13 +230,7 @@ def test_a_scripts_environment_of_several_agents_is_told_of(tmp_path, monkeypatc
 def test_a_scripts_environment_of_one_agent_is_told_of_without_pythons_traceback(tmp_path):
     whole = PLAIN.replace("float(action)", "float(action) / (4 - self.t)") + script("Plain")
     (tmp_path / "train.py").write_text(whole)
-    told = subprocess.run(
-        [sys.executable, "-m", "racecraft", "run", "train.py"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=240,
-    )
+    told = ran(["run", "train.py"], tmp_path)
     assert told.returncode == 2, told.stderr
     line = line_of(whole, "(4 - self.t)")
     assert f"racecraft: train.py:{line}: Plain.step raised ZeroDivisionError" in told.stderr

@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import multiprocessing
 import os
 import random
 import sys
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.conftest import TINY
+from tests.forked import PROCESSES
 from tests.jobs.makers import wait_until
 
 from racecraft.cli.app import main
@@ -72,11 +72,6 @@ KINDS = {"cars": CARS, "gymnasium": GYMNASIUM, "snakes": SNAKES}
 
 MARK = "racecraft-test-killed"
 """Stands in the environment of a training and of whatever it starts, so that what is left running is found."""
-PROCESSES = multiprocessing.get_context("forkserver")
-PROCESSES.set_forkserver_preload(
-    ["racecraft.actions.training", "racecraft.worlds.battlesnake.training.trainer", "torch"]
-)
-"""A hundred processes are begun here; a server that has imported everything forks them in no time."""
 
 
 def work(words, told):

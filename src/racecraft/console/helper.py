@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
+from racecraft.cluster.deadlines import load_scaled
 from racecraft.contract.errors import SettingError
 
 PATIENCE_SECONDS = 60.0
@@ -32,16 +33,16 @@ class Helper:
             arguments: Plain values.
 
         Raises:
-            SettingError: The process ended, or took longer than PATIENCE_SECONDS.
+            SettingError: The process ended, or took longer than PATIENCE_SECONDS; a crowded machine is given more.
         """
-        pool = self._opened()
+        pool, seconds = self._opened(), load_scaled(PATIENCE_SECONDS)
         try:
-            return pool.submit(_call, function, *arguments).result(PATIENCE_SECONDS)
+            return pool.submit(_call, function, *arguments).result(seconds)
         except (BrokenProcessPool, TimeoutError):
             self.close()
             raise SettingError(
                 "The process that looks at it ended or took longer than {seconds:g} s; expected an answer.",
-                seconds=PATIENCE_SECONDS,
+                seconds=seconds,
             ) from None
 
     def close(self) -> None:

@@ -122,7 +122,7 @@ def test_a_database_that_is_damaged_or_full_is_a_letter(home, tmp_path, monkeypa
     [
         ("ppo.learning_rat=1e-4..1e-2", "Did you mean 'learning_rate'?"),
         pytest.param("ppo.epochs=-8..-2", "ppo.epochs", marks=pytest.mark.long),
-        ("network.activation=rellu,tan", "network.activation"),
+        pytest.param("network.activation=rellu,tan", "network.activation", marks=pytest.mark.long),
     ],
 )
 def test_what_no_trial_understands_is_refused_before_the_first(home, tmp_path, monkeypatch, param, letter):  # noqa: F811

@@ -189,7 +189,7 @@ def test_schedules_of_a_configuration_come_to_their_end_with_max_steps(tmp_path,
         rates.append((self.learning_rate, self.now.clip))
 
     monkeypatch.setattr(PpoLearner, "anneal", watched)
-    settings = ("evaluation.every=9", "rollout.horizon=10", "ppo.clip=0.3")
+    settings = ("evaluation.every=9", "evaluation.episodes=1", "rollout.horizon=10", "ppo.clip=0.3")
     request = UnityRequest(
         "builtin:Basic", tmp_path / "c.yaml", run=tmp_path / "run", overrides=settings, env_args=("--agents", "4")
     )
