@@ -26,7 +26,6 @@ def lines_of(name):
 
 @pytest.mark.parametrize("name", FILES)
 def test_referee_and_kernel_agree_with_every_recorded_game(name):
-    lines_of(name)
     report = verify_records(RECORDS / name)
     assert (report.games, report.steps) == FILES[name]
     assert report.mismatches == 0, "\n".join(report.examples)
