@@ -40,15 +40,16 @@ def test_what_is_wrong_is_named_with_its_line(body, line):
 def test_every_sentence_of_a_lesson_is_in_the_catalogue(monkeypatch, whole_course):
     """With every message in capitals nothing that a pupil reads stays as it is written."""
     monkeypatch.setattr("racecraft.lessons.reading.translate", str.upper)
-    text = (files("racecraft.lessons") / "texts" / "02-grid.md").read_text("utf-8")
-    found = {message for _, message in messages(text, "grid.md")}
-    lesson = read_lesson(text, "grid.md")
+    text = (files("racecraft.lessons") / "texts" / "04-explore.md").read_text("utf-8")
+    found = {message for _, message in messages(text, "explore.md")}
+    lesson = read_lesson(text, "explore.md")
     shown = [lesson.title, lesson.goal]
     for one in lesson.exercises:
-        shown += [one.ask, one.hint, one.worked, one.why, *one.cases.values(), *(field.label for field in one.fields)]
+        shown += [one.ask, one.hint, one.worked, one.why, one.heads, *one.cases.values()]
+        shown += [text for field in one.fields for text in (field.label, *field.options.values())]
     known = {message.upper() for message in found}
     assert all(part in known for part in shown if part)
-    assert whole_course.find("grid").exercises[0].ask not in shown
+    assert whole_course.find("explore").exercises[0].ask not in shown
 
 
 def test_every_word_that_a_lesson_marks_has_a_meaning_and_stands_in_its_text(whole_course):
