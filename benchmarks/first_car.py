@@ -63,7 +63,7 @@ def console_in(folder: Path) -> Iterator[tuple[str, int]]:
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as console:
         assert console.stdout is not None
         try:
-            yield re.search(r"http://[\d.:]+/", console.stdout.readline())[0], console.pid  # type: ignore[index]
+            yield re.search(r"http://[\d.:]+", console.stdout.readline())[0], console.pid  # type: ignore[index]
         finally:
             with contextlib.suppress(OSError, ValueError):
                 os.kill(json.loads((folder / "jobs/run.lock").read_text())["pid"], signal.SIGTERM)
@@ -88,7 +88,7 @@ def send_click(address: str) -> Callable[[], None]:
     page = opened.open(address).read().decode()
     token = re.search(r'name="form_token" value="([^"]+)"', page)[1]  # type: ignore[index]
     form = urllib.parse.urlencode({"form_token": token, "kind": "deepracer"}).encode()
-    return lambda: opened.open(f"{address}models/first", form).close()
+    return lambda: opened.open(f"{address}/models/first", form).close()
 
 
 @contextlib.contextmanager

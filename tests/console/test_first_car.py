@@ -17,7 +17,7 @@ def test_one_click_leads_to_a_car_that_laps(tmp_path):
     console = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
     browser = Browser(1440, 900)
     try:
-        address = re.search(r"http://[\d.:]+/", console.stdout.readline())[0]
+        address = re.search(r"http://[\d.:]+", console.stdout.readline())[0]
         browser.open(address)
         browser.click("#train-first")
         # The page loads itself anew when the first map comes, which a selector outlives.

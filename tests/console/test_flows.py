@@ -363,7 +363,7 @@ def test_no_page_shuts_anybody_out(console, dark):
     pages = [
         "/models", "/models/a-1", "/models/a-1/checkpoints", "/models/a-1/evaluations", "/models/a-1/files",
         "/models/a-1/reward", "/models/a-1/why",
-        "/compare?m=a-1&m=b-1", "/import", "/jobs", "/settings",
+        "/compare?m=a-1&m=b-1", "/import", "/jobs", "/settings", "/parts",
     ]  # fmt: skip
     found = {}
     for page in [*steps, *(address + path for path in pages)]:

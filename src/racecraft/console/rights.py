@@ -65,6 +65,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/models/{name}/watch": MODELS,
     "/models/{name}/{tab}": MODELS,
     "/models/{name}/{tab}/look": MODELS,
+    "/parts": ALL,
     "/people": Verb.INVITE,
     "/people/invite": Verb.INVITE,
     "/people/preview": Verb.INVITE,

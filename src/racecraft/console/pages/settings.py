@@ -33,12 +33,14 @@ from racecraft.console.service import (
 from racecraft.console.workspace_file import restore_workspace, save_workspace
 from racecraft.console.workspace_settings import WorkspaceSettings, read_settings, write_settings
 from racecraft.contract.errors import SettingError
+from racecraft.pages.every_part import every_part
 from racecraft.training.notify import require_addresses
+from racecraft.web.answers import page_answer
 
 KEYS = (
     ("/", "search"), ("?", "this list"), ("n", "create a model"), ("g", "go to the garage"),
     ("j", "next row"), ("k", "row before"), ("x", "select a row"), ("c", "compare what is selected"),
-    ("z", "undo the last deletion"),
+    ("[", "the page of the list before"), ("]", "the next page"), ("z", "undo the last deletion"),
 )  # fmt: skip
 """What modules/console.js answers."""
 STARTER_VARIABLE = "RACECRAFT_STARTER"
@@ -65,8 +67,12 @@ def routes(console: Console) -> list[BaseRoute]:
         look = Look("racecraft.console/disk_use.html", "racecraft.console.disk_use:disk_use", (str(workspace),))
         return looked(console, request, look)
 
+    def parts(request: Request) -> Response:
+        return page_answer(request, "every_part.html", **every_part())
+
     workspace = console.workspace.path
     return [
+        Route("/parts", parts),
         *page_routes(console, "/settings", settings_page),
         Route("/settings/disk", disk),
         act_route(console, "/settings/notify", choose_notifications),
