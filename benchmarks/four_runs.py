@@ -4,6 +4,7 @@
     python benchmarks/four_runs.py --minutes 6 --row old --row apex
     python benchmarks/four_runs.py --gym exact              the official rules instead of the starter pack's
     python benchmarks/four_runs.py --slowed --minutes 16    games as slow as those of 2020, for 1, 4 and 12 workers
+    python benchmarks/four_runs.py --slowed --together FOLDER FOLDER … --folder OUT    table and chart of several seeds
 
 Rows train one after the other: the old hand-written DQN, DQN on one core, DQN and Ape-X on all cores, and ours (PPO,
 masked). Then checkpoints from along the way play whole games greedily, every row the same games. The folder keeps a run
@@ -152,6 +153,7 @@ def main() -> None:
     words.add_argument("--slowed", action="store_true", help="count time by turns of slow games, for 1 to 12 workers")
     words.add_argument("--seed", type=int, default=1, help="of the trainings")
     words.add_argument("--folder", type=Path)
+    words.add_argument("--together", type=Path, nargs="+", metavar="FOLDER", help="train nothing: means of these seeds")
     asked = words.parse_args()
     name = f"{asked.gym}{'-slowed' * asked.slowed}-{asked.minutes:g}-{asked.games}-{asked.seed}"
     folder = asked.folder or Path("four-runs") / name
@@ -159,6 +161,9 @@ def main() -> None:
     if unknown := set(asked.row or ()) - set(rows):
         words.error(f"--row {', '.join(sorted(unknown))}; expected some of {', '.join(rows)}")
     folder.mkdir(parents=True, exist_ok=True)
+    if asked.together:
+        write_result(folder, means_of(asked.together, rows), asked.slowed)
+        return
     judged = {
         title: _kept(folder, name, lambda world=world: [_chance(f"{WORLDS}:{world[asked.gym]}", asked.games)])
         for name, title, world in (("random", RANDOM, PLAIN), ("masked", f"{RANDOM}, masked", MASKED))
@@ -168,8 +173,32 @@ def main() -> None:
             continue
         print(f"{name}: {row.title}, {asked.minutes:g} min", flush=True)
         judged[row.title] = _kept(folder, name, lambda row=row, name=name: train_and_judge(folder / name, row, asked))
-        write_chart(folder / "chart.png", judged, "minutes of training" + asked.slowed * f", {SLOWED}")
-        (folder / "table.md").write_text(table(judged), encoding="utf-8")
+        write_result(folder, judged, asked.slowed)
+
+
+def means_of(folders: list[Path], rows: dict[str, Row]) -> dict[str, list[dict[str, float]]]:
+    """Return each row's curve as the mean over seeds, with the standard error of that mean."""
+    titles = {"random": RANDOM, "masked": f"{RANDOM}, masked", **{name: row.title for name, row in rows.items()}}
+    found = {}
+    for name, title in titles.items():
+        if not all((folder / f"{name}.json").is_file() for folder in folders):
+            continue
+        curves = [json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for folder in folders]
+        found[title] = [_mean(moments) for moments in zip(*curves, strict=True)]
+    return found
+
+
+def _mean(seeds: tuple[dict[str, float], ...]) -> dict[str, float]:
+    means = {key: float(np.mean([one[key] for one in seeds])) for key in seeds[0]}
+    for name in ("reward", "length"):
+        means[f"{name}_error"] = float(np.std([one[name] for one in seeds], ddof=1) / len(seeds) ** 0.5)
+    return means
+
+
+def write_result(folder: Path, judged: dict[str, list[dict[str, float]]], is_slowed: bool) -> None:
+    """Write chart and table, and print the table."""
+    write_chart(folder / "chart.png", judged, "minutes of training" + is_slowed * f", {SLOWED}")
+    (folder / "table.md").write_text(table(judged), encoding="utf-8")
     print(table(judged) + f"\n{folder / 'chart.png'}")
 
 
@@ -207,8 +236,8 @@ def table(judged: dict[str, list[dict[str, float]]]) -> str:
     return "\n".join((*head, *lines)) + "\n"
 
 
-def write_chart(path: Path, judged: dict[str, list[dict[str, float]]], minutes: str) -> None:
-    """Draw reward and length over `minutes` of training; a band is a standard error, a dotted line is chance."""
+def write_chart(path: Path, judged: dict[str, list[dict[str, float]]], time_label: str) -> None:
+    """Draw reward and length over minutes of training; a band is a standard error, a dotted line is chance."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -230,8 +259,8 @@ def write_chart(path: Path, judged: dict[str, list[dict[str, float]]], minutes: 
             axes.fill_between(minutes, means - errors, means + errors, color=line.get_color(), alpha=0.15, lw=0)
         axes.set_title(head, loc="left", fontsize=9)
     both[1].set_yscale("log")
-    both[1].set_xlabel(minutes)
-    both[1].legend(frameon=False, fontsize=8)
+    both[1].set_xlabel(time_label)
+    figure.legend(*both[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     figure.savefig(path, dpi=130)
     plt.close(figure)
 

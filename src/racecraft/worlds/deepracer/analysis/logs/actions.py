@@ -214,5 +214,5 @@ def _draw_map(data: pl.DataFrame, track: Track) -> Any:
     for chosen, word, colour, mark in zip(sides, ("left", "ahead", "right"), (BLUE, GREEN, CYCLE[1]), "<^>",
                                           strict=True):  # fmt: skip
         axes.scatter(x[chosen], y[chosen], s=7, marker=mark, color=colour, alpha=0.5, lw=0, zorder=3, label=word)
-    axes.legend(frameon=False, fontsize=9, markerscale=2)
+    axes.legend(frameon=False, fontsize=9, markerscale=2, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return figure

@@ -111,5 +111,5 @@ def _draw(data: pl.DataFrame, track: Track) -> Any:
         if rows.height:
             axes.scatter(*values(rows, "x_m", "y_m"), s=28, marker=mark, color=RED, alpha=0.45, lw=0, zorder=3,
                          label=f"{status.replace('_', ' ')} ({rows.height})")  # fmt: skip
-    axes.legend(frameon=False, fontsize=9)
+    axes.legend(frameon=False, fontsize=9, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(MARKS))
     return figure
