@@ -94,8 +94,8 @@ def test_a_season_with_an_open_race_has_no_champion(league):
 def test_records_are_each_racers_fastest_lap_and_a_withdrawn_entry_has_none(league):
     race = add(league, "One", {"Ann": [8.0, 7.0], "Bob": [6.0]})
     add(league, "Two", {"Ann": [7.5]})
-    assert [(one.racer, one.seconds, one.race) for one in fastest_laps(league)] == [
-        ("Bob", 6.0, "one"), ("Ann", 7.0, "one")
+    assert [(one.racer, one.seconds, one.race, one.entry) for one in fastest_laps(league)] == [
+        ("Bob", 6.0, "one", 2), ("Ann", 7.0, "one", 1)
     ]  # fmt: skip
     assert (career_of(league, "Ann").wins, career_of(league, "Ann").laps) == (1, 3)
     league.withdraw(race.id, 2)

@@ -24,6 +24,8 @@ class Record:
     model: str
     race: str
     heat: str
+    entry: int
+    """Its number in the race."""
     judged: float
 
 
@@ -57,7 +59,7 @@ def _record(track: str, type: str, lap: Lap, snapshot: Snapshot) -> Record:
     entry = snapshot.entries[number]
     return Record(
         track=track, type=type, seconds=seconds, racer=entry.racer, model=entry.model, race=snapshot.race.id, heat=heat,
-        judged=judged,
+        entry=number, judged=judged,
     )  # fmt: skip
 
 

@@ -137,7 +137,7 @@ def files_answer(driven: Driven, request: Request) -> Response:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(driven.folder.rglob("*")):
-            if file.is_file() and file.suffix != ".mp4":
+            if file.is_file() and not file.name.startswith("film"):
                 archive.write(file, file.relative_to(driven.folder).as_posix())
     name = f"{driven.race.id}-{driven.result.heat}.zip"
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
