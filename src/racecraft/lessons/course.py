@@ -118,12 +118,19 @@ def _lessons_of(part: Any) -> Iterator[Lesson]:
     for file in _files(part, "texts", ".md"):
         lesson = read_lesson(file.read_text("utf-8"), file.name)
         blocks = [
-            replace(block, settings={**block.settings, "data": material(part.__package__, name)})
-            if isinstance(block, Figure) and (name := block.settings.get("material"))
+            replace(block, settings={**block.settings, "data": _recorded(part, wanted)})
+            if isinstance(block, Figure) and (wanted := block.settings.get("material"))
             else _filled(block, facts)
             for block in lesson.blocks
         ]
         yield replace(lesson, blocks=tuple(blocks))
+
+
+def _recorded(part: Any, wanted: str) -> dict[str, Any]:
+    """Return a part's material: "FILE", or "FILE KEY…" where a figure needs no more."""
+    name, *keys = wanted.split()
+    found = material(part.__package__, name)
+    return {key: found[key] for key in keys} if keys else found
 
 
 def _filled(part: Any, facts: Mapping[str, str]) -> Any:
