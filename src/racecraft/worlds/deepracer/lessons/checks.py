@@ -40,7 +40,7 @@ MOMENT = {"distance_from_center": 0.0, "track_width": 0.76, "is_offtrack": False
 
 @cache
 def facts() -> Mapping[str, Any]:
-    """Return what the recorded training of lesson 1 came to, and a place where its road leads north."""
+    """Return what the recordings of lessons 1 and 11 came to, and a place where the road of lesson 1 leads north."""
     drives = material(__package__, "learning.json")["drives"]
     north = next(one for one in material(__package__, "drive.json")["centre"]
                  if abs(_of_road(*one)[1] - 90) <= NEAR_DEGREES)  # fmt: skip
@@ -48,11 +48,15 @@ def facts() -> Mapping[str, Any]:
     alike = (two for two in combinations(shapes, 2) if abs(two[0]["length"] - two[1]["length"]) < 1)
     same = min(alike, key=lambda two: shape_distance(two[0]["points"], two[1]["points"]))
     laps = [one["iteration"] for one in drives if one["progress"] >= 100]
+    cars = material(__package__, "tracks.json")
+    lapped = [track for track, whole in zip(cars["columns"], cars["rows"][-1]["full_laps"], strict=True)
+              if whole == cars["starts"]]  # fmt: skip
     return {
         "first_lap": laps[0], "whole_laps": len(laps), "left_road": sum(one["status"] == "off_track" for one in drives),
         "under_half": next(at for at, one in enumerate(drives) if one["progress"] >= 50),
         "later_without": len(drives) - laps[0] + 1 - len(laps), "drives": len(drives), "north_x": north[0],
         "north_y": north[1], "same_road": " and ".join(one["letter"].upper() for one in same),
+        "three_lapped": len(lapped), "three_new": len(set(lapped) - set(cars["rows"][-1]["on"])),
     }  # fmt: skip
 
 
