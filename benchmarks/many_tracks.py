@@ -67,13 +67,18 @@ def main() -> None:
 
 def drawn_tracks(seed: int) -> tuple[list[str], list[str]]:
     """Return the names held out and those trained on: of each place (open and pro share one) and each road one."""
+    drawn = random.Random(seed).sample([track.name for track in distinct_loops()], HELD_OUT + TRAINED)
+    return sorted(drawn[:HELD_OUT]), sorted(drawn[HELD_OUT:])
+
+
+def distinct_loops() -> list[Track]:
+    """Return the catalogue's loops, one of each place and of each road."""
     roads: dict[str, Track] = {}
     for name in names():
         place, track = re.sub(r"_(open|pro)(_c?cw)?$", "", name), load_track(name)
         if name != OPEN and place not in roads and not any(are_alike(track, other) for other in roads.values()):
             roads[place] = track
-    drawn = random.Random(seed).sample([track.name for track in roads.values()], HELD_OUT + TRAINED)
-    return sorted(drawn[:HELD_OUT]), sorted(drawn[HELD_OUT:])
+    return list(roads.values())
 
 
 CURVE = ("iteration", "seconds", "steps", "trained_tracks_lapped", "trained_progress", "held_out_tracks_lapped",

@@ -2,11 +2,13 @@
 
     python benchmarks/racing.py OUT.json [--seed 1 --seed 2 …] [--stop steps=200000] [--track NAME] [--folder CAR]
                                 [--car v5-classic] [--algorithm sac] [--set GROUP.NAME=VALUE …] [--lap-ends]
+                                [--keep FOLDER]
 
 Without options it is the default car on its track. Each seed trains in one thread; what is told is CPU seconds of the
 process, judging and files in, compilation out, and those of the process that computes the reward beside it. Then the
 best checkpoint drives, greedily, from 100 standing starts that training did not judge (shares (i + 0.37) / 100 of
-the lap), three laps each. `--lap-ends` trains as before laps went on: a complete lap ends an episode.
+the lap), three laps each. `--lap-ends` trains as before laps went on: a complete lap ends an episode. `--keep` leaves
+the runs in a folder, by seed.
 """
 
 from __future__ import annotations
@@ -72,6 +74,7 @@ def main() -> None:
     parser.add_argument("--stop", action="append", default=[])
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--folder", type=Path)
+    parser.add_argument("--keep", type=Path)
     for name in ("track", "car", "algorithm"):
         parser.add_argument(f"--{name}")
     parser.add_argument("--lap-ends", action="store_true")
@@ -82,9 +85,9 @@ def main() -> None:
     for seed in options.seed or (1, 2, 3):
         with tempfile.TemporaryDirectory() as folder:
             request = RaceRequest(
-                run=Path(folder) / "run", preset="race", seed=seed, stops=tuple(options.stop),
-                overrides=("runtime.threads=1", *options.set), folder=options.folder, track=options.track,
-                car=options.car, algorithm=options.algorithm,
+                run=(options.keep or Path(folder)) / f"seed-{seed}", preset="race", seed=seed,
+                stops=tuple(options.stop), overrides=("runtime.threads=1", *options.set), folder=options.folder,
+                track=options.track, car=options.car, algorithm=options.algorithm,
             )  # fmt: skip
             rows.append({"seed": seed, **trained(request)})
             print({name: value for name, value in rows[-1].items() if name != "curve"}, flush=True)

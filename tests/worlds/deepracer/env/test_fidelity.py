@@ -215,8 +215,9 @@ def test_a_car_put_back_keeps_its_wheels_only_at_aws(fidelity):
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
-def test_leaving_the_road_beside_another_stretch_gains_a_third_of_the_lap_only_at_aws(fidelity):
-    """Where the hairpin of 2022 comes near the straight, a car in between is nearer to the straight."""
+def test_leaving_the_road_beside_another_stretch_puts_the_car_on_that_one_only_at_aws(fidelity):
+    """Where the hairpin of 2022 comes near the straight, a car in between is nearer to the straight: waypoint 104, not
+    65, and a third of the lap gained. Sane, it stays on the hairpin, at its own distance from that."""
     track = load_track("2022_reinvent_champ_ccw")
     world = RaceWorld(
         track, ACTIONS, None, race_config=RaceConfig(fidelity=fidelity), camera_config=CameraConfig(16, 12)
@@ -228,12 +229,16 @@ def test_leaving_the_road_beside_another_stretch_gains_a_third_of_the_lap_only_a
     x, y = 0.45 * hairpin + 0.55 * straight
     car = world._cars[0, 0]
     car["x"], car["y"], car["yaw"], car["speed"] = x, y, math.atan2(*(straight - hairpin)[::-1]), 0.0
-    car["progress"] = 60.0
+    car["arc"], car["progress"] = track.arc[65], 100.0 * track.arc[65] / track.length
     for _ in range(2):
         world.step(np.ones((1, 1), np.int64), buffers)
-    assert world.reports["status"][0, 0] == race.OFF_TRACK
-    assert (world.reports["progress"][0, 0] > 90.0) == (fidelity == "aws")
-    assert fidelity == "aws" or world.reports["progress"][0, 0] == 60.0
+    report = world.reports[0, 0]
+    assert report["status"] == race.OFF_TRACK
+    assert (report["progress"] > 90.0) == (fidelity == "aws")
+    assert abs(report["waypoint_nearest"] - (104 if fidelity == "aws" else 65)) <= 3
+    own = slice(95, 115) if fidelity == "aws" else slice(55, 75)
+    nearest = np.linalg.norm(track.centre[own] - (report["front_x"], report["front_y"]), axis=1).min()
+    assert report["centre_distance"] == pytest.approx(nearest, abs=0.02)
 
 
 def test_a_saved_race_goes_on_with_its_own_dice():

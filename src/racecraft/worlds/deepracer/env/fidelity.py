@@ -179,7 +179,8 @@ DEPARTURES = (
         "progress_jumps",
         "A car that leaves the road beside another stretch of it is placed on that one: the tick in which it leaves "
         "may gain a third of the lap, be paid for it, and complete the lap.",
-        "A tick without a wheel on the road that would gain or lose more than 1 m along the centre line gains nothing.",
+        "Without a wheel on the road it stays on the stretch that it left: within 1 m along the centre line, in "
+        "progress, waypoints and distance from the centre alike.",
         "worlds/deepracer/env/rules.py",
     ),
     Quirk(

@@ -18,7 +18,7 @@ from racecraft.kernels.rng import normal_at, uniform_at
 from racecraft.worlds.deepracer.env.kernels.bots import drive_bots
 from racecraft.worlds.deepracer.env.kernels.boxes import is_in_frame
 from racecraft.worlds.deepracer.env.kernels.lidar import look_around, write_ranges
-from racecraft.worlds.deepracer.env.kernels.localise import locate, undo_jump
+from racecraft.worlds.deepracer.env.kernels.localise import locate
 from racecraft.worlds.deepracer.env.kernels.nearby import collect_nearby
 from racecraft.worlds.deepracer.env.kernels.objects import hits, is_to_blame, objects_around
 from racecraft.worlds.deepracer.env.kernels.observations import render_observations
@@ -148,9 +148,7 @@ def tick_world(
             seconds = tick_length(rules, cars[n, m], keys[n, m])
             push_wheels(rules, cars[n, m], keys[n, m])
             apply_command(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
-            locate(track, cars[n, m])
-            if not rules.jumps:
-                undo_jump(track, cars[n, m])
+            locate(track, cars[n, m], rules.jumps)
     drive_bots(track, plan, objects, reports, n)
     collect_nearby(track, objects, cars, around, n)
     is_anew = False
