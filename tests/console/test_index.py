@@ -216,7 +216,7 @@ def test_a_row_that_changes_is_never_missing(workspace, index):
     assert missing == []
 
 
-@pytest.mark.parametrize("sort", garage.SORTS)
+@pytest.mark.parametrize("sort", ["changed", "name", "best"])
 def test_pages_of_the_list_neither_repeat_nor_miss_a_model_while_others_come_and_go(
     workspace, index, monkeypatch, sort
 ):

@@ -27,6 +27,13 @@ def test_only_what_came_to_its_end_with_a_score_counts():
     assert [one.is_done for one in (*trials, trial(4, 0.0))] == [False] * 4 + [True]
     assert best_of(trials, True) is None
     assert best_of([], True) is None
+    some = [trials[0], trial(1, 2.0), trial(2, 1.0), trials[2], trial(4, 3.0)]
+    shares = {"rate": 0.25, "epochs": 0.75}
+    assert TuningRecord((), "score", True, False, some, shares).best_so_far == ([1, 2, 4], [2, 1, 3], [2, 2, 3])
+    assert TuningRecord((), "score", False, False, some, shares).best_so_far[2] == [2, 1, 1]
+    assert TuningRecord((), "score", True, False, some, shares).shares == [
+        ("epochs", "75 %", 0.75), ("rate", "25 %", 0.25)
+    ]  # fmt: skip
 
 
 def test_the_file_says_what_it_is(tmp_path):

@@ -62,16 +62,13 @@ def _parts(facts: TuningRecord, log_scale: Sequence[str], best_command: str) -> 
         yield heading("Trial after trial")
         yield card(figure_part(history_figure(facts), "score of every trial, and the best so far"))
     if facts.importances:
-        rows = [
-            (name, f"{100 * share:.0f} %", Bar(share))
-            for name, share in sorted(facts.importances.items(), key=lambda one: -one[1])
-        ]
+        rows = [(name, words, Bar(share)) for name, words, share in facts.shares]
         yield heading("What mattered")
         yield card(
             table(("parameter", "share of the difference", ""), rows, numbers=(1,)),
             paragraph("How much of what tells good trials from others each parameter decides (PED-ANOVA).", "quiet"),
         )
-    if sum(one.is_done for one in facts.trials) > 1:
+    if len(facts.done) > 1:
         words = "one line a trial across every parameter, the better the darker"
         yield heading("All at once")
         yield card(figure_part(parallel_figure(facts, log_scale), words))
@@ -99,9 +96,7 @@ def _table(facts: TuningRecord) -> Markup:
 def history_figure(facts: TuningRecord) -> Figure:
     """Return the score of every trial that came to its end, and the best so far."""
     figure, axes = small_axes(facts.objective, 7.6, 2.6, LETTERS)
-    done = [one for one in facts.trials if one.is_done]
-    numbers, scores = [one.number for one in done], [float(one.score or 0.0) for one in done]
-    best = [(max if facts.maximise else min)(scores[: k + 1]) for k in range(len(scores))]
+    numbers, scores, best = facts.best_so_far
     axes.scatter(numbers, scores, s=18, color=ORANGE, label="a trial")
     axes.step(numbers, best, where="post", color=BLUE, lw=1.6, label="best so far")
     axes.set_xlabel("trial", fontsize=LETTERS, color=QUIET)
@@ -112,7 +107,7 @@ def history_figure(facts: TuningRecord) -> Figure:
 
 def parallel_figure(facts: TuningRecord, log_scale: Sequence[str]) -> Figure:
     """Return a line a trial across an upright axis a parameter, the score the last; the better the darker."""
-    done = sorted((one for one in facts.trials if one.is_done), key=lambda one: _goodness(facts, one))
+    done = sorted(facts.done, key=lambda one: _goodness(facts, one))
     columns = [*_names(facts), facts.objective]
     figure, axes = small_axes("one line a trial, the better the darker", max(7.6, 1.5 * len(columns)), 3.2, LETTERS)
     scales = [_Scale([_of(one, name, facts) for one in done], name in log_scale) for name in columns]
@@ -133,7 +128,7 @@ def parallel_figure(facts: TuningRecord, log_scale: Sequence[str]) -> Figure:
 def slice_figure(facts: TuningRecord, name: str, is_log: bool) -> Figure:
     """Return the score over one parameter."""
     figure, axes = small_axes(name, 3.6, 2.4, LETTERS)
-    done = [one for one in facts.trials if one.is_done]
+    done = facts.done
     values = [one.values[name] for one in done]
     if not all(_is_number(value) for value in values):
         values = [str(value) for value in values]

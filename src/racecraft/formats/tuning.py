@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,24 @@ class TuningRecord:
     def best(self) -> TrialRecord | None:
         """The best trial that is done; None without one."""
         return best_of(self.trials, self.maximise)
+
+    @property
+    def done(self) -> list[TrialRecord]:
+        """The trials that came to their end with a score."""
+        return [one for one in self.trials if one.is_done]
+
+    @property
+    def best_so_far(self) -> tuple[list[int], list[float], list[float]]:
+        """Of each trial that is done its number, its score, and the best score up to it."""
+        scores = [float(one.score or 0.0) for one in self.done]
+        better = max if self.maximise else min
+        return [one.number for one in self.done], scores, list(accumulate(scores, better))
+
+    @property
+    def shares(self) -> list[tuple[str, str, float]]:
+        """What each parameter decides, the largest first: its name, the share in words, the share."""
+        found = sorted(self.importances.items(), key=lambda pair: -pair[1])
+        return [(name, f"{100 * share:.0f} %", share) for name, share in found]
 
 
 def best_of(trials: Sequence[TrialRecord], maximise: bool) -> TrialRecord | None:

@@ -105,7 +105,7 @@ def tuning_page(console: Console, request: Request) -> Page:
         **_row(folder, job),
         "fault_of_file": fault,
         "charts": [(chart.title, chart.shown()) for chart in _charts(record, job)] if record else [],
-        "shares": _shares(record),
+        "shares": record.shares if record else [],
         "table": _table(record, folder),
         "commands": {"command": _command(job, record, folder), "python": ""},
     }
@@ -223,12 +223,10 @@ def _told(trial: TrialRecord) -> str:
 
 def _charts(record: TuningRecord, job: Job | None) -> Iterator[Chart]:
     """Yield the best so far, and the score over each thing that was varied."""
-    done = [trial for trial in record.trials if trial.is_done]
+    done, aim = record.done, record.objective.replace("_", " ")
     if not done:
         return
-    scores = [float(trial.score or 0.0) for trial in done]
-    best = [(max if record.maximise else min)(scores[: at + 1]) for at in range(len(scores))]
-    numbers, aim = [trial.number for trial in done], record.objective.replace("_", " ")
+    numbers, scores, best = record.best_so_far
     tried = [
         Series("a trial", numbers, scores, "dots", colour=2),
         Series("best so far", numbers, best, "steps", colour=1),
@@ -249,11 +247,6 @@ def _slice(name: str, aim: str, done: list[TrialRecord], scores: list[float], jo
     return Chart(
         f"By {name}", name, aim, [Series("a trial", places, scores, "dots")], log_x=is_log and numbers, names=words
     )  # fmt: skip
-
-
-def _shares(record: TuningRecord | None) -> list[list[Any]]:
-    found = sorted((record.importances if record else {}).items(), key=lambda pair: -pair[1])
-    return [[name, f"{100 * share:.0f} %", share] for name, share in found]
 
 
 def _table(record: TuningRecord | None, folder: Path) -> Mapping[str, Any]:
