@@ -58,6 +58,9 @@ def made(tmp_path_factory):
 
     def reward(path):
         do(f"{CAR}.new:new", path)
+        angle = "math.atan2(params['y'] - params['waypoints'][0][1], params['x'] - params['waypoints'][0][0])"
+        text = f"import math\ndef reward_function(params):\n    return abs(params['heading'] - {angle})\n"
+        (path / "reward_function.py").write_text(text)  # its fault stands in a line that is wider than a phone
 
     def league(path):
         do(f"{CAR}.create_race:create_race", "Cup", track=["Oval_track"], league=path)

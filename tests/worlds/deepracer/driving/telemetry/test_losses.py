@@ -44,7 +44,7 @@ def test_the_slow_corner_is_named_with_what_it_is_worth():
     before = compared.delta_seconds[timing.laps.shares < SECOND[0] / LENGTH_M]
     assert np.abs(before).max() < 0.07
     assert f"Work on turn 2 (left): it is worth {compared.worst.lost_seconds:.2f} s" in compared.advice()
-    assert "slows to 1.0 m/s there where 2.0 is possible" in compared.advice()
+    assert "slows to 1.00 m/s there where 2.00 is possible" in compared.advice()
 
 
 def test_best_corners_of_several_laps_are_put_together():

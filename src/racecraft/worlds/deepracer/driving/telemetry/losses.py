@@ -145,7 +145,7 @@ def _how(zone: ZoneLoss) -> str:
     """Return how the lap drives a corner otherwise than the reference, as far as that is clear."""
     reasons = []
     if zone.slowest_mps < 0.97 * zone.reference_slowest_mps:
-        reasons.append(f"slows to {zone.slowest_mps:.1f} m/s there where {zone.reference_slowest_mps:.1f} is possible")
+        reasons.append(f"slows to {zone.slowest_mps:.2f} m/s there where {zone.reference_slowest_mps:.2f} is possible")
     if zone.apex_metres < zone.reference_apex_metres - 0.1:
         wider = zone.reference_apex_metres - zone.apex_metres
         reasons.append(f"passes the apex {100 * wider:.0f} cm further outside")
