@@ -155,7 +155,9 @@ def _sentences(
     if comparison.luck <= BY_LUCK:
         return (f"Better: {better} ({gap}).", share, luck)
     more = f"More seeds would tell (--seeds {max(5, 2 * min(counts))})."
-    return (f"No verdict. {better} looks better ({gap}).", share, luck, more)
+    values = sorted((means[first].value, means[second].value), reverse=not measure.less_is_better)
+    looks = "looks better" if means[first].value == values[0] else "wins more pairs of seeds but has the worse mean"
+    return (f"No verdict. {better} {looks} ({gap}).", share, luck, more)
 
 
 def _gap(means: Sequence[Interval], pair: tuple[int, int], measure: Measure) -> str:

@@ -56,7 +56,9 @@ class LapOptions(Request):
         "At waypoint 57 the discounted rewards of this tick and all later ones of the episode come to so much "
         "at least: 57=20; at most: 57=..20.",
     )
-    discount: float | None = option(None, "Of --future-at; by default the training's own.", low=0.0, high=1.0)
+    discount: float | None = option(
+        None, "Discount factor of rewards to come; by default the training's own.", low=0.0, high=1.0
+    )
     printed: str | None = option(None, "The reward function printed this text, as simulation logs hold it.")
     actions: str | None = option(None, "Action 4 is chosen somewhere: 4; or several follow one another: 4,4,7.")
     slide: float | None = option(
