@@ -7,7 +7,7 @@ line changed is seen at the next one. Only what a line can change is looked at (
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from types import FrameType
@@ -107,7 +107,7 @@ class RewardTrace:
 
         def enter(frame: FrameType, event: str, arg: Any) -> Any:
             is_theirs = frame.f_code.co_filename == path and not frame.f_code.co_name.startswith("<")
-            return _watch(frame, self) if is_theirs else None
+            return _Watched(frame, self).see if is_theirs else None
 
         return enter
 
@@ -118,40 +118,45 @@ def line_of(source: RewardSource, term: Term) -> str:
     return lines[term.line - 1].strip() if term.line <= len(lines) else ""
 
 
-def _watch(frame: FrameType, trace: RewardTrace) -> Callable[..., Any]:
-    """Return what sees one frame's lines, and keeps what each of them changed and what the function returns."""
-    changed = flow_of(trace.reward.source.text).changed_in(frame.f_code)
-    held: dict[str, float | None] = {}
-    number, parent = len(trace.calls), trace.open[-1]
-    call = Call(parent, trace.calls[parent].last_line if number else 0, frame.f_code.co_name, frame.f_lineno)
-    trace.calls.append(call)
-    trace.open.append(number)
+class _Watched:
+    """Sees one frame's lines, and keeps what each of them changed and what the function returns."""
 
-    def see(frame: FrameType, event: str, arg: Any) -> Any:
+    __slots__ = ("_call", "_changed", "_held", "_number", "_trace")  # and no circle, which would have to be collected
+
+    def __init__(self, frame: FrameType, trace: RewardTrace) -> None:
+        self._trace, self._number, parent = trace, len(trace.calls), trace.open[-1]
+        line = trace.calls[parent].last_line if trace.calls else 0
+        self._call = Call(parent, line, frame.f_code.co_name, frame.f_lineno)
+        trace.calls.append(self._call)
+        trace.open.append(self._number)
+        self._changed = flow_of(trace.reward.source.text).changed_in(frame.f_code)
+        self._held: dict[str, float | None] = {}
+        if self._changed:
+            names, values = _values(frame, self._changed[0])
+            self._held = {name: _number(values.get(name)) for name in names}
+
+    def see(self, frame: FrameType, event: str, arg: Any) -> Any:
+        """Keep what the line before this one changed, and what the function returns."""
         if event not in ("line", "return"):
-            return see
-        if names := changed.get(call.last_line):
-            keep(*_values(frame, names))
+            return self.see
+        call = self._call
+        if names := self._changed.get(call.last_line):
+            self._keep(*_values(frame, names))
         call.last_line = frame.f_lineno
         if event == "line":
-            trace.lines.add(call.last_line)
+            self._trace.lines.add(call.last_line)
         else:
-            call.value, call.steps = _number(arg), len(trace.steps)
-            trace.open.remove(number)
-        return see
+            call.value, call.steps = _number(arg), len(self._trace.steps)
+            self._trace.open.remove(self._number)
+        return self.see
 
-    def keep(names: Sequence[str], values: Mapping[str, Any]) -> None:
+    def _keep(self, names: Sequence[str], values: Mapping[str, Any]) -> None:
         for name in names:
-            before, now = held.get(name), _number(values.get(name))
+            before, now = self._held.get(name), _number(values.get(name))
             if now != before:
-                held[name] = now
+                self._held[name] = now
                 if now is not None:
-                    trace.steps.append((call.last_line, name, before, now, number))
-
-    if changed:
-        names, values = _values(frame, changed[0])
-        held = {name: _number(values.get(name)) for name in names}
-    return see
+                    self._trace.steps.append((self._call.last_line, name, before, now, self._number))
 
 
 def _values(frame: FrameType, names: Sequence[str]) -> tuple[Sequence[str], Mapping[str, Any]]:

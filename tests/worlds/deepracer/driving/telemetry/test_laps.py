@@ -120,7 +120,7 @@ def test_laps_are_chosen_by_what_the_car_does_somewhere(condition, expected):
         action=pl.when(late).then(2).otherwise(1).cast(pl.Int32), reward=1.0 + pl.col("unique_episode")
     )
     printed = {"slow": [one.height + 20], "begun": [one.height]}  # a lap's first row is paid for what was before
-    log = SimpleNamespace(printed=lambda text: np.array(printed[text]))
+    log = SimpleNamespace(printed=lambda text: np.array(printed[text]), about={})
     assert LapOptions(**condition).rows(find_laps(ticks, stadium()), log).tolist() == expected
 
 

@@ -72,8 +72,7 @@ def lap_table(timing: LapTiming) -> pl.DataFrame:
     import polars as pl
 
     sectors = {f"sector_{k + 1}_s": timing.sector_seconds[:, k] for k in range(timing.sector_seconds.shape[1])}
-    numbers = [corner.number for corner in timing.corners]
-    turns = {f"turn_{number}_s": timing.zone_seconds[:, k] for k, number in enumerate(numbers)}
+    turns = {f"turn_{one.number}_s": timing.zone_seconds[:, k] for k, one in enumerate(timing.corners)}
     columns = {name: pl.Series(values).round(4) for name, values in (sectors | turns).items()}
     kept = (*ORIGIN, "iteration", "episode", "begin_share", "from_rest", "resets", "seconds")
     return timing.laps.about.select(kept).with_columns(**columns).sort("seconds", maintain_order=True)

@@ -136,10 +136,9 @@ class LapOptions(Request):
             yield _printed(laps, log, self.printed)
 
     def _discount(self, log: Logs | None) -> float:
-        if self.discount is not None:
-            return self.discount
         says = {} if log is None else log.about
         found = says.get("discount", says.get("hyperparameters", {}).get("discount_factor"))
+        found = found if self.discount is None else self.discount
         if not isinstance(found, float | int):
             raise SettingError("--future-at: the log does not tell its discount; expected --discount beside it.")
         return float(found)
