@@ -19,7 +19,7 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.camera import OPTICS, Camera, CameraMount, mounted_optics
 from racecraft.worlds.deepracer.env.kernels import variation as kernels
 from racecraft.worlds.deepracer.env.scene import FIELD, MATERIALS, SKY, WALL_SOUTH
-from racecraft.worlds.deepracer.env.variation import DRAWN, VariationConfig, drawn_dtype
+from racecraft.worlds.deepracer.env.variation import DRAWN, DRAWN_DTYPE, VariationConfig, drawn_dtype
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 
 SUN_RGB = np.array([1.0, 1.0, 0.8])
@@ -69,6 +69,7 @@ class RandomisedCars:
         shape, objects = profiles.shape, kinds.shape[1]
         self.drawn = np.zeros(shape, drawn_dtype(objects))
         """What every car's episode has drawn, (N, M); see `variation.DRAWN`."""
+        self._read = np.zeros(shape, DRAWN_DTYPE)
         self.optics = np.zeros(shape, OPTICS)
         """Every car's camera."""
         self.palettes = np.zeros((*shape, len(MATERIALS) + objects))
@@ -101,6 +102,7 @@ class RandomisedCars:
         amounts = self._drawn_from(draws[:, : len(DRAWN)])
         drawn = np.column_stack([amounts, levels]).view(self.drawn.dtype)[:, 0]
         self.drawn[rows], self.palettes[rows] = drawn, levels
+        self._read[rows] = amounts.view(DRAWN_DTYPE)[:, 0]
         self.latency[rows] = np.rint(drawn["latency"] / TICK_SECONDS)
         self.profiles[rows] = self._answering(self._base[rows], drawn)
         self.optics[rows] = [self._mounted(one) for one in drawn]
@@ -111,13 +113,13 @@ class RandomisedCars:
         `cars` are as before the tick.
         """
         sent = np.empty_like(chosen)
-        kernels.send_late(self.drawn, self.latency, self._keys[1], cars, self._waiting, chosen, sent)
+        kernels.send_late(self._read, self.latency, self._keys[1], cars, self._waiting, chosen, sent)
         return sent
 
     def show(self, cars: Array, rows: Array, frames: Array, is_last: bool = False) -> None:
         """Disturb the frames (N, M, E, H, W) of the cars of `rows`; `is_last` where their episodes end with them."""
         kernels.disturb_frames(
-            self.optics, self.drawn, self.config.glare_width, self._keys[2], self._keys[3], cars, rows, is_last,
+            self.optics, self._read, self.config.glare_width, self._keys[2], self._keys[3], cars, rows, is_last,
             self._shown, frames,
         )  # fmt: skip
 

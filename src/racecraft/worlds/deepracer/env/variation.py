@@ -187,6 +187,8 @@ DRAWN = (
     RandomisedParameter("speed_noise", "", "Standard deviation of every command of speed, share of it."),
 )
 """What is drawn, in the order of the record; the grey level of each material and object follows."""
+DRAWN_DTYPE = np.dtype([(one.name, "f8") for one in DRAWN])
+"""What kernels read of it: the same record whatever stands on the track, so that they compile once."""
 
 
 def drawn_dtype(num_objects: int) -> np.dtype[Any]:

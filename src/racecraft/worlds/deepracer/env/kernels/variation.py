@@ -38,7 +38,7 @@ def send_late(drawn, latency, keys, cars, waiting, chosen, sent):
     """Write what reaches the cars this tick of what was sent to them: later, crooked, and not quite what was told.
 
     Args:
-        drawn: The records of the cars' episodes (N, M), as `variation.drawn_dtype` has them.
+        drawn: DRAWN_DTYPE (N, M), what the cars' episodes have drawn.
         latency: int64 (N, M), ticks that commands are under way.
         keys: uint64 (N, M), each car's stream of noisy commands.
         cars: CAR_STATE (N, M), before the tick.
@@ -76,7 +76,7 @@ def disturb_frames(
 
     Args:
         optics: OPTICS (N, M).
-        drawn: The records of the cars' episodes (N, M).
+        drawn: DRAWN_DTYPE (N, M), what the cars' episodes have drawn.
         glare_width: Spread of a glow, rad.
         noise_keys: uint64 (N, M), each car's stream of noise in its frames.
         drop_keys: uint64 (N, M), each car's stream of frames that fail.
