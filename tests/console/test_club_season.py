@@ -50,7 +50,7 @@ class Evening:
     def __init__(self, browser, address, look=lambda name, page: None):
         self.browser, self.owner, self.look = browser, browser.page, look
         self.owner.set_default_timeout(PATIENCE_MS)
-        self.root = re.match(r"http://[^/]+", address)[0]
+        self.root = re.match(r"http://[^/?]+", address)[0]
         self.owner.goto(address)
         self.pages = {}
 
