@@ -201,7 +201,7 @@ def season(folder, run, look=lambda name, page: None):
             assert sorted(row[1] for row in rows) == sorted(NAMES)
             assert int(rows[0][-2]) >= int(rows[-1][-2]) > 0
             words, packed = evening.what_cost(rows[-1][1], "round-two")
-            assert re.search(r"turn \d|straight", words), words
+            assert re.search(r"turn \d|straight|No corner costs a tick", words), words  # of cars much alike
             with zipfile.ZipFile(io.BytesIO(packed)) as archive:
                 archive.extractall(folder / "taken")
             assert len(read([folder / "taken"]).require_ticks())
