@@ -44,7 +44,7 @@ def listen(
     port: int | None,
     usual_port: int,
     progress: Progress,
-    path: str = "",
+    path: str = "/",
     tls: Tls | None = None,
 ) -> tuple[str, ListeningServer]:
     """Listen; return the address of a page and the server.

@@ -38,7 +38,7 @@ class Pace:
         best, known, gap = self.best_lap_seconds, self.best_known_seconds, self.gap_percent
         lines = [
             f"fastest lap {_or_dash(best, '.2f', ' s')}; best known lap {_or_dash(known, '.2f', ' s')}; "
-            f"gap {_or_dash(gap, '+.1f', ' %')}"
+            f"gap {_or_dash(gap, '+z.1f', ' %')}"
         ]
         return [*lines, *([str(self.smoothness)] if self.smoothness else []), *filter(None, [self.beyond_logs])]
 
