@@ -139,7 +139,7 @@ def test_a_corner_that_takes_half_of_the_exits(tmp_path):
     same = [makers.episode(k, 0.3, ticks=20) for k in range(24)]
     spread = [makers.episode(k, 0.1 + 0.85 * k / 24, ticks=20) for k in range(24)]
     (found,) = told(ticks_of(tmp_path / "a", same), "Pay for the right line or less speed in")
-    assert "takes" in found.found
+    assert "exits of the last two fifths lie in turn 1 (left)" in found.found
     evenly = ticks_of(tmp_path / "b", spread)
     assert not told(evenly.filter(pl.col("status") != "off_track"), "Pay for the right line")
 
@@ -150,7 +150,7 @@ def test_a_car_that_runs_into_boxes_is_not_told_of_the_road(tmp_path):
     crashed = left.with_columns(ended.alias("status"))
     (found,) = told(crashed, "Pay for keeping clear of what stands in the way or less speed in")
     assert re.search(
-        r"takes (\d+) of \1 exits of the last two fifths, \1 of them crashes \(.*\); .* where they crash\.", found.found
+        r"(\d+) of \1 exits of the last two fifths, \1 of them crashes, lie in turn .* where they crash\.", found.found
     )
     assert not told(crashed, "the right line")
     many = pl.concat([

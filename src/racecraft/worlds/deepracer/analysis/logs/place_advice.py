@@ -41,7 +41,7 @@ def exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     if worst["exits"] < FEWEST_EXITS or low < even or worst["share"] < MORE_THAN_EVEN * even:
         return
     crashes = worst["crashes"] > worst["exits"] / 2
-    of_them = f", {worst['crashes']} of them crashes" if crashes else ""
+    of_them = f", {worst['crashes']} of them crashes," if crashes else ""
     end, hint = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
     yield Advice(
         f"{worst['exits']} of {count} exits of the last two fifths{of_them} lie in {_place(track, place)} "
