@@ -17,6 +17,7 @@ from racecraft.league.entering import admit
 from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 from racecraft.league.records import career_of, fastest_laps
 from racecraft.league.seasons import standings
+from racecraft.league.site import index_sections
 from racecraft.league.store import League
 
 
@@ -81,6 +82,15 @@ def test_only_the_first_of_a_qualifier_enter_its_final(league):
     ):
         with pytest.raises(UserInputError, match=refusal):
             admit(league, final, "/nowhere", racer, 1.0)
+
+
+def test_racers_between_whom_nothing_decides_are_champions_together(league):
+    season = create_season("Winter", points="3,1", league=league.path).season
+    add(league, "One", {"Ann": [8.0], "Bob": [9.0]}, season=season.id)
+    add(league, "Two", {"Ann": [9.0], "Bob": [8.0], "Cy": [10.0]}, season=season.id)
+    found = standings(league, season, now=100.0)
+    assert found.leaders == ("Ann", "Bob")
+    assert index_sections(league, [], 100.0)[1]["title"] == "Winter · champion: Ann, Bob"
 
 
 def test_a_season_with_an_open_race_has_no_champion(league):

@@ -187,7 +187,7 @@ def _show_standings(found: Standings) -> None:
     ]  # fmt: skip
     table(titles, rows, left=("racer",), whole=("racer",))
     if found.is_over and found.rows:
-        print(f"{found.season.title} is over; champion: {found.rows[0].racer}")
+        print(f"{found.season.title} is over; champion: {', '.join(found.leaders)}")
 
 
 def _show_records(found: Records) -> None:

@@ -36,7 +36,12 @@ class Standings:
     """In the order in which they were made."""
     rows: tuple[SeasonRow, ...]
     is_over: bool
-    """All races are closed and judged: the first is the champion."""
+    """All races are closed and judged: who is first is champion."""
+
+    @property
+    def leaders(self) -> tuple[str, ...]:
+        """Who is first: one racer, or those between whom nothing decides; () before a result."""
+        return tuple(row.racer for row in self.rows if row.place == 1)
 
 
 def races_of(league: League, season: Season) -> list[Race]:

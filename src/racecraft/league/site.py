@@ -101,7 +101,7 @@ def index_sections(league: League, boards: list[Board], now: float) -> list[dict
     for season in league.seasons():
         found = standings(league, season, now)
         rows = [[str(row.place), row.racer, *map(str, row.race_points), str(row.points)] for row in found.rows]
-        champion = f" · champion: {found.rows[0].racer}" if found.is_over and found.rows else ""
+        champion = f" · champion: {', '.join(found.leaders)}" if found.is_over and found.rows else ""
         heads = ["Place", "Racer", *(race.title for race in found.races), "Points"]
         sections.append({"title": season.title + champion, "heads": heads, "rows": rows})
     records = [

@@ -94,10 +94,9 @@ def races_page(console: Console, request: Request) -> Page:
             })  # fmt: skip
         for season in league.seasons():
             found = standings(league, season, now)
-            best = found.rows[0] if found.rows else None
             seasons.append({"season": asdict(season), "races": len(found.races), "is_over": found.is_over,
-                            "leader": best.racer if best else "",
-                            "points": best.points if best else 0})  # fmt: skip
+                            "leader": ", ".join(found.leaders),
+                            "points": found.rows[0].points if found.rows else 0})  # fmt: skip
         records = [asdict(record) for record in fastest_laps(league, each=RECORDS)]
     data = {"races": races, "seasons": seasons, "records": records, "organises": organises(request)}
     return Page("races.html", "Races", data, here="/races")
@@ -234,6 +233,7 @@ def season_page(console: Console, request: Request) -> Page:
         "season": asdict(found.season),
         "races": [asdict(race) for race in found.races],
         "rows": [asdict(row) for row in found.rows],
+        "leaders": found.leaders,
         "is_over": found.is_over,
         "command": f"racecraft league standings {found.season.id}",
     }
