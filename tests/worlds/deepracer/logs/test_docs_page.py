@@ -7,8 +7,8 @@ from racecraft.worlds.deepracer.logs.columns import TICK_COLUMNS, columns_markdo
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "racing" / "logs.md"
 HELPERS = {
-    "Plot", "PlotError", "action_names", "action_table", "cells", "circuit_of", "find_segments", "find_track", "in_segments",
-    "lap_features", "on_track", "per_iteration", "reward_params", "track_or_none", "with_motion",
+    "Plot", "PlotError", "action_names", "action_table", "cells", "circuit_of", "find_segments", "find_track",
+    "in_segments", "lap_features", "on_track", "per_iteration", "reward_params", "track_or_none", "with_motion",
 }  # fmt: skip
 
 
