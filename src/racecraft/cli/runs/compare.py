@@ -22,7 +22,7 @@ def show(found: Comparison) -> None:
         reached = sum(one.reached_share for one in group.seeds) / len(group.seeds)
         interval = "–" if group.low is None else f"{group.low:.2f} to {group.high:.2f}"
         rows.append((group.name, str(len(group.seeds)), _figure(group.mean), interval, f"{100 * reached:.0f} %", seeds))
-    titles = ("group", "seeds", f"mean {found.measure}", "95 %", "reached", "each seed")
+    titles = ("group", "seeds", f"IQM of {found.measure}", "95 %", "reached", "each seed")
     table(titles, rows, left=("group", titles[-1]))
     if found.differences:
         print()
