@@ -197,7 +197,7 @@ def season(folder, run, look=lambda name, page: None):
                     evening.enter(name, race)
                 evening.wait_until_judged(race)
             sentence, rows = evening.champion()
-            assert "is the champion with" in sentence
+            assert re.search("is the champion with|are the champions with", sentence)  # cars much alike may share it
             assert sorted(row[1] for row in rows) == sorted(NAMES)
             assert int(rows[0][-2]) >= int(rows[-1][-2]) > 0
             words, packed = evening.what_cost(rows[-1][1], "round-two")

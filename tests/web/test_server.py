@@ -38,8 +38,9 @@ def test_closing_twice_is_closing_once():
 def test_a_signal_ends_it(number):
     server = subprocess.Popen([sys.executable, "-c", SERVES], stdout=subprocess.PIPE, text=True)
     port = int(server.stdout.readline())
-    with pytest.raises(urllib.error.HTTPError, match="404"):
+    with pytest.raises(urllib.error.HTTPError, match="404") as refused:
         urllib.request.urlopen(f"http://127.0.0.1:{port}/")
+    refused.value.close()
     server.send_signal(number)
     assert server.communicate(timeout=60)[0] == "ended\n"
     assert server.returncode == 0

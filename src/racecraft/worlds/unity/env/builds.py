@@ -347,4 +347,6 @@ def _fetch(source: str) -> bytes:
                 return bytes(reply.read())
         return Path(source).read_bytes()
     except (OSError, urllib.error.URLError, ValueError) as cause:
+        if isinstance(cause, urllib.error.HTTPError):
+            cause.close()  # the answer that says no
         raise BuildError("{source}: cannot be fetched ({cause}).", source=source, cause=cause) from cause
