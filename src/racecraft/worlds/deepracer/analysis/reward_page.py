@@ -88,6 +88,10 @@ def _cells(mapped: PayMap, chosen: Array) -> str:
     )
 
 
+def _range(found: RewardCheck) -> str:
+    return "–" if found.lowest is None else f"{found.lowest:.3g} to {found.highest:.3g}"
+
+
 def _check(found: RewardCheck) -> dict[str, Any]:
     return {
         "sentence": _sentence(found),
@@ -95,7 +99,7 @@ def _check(found: RewardCheck) -> dict[str, Any]:
         "lines": _lines(found),
         "stats": [
             (f"{found.faults}", "faults"), (f"{len(found.findings) - found.faults}", "notes"),
-            (f"{found.lowest:.3g} to {found.highest:.3g}", "pay of a tick"), (f"{found.microseconds:.1f} µs", "a call"),
+            (_range(found), "pay of a tick"), (f"{found.microseconds:.1f} µs", "a call"),
         ],
         "tricks": [_trick(one) for one in found.tricks],
         "speed": None if found.speed is None else f"The reward {found.speed.sentence}.",

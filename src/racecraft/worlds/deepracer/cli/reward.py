@@ -41,7 +41,10 @@ def _show_check(checked: CheckedReward) -> None:
         if one.hint:
             print(f"      {one.hint}")
     cost = f"{found.microseconds:.1f} µs" if found.microseconds >= 0.05 else "less than 0.1 µs"
-    print(f"{found.situations} moments pay {figure(found.lowest)} to {figure(found.highest)}; a call takes {cost}.")
+    if found.lowest is None or found.highest is None:
+        print(f"None of {found.situations} moments was paid.")
+    else:
+        print(f"{found.situations} moments pay {figure(found.lowest)} to {figure(found.highest)}; a call takes {cost}.")
     if found.tricks:
         print("What would pay more than lapping?")
         for trick in found.tricks:

@@ -54,7 +54,7 @@ def look_at_reward(text: str, folder: str, track: str, query: Mapping[str, str])
             read_reward_source(Path(folder) / REWARD_FUNCTION) if not text else source_of(REWARD_FUNCTION, text, {})
         )
         found = _checked(source.text, source)
-        mapped = _mapped(source, track, speed, heading, query.get("term", PAY)) if np.isfinite(found.lowest) else None
+        mapped = _mapped(source, track, speed, heading, query.get("term", PAY)) if found.lowest is not None else None
     except (RewardFileError, RewardError) as error:
         line = getattr(error, "line", None)
         return {"told": None, "fault": str(error), "remarks": [_remark(line, True, str(error))], **chosen}

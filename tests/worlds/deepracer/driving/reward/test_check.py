@@ -1,5 +1,7 @@
 """Each kind of fault is found in a reward that has it, and not in its sound twin."""
 
+import json
+
 import pytest
 
 from racecraft.contract.errors import RewardFileError
@@ -44,6 +46,13 @@ def test_a_fault_is_named(check, body):
     kind, text = FAULTY[body]
     faults = [one for one in check(HEAD + body + "\n").findings if one.level == "fault"]
     assert any(one.kind == kind and text in one.text for one in faults), faults
+
+
+def test_a_reward_that_pays_no_moment_has_no_range_and_leaves_sound_json(check):
+    found = check(HEAD + "    return float(params['speeed'])\n")
+    assert (found.lowest, found.highest) == (None, None)
+    assert found.findings[0].hint == "There is no parameter 'speeed'. Did you mean 'speed'?"
+    json.dumps(found.as_dictionary(), allow_nan=False)
 
 
 def test_a_difference_of_headings_without_wrapping_is_named(check):

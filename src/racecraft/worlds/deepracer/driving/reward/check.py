@@ -11,6 +11,7 @@ ablation    lines without effect, lines that drown others
 from __future__ import annotations
 
 import io
+import re
 import time
 import types
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import RewardError
+from racecraft.contract.errors import RewardError, nearest
 from racecraft.contract.message import figure
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.driving.reward.ablation import Cut, ablate, ablation_findings
@@ -33,6 +34,7 @@ from racecraft.worlds.deepracer.driving.reward.speed import LAPPING, SpeedVerdic
 from racecraft.worlds.deepracer.driving.reward.stock import read_stock
 from racecraft.worlds.deepracer.driving.reward.tricks import LEAVING_AT_ONCE, Trick, try_tricks
 from racecraft.worlds.deepracer.driving.reward.units import unit_slips
+from racecraft.worlds.deepracer.env.reward_params import REWARD_PARAMETERS
 from racecraft.worlds.deepracer.env.reward_process import RewardProcess, open_reward
 from racecraft.worlds.deepracer.files.reward_analysis import NO_OBJECTS
 from racecraft.worlds.deepracer.files.reward_source import RewardSource, read_reward_source
@@ -54,9 +56,9 @@ class RewardCheck:
     """Faults first, then by line."""
     situations: int
     """How many moments it was called on."""
-    lowest: float
-    """Over the moments; NaN where all failed."""
-    highest: float
+    lowest: float | None
+    """Over the moments; None where none was paid."""
+    highest: float | None
     microseconds: float
     """A call takes, the making of its dictionary aside."""
     tricks: tuple[Trick, ...]
@@ -179,9 +181,11 @@ class _Checking:
         self._unused(lines)
         self._constant(paid, drives)
         findings = sorted(set(self._findings), key=lambda one: (one.level != FAULT, one.line or 10**6, one.text))
+        earned = paid[~np.isnan(paid)]
+        lowest, highest = (float(earned.min()), float(earned.max())) if earned.size else (None, None)
         return RewardCheck(
-            self._source, tuple(findings), len(paid), float(np.nanmin(paid, initial=np.inf)),
-            float(np.nanmax(paid, initial=-np.inf)), microseconds, tuple(tricks), speed, tuple(cuts), tuple(laps),
+            self._source, tuple(findings), len(paid), lowest, highest, microseconds, tuple(tricks), speed, tuple(cuts),
+            tuple(laps),
         )  # fmt: skip
 
     def _fresh(self) -> Payer:
@@ -222,7 +226,7 @@ class _Checking:
             more = f" and {count - 1} more" if count > 1 else ""
             self._findings.append(
                 Finding(FAULT, "raises", f"reward_function {failure.message} ({title_of(failure)}{more})",
-                        "Guard the line against this moment.", failure.line)
+                        _remedy(failure), failure.line)
             )  # fmt: skip
 
     def _speed(self, laps: list[tuple[str, float, float]]) -> SpeedVerdict:
@@ -326,3 +330,11 @@ def _runs(lines: list[int], text: list[str]) -> Iterator[tuple[int, int]]:
         group.append(line)
     if group:
         yield group[0], group[-1]
+
+
+def _remedy(failure: Failure) -> str:
+    """Return what to do about a moment that cannot be paid: a parameter's right name, or a guard."""
+    missing = re.search(r"KeyError: '(\w+)'", failure.message)
+    if missing and missing[1] not in REWARD_PARAMETERS:
+        return f"There is no parameter '{missing[1]}'. {nearest(missing[1], REWARD_PARAMETERS)}"
+    return "Guard the line against this moment."
