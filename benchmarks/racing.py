@@ -28,8 +28,11 @@ from racecraft.training.callbacks import IterationReport, NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.driving.known_laps import gap_percent
 from racecraft.worlds.deepracer.driving.smoothness import smoothness_of
+from racecraft.worlds.deepracer.driving.telemetry.corners import find_corners
 from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
+from racecraft.worlds.deepracer.tracks.track import Track
 from racecraft.worlds.deepracer.training import trainer
 from racecraft.worlds.deepracer.training.plan import RaceRequest, known_lap_of, plan_car
 
@@ -131,14 +134,23 @@ def judged(run: Path) -> dict[str, Any]:
         flying += laps[1:].tolist()
         calm.append(smoothness_of(own))
     steering = np.mean([one for one in calm if one is not None], axis=0)
+    median = float(np.median(flying)) if flying else None
     return {
         "checkpoint": car.checkpoint.iteration,
         "finished_share": finished / STARTS,
-        "median_flying_lap_seconds": round(float(np.median(flying)), 3) if flying else None,
+        "median_flying_lap_seconds": None if median is None else round(median, 3),
         "fastest_flying_lap_seconds": round(min(flying), 3) if flying else None,
         "steering_change_degrees_per_second": round(float(np.degrees(steering[0])), 1),
         "steering_sign_turns_share": round(float(steering[1]), 4),
+        "sign_turns_a_lap": None if median is None else round(steering[1] * median * TICKS_PER_SECOND, 1),
+        "road_changes_sides_a_lap": side_changes(car.trained_on),
     }
+
+
+def side_changes(track: Track) -> int:
+    """Return how often a lap of a circuit goes from a corner to one of the other side: no car steers around that."""
+    sides = [corner.side for corner in find_corners(track)]
+    return sum(side != other for side, other in zip(sides, sides[1:] + sides[:1], strict=True))
 
 
 if __name__ == "__main__":
