@@ -33,6 +33,25 @@ PIECE = 2**20
 MAX_HEADER = 8 * 2**20
 """Bytes that one read of a header may ask for."""
 _Unpacked = BinaryIO | gzip.GzipFile | bz2.BZ2File
+GZIPPED = (".tar.gz", ".tgz")
+"""Endings of names of tars packed by gzip, which are all that is written here."""
+
+
+@dataclass(frozen=True)
+class _Packing:
+    """How a tar may be packed."""
+
+    magic: bytes
+    """Its first bytes."""
+    unpacked: Callable[[BinaryIO], _Unpacked]
+    endings: tuple[str, ...]
+    """Of names."""
+
+
+_PACKINGS = {
+    "gzip": _Packing(b"\x1f\x8b", lambda file: gzip.GzipFile(fileobj=file), GZIPPED),
+    "bzip2": _Packing(b"BZh", bz2.BZ2File, (".tar.bz2",)),
+}
 
 
 class ArchiveError(InputFileError):
@@ -115,7 +134,18 @@ def is_archive(path: str | Path) -> bool:
     if not path.is_file():
         return False
     with open(path, "rb") as file:
-        return kind_of(file) in ("gzip", "bzip2", "zip", "tar")
+        return kind_of(file) in (*_PACKINGS, "zip", "tar")
+
+
+def without_ending(name: str) -> str:
+    """Return a file's name without the ending of an archive.
+
+    >>> without_ending("old-model.tar.gz"), without_ending("old-model.v2")
+    ('old-model', 'old-model.v2')
+    """
+    for ending in (*(ending for one in _PACKINGS.values() for ending in one.endings), ".tar", ".zip"):
+        name = name.removesuffix(ending)
+    return name
 
 
 def kind_of(file: BinaryIO) -> str:
@@ -125,7 +155,7 @@ def kind_of(file: BinaryIO) -> str:
     if head[257:262] == b"ustar":
         return "tar"
     kinds = {
-        b"\x1f\x8b": "gzip", b"BZh": "bzip2", b"PK\x03\x04": "zip", b"PK\x05\x06": "zip",
+        **{one.magic: name for name, one in _PACKINGS.items()}, b"PK\x03\x04": "zip", b"PK\x05\x06": "zip",
         b"\xfd7zXZ": "packed by xz", b"7z\xbc\xaf": "a 7z archive", b"Rar!": "a RAR",
     }  # fmt: skip
     return next(
@@ -193,10 +223,8 @@ def members(source: str | Path | bytes, kind: str, limits: Limits | None = None)
         check = partial(limits.check, path, packed=packed, kind=kind)
         if what == "zip":
             yield from _zipped(file, path, kind, limits, check)
-        elif what in ("gzip", "bzip2", "tar"):
-            stream: _Unpacked = file
-            if what != "tar":
-                stream = gzip.GzipFile(fileobj=file) if what == "gzip" else bz2.BZ2File(file)
+        elif what == "tar" or what in _PACKINGS:
+            stream = file if what == "tar" else _PACKINGS[what].unpacked(file)
             yield from _tarred(_Guard(stream, path, kind, check), path, kind, limits)
         else:
             raise ArchiveError(path, what, kind)

@@ -161,6 +161,12 @@ def hazard_pits(settings: GameSettings, dice: Dice) -> Plan:
     return Plan(changes=changes)
 
 
+FIXED = (nothing, rings, inner_wall, columns)
+"""Planners whose hazards stand from the start and never change, without dice."""
+WITHOUT_DICE = (*FIXED, sinkholes, hazard_pits)
+"""Planners that settings alone decide."""
+
+
 def royale_sides(settings: GameSettings, dice: Dice) -> list[int]:
     """Draw the sides that close in, one per shrink, until nothing is left: 0 left, 1 right, 2 bottom, 3 top."""
     sides: list[int] = []

@@ -45,6 +45,8 @@ class GameMap:
     hazards: str = "plan"
     """What rules the hazards: "plan", "royale", "snail" or "maze"."""
     plan: Planner = hazard_plans.nothing
+    changes_per_square: int = 1
+    """Most changes of a square that `plan` may hold."""
     start_food: str = "standard"
     """First food: "standard", "beside heads", "none" or "arcade"."""
     food: str = "standard"
@@ -53,6 +55,16 @@ class GameMap:
     """Most food at a time under the castle rule."""
     drawn: bool = False
     """Whether `layouts.toml` has its start squares."""
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether its plan stands from the start and never changes."""
+        return self.plan in hazard_plans.FIXED
+
+    @property
+    def has_dice(self) -> bool:
+        """Whether dice decide where hazards of its plan come."""
+        return self.plan not in hazard_plans.WITHOUT_DICE
 
     def check(self, settings: GameSettings) -> None:
         """Refuse a size, a number of players or a schedule that this map cannot be played with."""
@@ -251,9 +263,11 @@ MAPS = {
         GameMap("arcade_maze", ((19, 21),), 6, True, start_food="arcade", food="arcade", drawn=True),
         GameMap("solo_maze", _MAZES, 1, hazards="maze", start_food="none", food="none"),
         GameMap("snail_mode", hazards="snail"),
-        GameMap("sinkholes", _MEDIUM, 8, True, plan=hazard_plans.sinkholes),
+        GameMap("sinkholes", _MEDIUM, 8, True, plan=hazard_plans.sinkholes, changes_per_square=8),
         GameMap("healing_pools", _MEDIUM, 8, True, plan=hazard_plans.healing_pools),
-        GameMap("hz_hazard_pits", ((11, 11),), 4, True, plan=hazard_plans.hazard_pits, drawn=True),
+        GameMap(
+            "hz_hazard_pits", ((11, 11),), 4, True, plan=hazard_plans.hazard_pits, changes_per_square=100, drawn=True
+        ),
         GameMap("hz_inner_wall", plan=hazard_plans.inner_wall),
         GameMap("hz_rings", plan=hazard_plans.rings),
         GameMap("hz_columns", plan=hazard_plans.columns),

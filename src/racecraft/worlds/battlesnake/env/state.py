@@ -151,10 +151,7 @@ def get_board(games: Games, g: int, settings: GameSettings, ids: list[str] | Non
 def _most_events(settings: GameSettings) -> int:
     """Return the most changes a hazard plan of this map can hold."""
     chosen = maps.find_map(settings.map)
-    if chosen.plan is maps.hazard_plans.nothing:
-        return 0
-    bounds = {"hz_hazard_pits": 100 * settings.area, "sinkholes": 8 * settings.area}
-    return bounds.get(chosen.id, settings.area)
+    return 0 if chosen.plan is maps.hazard_plans.nothing else chosen.changes_per_square * settings.area
 
 
 def _put_snake(games: Games, g: int, number: int, snake: Snake, numbers: Mapping[str, int], board: Board) -> None:

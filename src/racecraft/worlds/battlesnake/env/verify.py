@@ -27,7 +27,6 @@ from racecraft.worlds.battlesnake.env.rulesets import find_ruleset, is_over
 from racecraft.worlds.battlesnake.env.stages import GameContext, default_move, outside_safe_zone
 from racecraft.worlds.battlesnake.env.state import Games, allocate_games, get_board, params_of, put_board
 
-_NO_DICE = ("standard", "empty", "snail_mode", "sinkholes", "hz_hazard_pits", "hz_inner_wall", "hz_rings", "hz_columns")
 _EXAMPLES = 3
 
 
@@ -158,7 +157,7 @@ def _check_map(game: RecordedGame, step: RecordedStep, state: maps.MapState, rep
         places = set()
     if not fallen <= places:
         report.differ(game, rules_board.turn, f"food fell on {sorted(fallen - places)}", rules_board, step.after_map)
-    if chosen.drawn or chosen.id in _NO_DICE or chosen.hazards == "royale":
+    if not chosen.has_dice:
         ours = rules_board.copy()
         still = maps.MapState(state.plan, state.sides)
         maps.move_hazards(ours, settings, still)
@@ -168,7 +167,7 @@ def _check_map(game: RecordedGame, step: RecordedStep, state: maps.MapState, rep
 
 def _plan(game: RecordedGame) -> maps.Plan:
     chosen = maps.find_map(game.settings.map)
-    return chosen.plan(game.settings, LoadedDice()) if chosen.drawn or chosen.id in _NO_DICE else maps.Plan()
+    return maps.Plan() if chosen.has_dice else chosen.plan(game.settings, LoadedDice())
 
 
 def _sides_seen(game: RecordedGame) -> list[int]:

@@ -19,7 +19,7 @@ import numpy as np
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, DiscreteActions, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.kernels import threads
-from racecraft.worlds.battlesnake.env import hazard_plans, maps, solo_maze
+from racecraft.worlds.battlesnake.env import maps, solo_maze
 from racecraft.worlds.battlesnake.env.board import CAUSES, MOVES, Board, BoardError
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.kernels import columns as col
@@ -272,8 +272,7 @@ def _compiled_set_up(game: GameSettings) -> tuple[bool, Array]:
     chosen = maps.find_map(game.map)
     start = np.zeros(game.area, np.int16)
     common = game.width == game.height and game.width >= 7 and game.players <= 8
-    plain = chosen.plan in (hazard_plans.nothing, hazard_plans.rings, hazard_plans.inner_wall, hazard_plans.columns)
-    if not common or not plain or chosen.drawn or chosen.hazards == "maze":
+    if not common or not chosen.is_fixed or chosen.drawn or chosen.hazards == "maze":
         return False, start
     for (x, y), count in chosen.plan(game, StreamDice(0)).start.items():
         start[y * game.width + x] = count

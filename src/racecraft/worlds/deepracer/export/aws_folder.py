@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.formats.archive import GZIPPED
 from racecraft.formats.atomic import make_folder, write_atomic
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.checkpoint_ranking import find_checkpoint
@@ -83,7 +84,7 @@ def export_to_aws(
             )
         return _filled(folder, which, place, place, check)
     place = Path(output) if output is not None else folder.path / "export" / f"{name}.tar.gz"
-    if not place.name.endswith((".tar.gz", ".tgz")):
+    if not place.name.endswith(GZIPPED):
         raise SettingError("--output {place}: expected a file that ends in .tar.gz.", place=place)
     make_folder(place.parent)
     with tempfile.TemporaryDirectory(prefix="racecraft-export-") as temporary:

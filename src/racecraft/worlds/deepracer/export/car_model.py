@@ -16,6 +16,7 @@ from racecraft.algorithms.plain_layers import layers_of
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
+from racecraft.formats.archive import GZIPPED
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.policy_layers import SAC, PolicyLayers
 from racecraft.worlds.deepracer.export.agreement import Agreement, Answer, compare
@@ -113,7 +114,7 @@ def metadata_text(car: TrainedCar) -> str:
 
 def _is_place(output: Path) -> bool:
     """Tell whether an archive may go there: a folder that stands, a new one without an end, or an archive's name."""
-    return output.is_dir() or not output.suffix or output.name.endswith((".tar.gz", ".tgz"))
+    return output.is_dir() or not output.suffix or output.name.endswith(GZIPPED)
 
 
 def _notes(policy: PolicyLayers) -> list[str]:

@@ -11,6 +11,7 @@ import tarfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from racecraft.formats.archive import GZIPPED
 from racecraft.formats.atomic import atomic_file, make_folder
 
 CAR_ARCHIVE = "carfile.tar.gz"
@@ -29,7 +30,7 @@ def write_car_archive(path: str | Path, graph: bytes, metadata: str) -> Path:
         OutputFileError: The place cannot be written.
     """
     target = Path(path)
-    target = target if target.name.endswith((".tar.gz", ".tgz")) else target / CAR_ARCHIVE
+    target = target if target.name.endswith(GZIPPED) else target / CAR_ARCHIVE
     make_folder(target.parent)
     write_archive(target, {GRAPH: graph, METADATA: metadata.encode()})
     return target

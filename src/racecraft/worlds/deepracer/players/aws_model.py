@@ -17,7 +17,7 @@ from typing import Any
 from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import TrackError, UserInputError
-from racecraft.formats.archive import is_archive
+from racecraft.formats.archive import is_archive, without_ending
 from racecraft.formats.atomic import OutputFileError, output_error, write_atomic
 from racecraft.formats.checkpoint import IMPORTED, Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -215,8 +215,8 @@ def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track, shelf: Path
 
 def name_of(source: Path) -> str:
     """Return a model's name, from that of its file or folder."""
-    name = source.resolve().name
-    for end in (".tar.gz", ".tgz", ".tar", ".zip", ".pb", ".ckpt.index", ".ckpt"):
+    name = without_ending(source.resolve().name)
+    for end in (".pb", ".ckpt.index", ".ckpt"):
         name = name.removesuffix(end)
     return name or "model"
 

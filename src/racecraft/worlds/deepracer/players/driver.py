@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.policy import Policy
+from racecraft.formats.archive import without_ending
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.players.open_run import open_run
@@ -90,7 +91,7 @@ def name_of(source: str) -> str:
     ('oval-1', 'oval-1:last', 'model')
     """
     path, which = split_source(source)
-    named = Path(path).name.removesuffix(".gz").removesuffix(".tar")
+    named = without_ending(Path(path).name)
     return f"{named}:{which}" if source.endswith(f":{which}") else named
 
 
