@@ -6,7 +6,8 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.formats.run_folder import RunFolder
-from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, TrialRaceRules
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS
+from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
 
 
 def test_a_race_is_judged_filmed_and_written_for_aws(racecraft, run, tmp_path):
@@ -88,10 +89,16 @@ def test_run_env_rules_the_race_and_the_command_line_outweighs_it(racecraft, tmp
     trained = racecraft("train", "car", "--run", "r", "--no-pictures", "--stop", "iterations=1", *TINY)
     assert trained.code == 0, trained.err
     rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last")
-    assert (rules, reverse) == (TrialRaceRules(4, False, 7, 2.5, 9.0, 0.5), True)
+    assert (rules, reverse) == (
+        TrialRaceRules(4, False, 0.5, max_resets=7, off_track_penalty=2.5, collision_penalty=9.0),
+        True,
+    )
     typed = [row[2] for row in said.values()]
     rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last", "--number-of-trials", 1, *typed)
-    assert (rules, reverse) == (TrialRaceRules(1, True, 2, 1.0, 4.0, 2.0), False)
+    assert (rules, reverse) == (
+        TrialRaceRules(1, True, 2.0, max_resets=2, off_track_penalty=1.0, collision_penalty=4.0),
+        False,
+    )
     whole = RunFolder.open("r").read_job()
     for variable, (_, expected, word, outweighed) in said.items():
         name = variable.removeprefix("DR_EVAL_").lower()

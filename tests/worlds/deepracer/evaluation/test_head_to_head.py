@@ -299,7 +299,7 @@ def test_what_no_race_can_be_is_named(rules, said):
 
 
 def test_a_race_of_which_nothing_is_said_is_that_of_deepracer_for_cloud():
-    assert HeadToHead() == HeadToHead(3, None, "all", 100, 5.0, 5.0)
+    assert HeadToHead() == HeadToHead(3, None, "all", max_resets=100, off_track_penalty=5.0, collision_penalty=5.0)
 
 
 @pytest.mark.parametrize(

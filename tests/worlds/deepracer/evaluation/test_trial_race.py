@@ -251,7 +251,7 @@ def test_each_number_of_a_race_has_a_least_and_a_most(name, least, most):
 
 
 def test_codes_of_mishaps_are_the_worlds():
-    from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS
+    from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS
 
     assert all(race.STATUSES[code] == word for code, word in MISHAPS.items())
 
@@ -461,7 +461,9 @@ def test_the_figures_of_a_race_are_those_of_its_trials():
 
 def test_a_race_of_which_nothing_is_said_is_judged_as_deepracer_for_cloud_does():
     rules = TrialRaceRules()
-    assert rules == TrialRaceRules(3, True, 100, 5.0, 5.0, 1.0, False, 3, 1.0)
+    assert rules == TrialRaceRules(
+        3, True, 1.0, False, 3, 1.0, max_resets=100, off_track_penalty=5.0, collision_penalty=5.0
+    )
     assert rules.laps_in_one == 3
     assert replace(rules, is_continuous=False).laps_in_one == 1
 

@@ -12,6 +12,7 @@ from racecraft.actions.league.options import LeagueOptions
 from racecraft.contract.errors import SettingError
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, group, option
+from racecraft.worlds.deepracer.actions.mishap_options import MishapOptions
 
 TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT", "HEAD_TO_MODEL")
 DONE = ("any", "all")
@@ -32,9 +33,6 @@ class DrivingOptions(Request):
     laps: int | None = option(None, "Laps of a drive; 3 by default.", low=1, high=1000)
     is_continuous: bool | None = option(None, "Laps of one drive, as by default, or each from the start line.")
     reverse: bool | None = option(None, "In the opposite direction to the track's own.")
-    max_resets: int | None = option(None, "How often a car is set back, 100 by default.", low=0)
-    off_track_penalty: float | None = option(None, "Seconds it waits then, 5 by default.", low=0)
-    collision_penalty: float | None = option(None, "Seconds it waits after hitting an object, 5 by default.", low=0)
     race_seconds: float | None = option(None, "Most laps within this simulated time win (--ranking laps).", low=10)
     boxes: int | None = option(None, "Boxes of OBJECT_AVOIDANCE, 6 by default.", low=1)
     box_positions: str | None = option(None, 'Listed places "share,lane;…"; by default every drive has its own.')
@@ -64,6 +62,7 @@ class CreateRaceRequest(LeagueOptions):
     title: str = argument("Of the race, for people.", metavar="TITLE")
     track: tuple[str, ...] = option(("reinvent_base",), "Name of a track, or a file of one; several make a cup.")
     driving: DrivingOptions = group(DrivingOptions)
+    mishaps: MishapOptions = group(MishapOptions)
     car: CarOptions = group(CarOptions)
     ranking: RankingOptions = group(RankingOptions)
     entries: DeadlineOptions = group(DeadlineOptions)
@@ -93,7 +92,7 @@ def create_race(request: CreateRaceRequest, progress: Progress = quiet) -> Chang
     meets = request.ranking.format != "solo"
     values = {
         name: value
-        for part in (request.driving, request.car)
+        for part in (request.driving, request.mishaps, request.car)
         for name, value in part.values().items()
         if value not in (None, ())
     }

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from racecraft.settings.request import Request, option
+from racecraft.settings.request import Request, group, option
+from racecraft.worlds.deepracer.actions.mishap_options import MishapOptions
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.analysis.judged_drive import Drive
@@ -29,15 +30,7 @@ class RaceOptions(Request):
     is_continuous: bool | None = option(
         None, "Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS)."
     )
-    max_resets: int | None = option(
-        None, "Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS)."
-    )
-    off_track_penalty: float | None = option(
-        None, "Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY)."
-    )
-    collision_penalty: float | None = option(
-        None, "Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY)."
-    )
+    mishaps: MishapOptions = group(MishapOptions)
     reset_behind_dist: float | None = option(
         None, "Of a race: metres behind a box that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."
     )
@@ -52,7 +45,11 @@ class RaceOptions(Request):
 
     def typed(self) -> dict[str, Any]:
         """Return what was typed, by name."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
+        return {name: value for name, value in self.values().items() if value is not None} | self.mishaps.typed()
+
+    def given(self) -> dict[str, Any]:
+        """Return the options that differ from their defaults, those of mishaps too, by their spelling."""
+        return super().given() | self.mishaps.given()
 
 
 def requested_race(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[TrialRaceRules | None, bool | None]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from racecraft.actions.action import action
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, group, option
+from racecraft.worlds.deepracer.actions.mishap_options import MishapOptions
 
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
@@ -30,9 +31,7 @@ class RulesOptions(Request):
         None, "How many; by default one for each car, which then stands on every place of the grid once."
     )
     done_condition: str = option("all", "any: a race is over with the first car that finishes; all: with the last.")
-    max_resets: int = option(100, "How often a car is set back in a race.")
-    off_track_penalty: float = option(5.0, "Seconds it waits after leaving the road.")
-    collision_penalty: float = option(5.0, "Seconds it waits after running into another car.")
+    mishaps: MishapOptions = group(MishapOptions)
 
     def rules(self) -> HeadToHead:
         """Return the rules.
@@ -42,9 +41,7 @@ class RulesOptions(Request):
         """
         from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead
 
-        return HeadToHead(
-            self.laps, self.races, self.done_condition, self.max_resets, self.off_track_penalty, self.collision_penalty
-        )
+        return HeadToHead(self.laps, self.races, self.done_condition, **self.mishaps.typed())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from racecraft.worlds.deepracer.analysis.films.tower import Standings
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.evaluation.head_to_head import RaceResult
-from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS
 from racecraft.worlds.deepracer.players.driver import Driver
 from racecraft.worlds.deepracer.tracks.track import Track
 

@@ -29,11 +29,13 @@ from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.files.lidar_config import BEAMS, DEFAULTS
 from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
-FRONT, LEFT, STEREO, OBSERVATION = CAMERAS
+FRONT, LEFT, STEREO, OBSERVATION = "FRONT_FACING_CAMERA", "LEFT_CAMERA", "STEREO_CAMERAS", "observation"
 LIDAR, SECTOR_LIDAR, DISCRETIZED = "LIDAR", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR"
 
 STEREO_BASELINE_M = 0.06
 """Between the left and the right eye."""
+EYES_LEFT_M: Mapping[str, tuple[float, ...]] = {STEREO: (STEREO_BASELINE_M / 2, -STEREO_BASELINE_M / 2)}
+"""How far left of the car's middle each eye of a camera sits; of one that is not here, one eye in the middle."""
 STEREO_GREY_WEIGHTS = np.array([0.299, 0.587, 0.114])
 """Of red, green and blue in a stereo eye's grey: the original turns these frames grey by another road (PIL's "L")."""
 
@@ -94,15 +96,13 @@ class Sensors:
         Beside a LiDAR `observation` keeps its own name, since AWS lays inputs end to end in the order of their sorted
         names, and that one comes last.
         """
-        if self.camera == STEREO or (self.camera == OBSERVATION and self.lidar is not None):
-            return self.camera
-        return FRONT
+        is_front = self.camera == LEFT or (self.camera == OBSERVATION and self.lidar is None)
+        return FRONT if is_front else self.camera
 
     @property
     def eyes_left_m(self) -> Array:
         """How far left of the car's middle each eye sits, m, float64 (E,)."""
-        half = STEREO_BASELINE_M / 2
-        return np.array([half, -half] if self.camera == STEREO else [0.0])
+        return np.array(EYES_LEFT_M.get(self.camera, (0.0,)))
 
     def specs(self, width: int, height: int) -> dict[str, ArraySpec]:
         """Return the observations by name, for frames of so many pixels."""
@@ -114,6 +114,10 @@ class Sensors:
         return seen if self.lidar is None else {**seen, self.lidar.name: self.lidar.spec}
 
 
+LIDAR_VIEWS = {
+    one.name: one for one in (LidarView(LIDAR, LIDAR_CLIP_M), LidarView(SECTOR_LIDAR, SECTOR_CLIP_M, SECTORS))
+}
+"""LiDARs whose figures no file says."""
 FRONT_CAMERA = Sensors()
 """The car of somebody who asks for nothing else."""
 
@@ -144,10 +148,8 @@ def car_sensors(names: Sequence[str], lidar_config: Mapping[str, float] | None =
 
 def lidar_view(name: str, lidar_config: Mapping[str, float] | None = None) -> LidarView:
     """Return how a LiDAR of that name tells its readings."""
-    if name == LIDAR:
-        return LidarView(name, LIDAR_CLIP_M)
-    if name == SECTOR_LIDAR:
-        return LidarView(name, SECTOR_CLIP_M, SECTORS)
+    if name in LIDAR_VIEWS:
+        return LIDAR_VIEWS[name]
     config = {**DEFAULTS, **(lidar_config or {})}
     return LidarView(name, config["clipping_dist"], int(config["num_sectors"]), int(config["num_values_per_sector"]))
 

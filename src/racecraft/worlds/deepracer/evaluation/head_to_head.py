@@ -25,8 +25,8 @@ from racecraft.worlds.deepracer.env.actions import OwnActions
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MAX_CARS, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import BODY_HALF_LENGTH_M, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS, MishapRules, check_ranges
 from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
-from racecraft.worlds.deepracer.evaluation.trial_race import MISHAPS, RANGES
 from racecraft.worlds.deepracer.players.driver import Driver
 from racecraft.worlds.deepracer.players.seats import Seats
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -39,7 +39,7 @@ FINISHED, RETIRED, TIME_UP, CUT_SHORT = "finished", "retired", "time_up", "not_f
 
 
 @dataclass(frozen=True)
-class HeadToHead:
+class HeadToHead(MishapRules):
     """How races of several cars are judged; names are those of DeepRacer for Cloud."""
 
     laps: int = 3
@@ -48,12 +48,6 @@ class HeadToHead:
     """How many; None: as many as cars, so that each stands on every place of the grid once."""
     done_condition: str = "all"
     """"any": a race is over with the first car that finishes; "all": with the last."""
-    max_resets: int = 100
-    """How often a car is set back in a race; its next mishap ends it."""
-    off_track_penalty: float = 5.0
-    """s that a car waits after leaving the road or driving backwards; after standing still it does not."""
-    collision_penalty: float = 5.0
-    """s that a car waits after running into another one."""
 
     def __post_init__(self) -> None:
         """Refuse what no race can be.
@@ -61,17 +55,7 @@ class HeadToHead:
         Raises:
             SettingError: A number is out of its range, or the condition is none.
         """
-        ranges = {name: RANGES[name] for name in ("max_resets", "off_track_penalty", "collision_penalty")}
-        for name, (least, most) in {"laps": (1, 1000), "races": (1, MAX_RACES), **ranges}.items():
-            value = getattr(self, name)
-            if value is not None and not least <= value <= most:
-                raise SettingError(
-                    "{name} is {value:g}; expected {least:g} to {most:g}.",
-                    name=name,
-                    value=value,
-                    least=least,
-                    most=most,
-                )
+        check_ranges(self, {"laps": (1, 1000), "races": (1, MAX_RACES)})
         if self.done_condition not in DONE_CONDITIONS:
             raise SettingError(
                 "done_condition is {done_condition!r}; expected any or all.", done_condition=self.done_condition
@@ -307,7 +291,6 @@ class _Field:
     def _set_back(self, n: int, car: Array, status: int) -> Array:
         """Return a car as it goes on after a mishap, CAR_STATE (1,): on the road, at rest, waiting."""
         car = car.copy()
-        waits = {race.CRASHED: self._rules.collision_penalty, race.IMMOBILISED: 0.0}
         if status == race.CRASHED:  # where it is; on the road it is still
             for name in ("speed", "steering", "old_steering", "old_speed", "still_ticks", "backward_ticks"):
                 car[name] = 0
@@ -315,7 +298,7 @@ class _Field:
             set_down(self._world, car, n, crashed=False, resets=BoxResets(behind_m=0.0))
         for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts
             car[name] += 1
-        car["held"] = round(waits.get(status, self._rules.off_track_penalty) * TICKS_PER_SECOND)
+        car["held"] = self._rules.waiting_ticks(status)
         return car
 
     def _write(self, back: Mapping[tuple[int, int], Array]) -> None:

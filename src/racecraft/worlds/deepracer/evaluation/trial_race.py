@@ -17,47 +17,35 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import SettingError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, StepBuffers, allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.settings import RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS, MishapRules, check_ranges
 from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
 
-MISHAPS = {
-    race.CRASHED: "crashed",
-    race.OFF_TRACK: "off_track",
-    race.REVERSED: "reversed",
-    race.IMMOBILISED: "immobilized",
-}
 RANGES: Mapping[str, tuple[float, float]] = {
     "number_of_trials": (1, 1000),
-    "max_resets": (0, 10_000),
-    "off_track_penalty": (0.0, 600.0),
-    "collision_penalty": (0.0, 600.0),
     "reset_behind_dist": (0.0, 10.0),
     "max_resets_after_crash": (1, 1000),
     "reset_ahead_dist": (0.0, 10.0),
 }
-"""Least and most of each number of a TrialRaceRules."""
+"""Least and most of each number of a TrialRaceRules that no MishapRules has."""
 
 
 @dataclass(frozen=True)
-class TrialRaceRules:
-    """How a race is judged; names and defaults are those of DeepRacer for Cloud."""
+class TrialRaceRules(MishapRules):
+    """How a race is judged; names and defaults are those of DeepRacer for Cloud.
+
+    `max_resets` counts for each trial; continuous: for all trials together.
+    """
 
     number_of_trials: int = 3
     """Laps that count, at least 1."""
     is_continuous: bool = True
     """Laps of one drive, instead of each from the start line."""
-    max_resets: int = 100
-    """How often a trial's car is set back; the next mishap ends it. Continuous: of all trials together."""
-    off_track_penalty: float = 5.0
-    """s that it waits after leaving the road or driving backwards; after standing still it does not."""
-    collision_penalty: float = 5.0
-    """s that it waits after hitting an object."""
     reset_behind_dist: float = 1.0
     """m behind a box that a car is set down, in the other lane, where its own place would be too near to it."""
     enable_mercy_reset: bool = False
@@ -75,16 +63,7 @@ class TrialRaceRules:
         Raises:
             SettingError: A number is out of its range.
         """
-        for name, (least, most) in RANGES.items():
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise SettingError(
-                    "{name} is {value:g}; expected {least:g} to {most:g}.",
-                    name=name,
-                    value=value,
-                    least=least,
-                    most=most,
-                )
+        check_ranges(self, RANGES)
 
     @property
     def laps_in_one(self) -> int:
@@ -289,7 +268,7 @@ class _Marshal:
         if is_set_back:
             self._resets_left -= 1
             self._resets += 1
-            self.held_ticks = self._penalty_ticks(status)
+            self.held_ticks = self.rules.waiting_ticks(status)
         out_of_time = (ended or is_last) and mishap is None and status != race.LAP_COMPLETE
         self._keep(report, "time_up" if out_of_time else race.STATUSES[status])
         if status == race.LAP_COMPLETE:
@@ -301,11 +280,6 @@ class _Marshal:
             self.is_over = self.is_over or self.rules.is_continuous
         self.is_over = self.is_over or is_last
         return is_set_back
-
-    def _penalty_ticks(self, status: int) -> int:
-        """Return how many ticks a mishap costs."""
-        seconds = {race.IMMOBILISED: 0.0, race.CRASHED: self.rules.collision_penalty}
-        return round(seconds.get(status, self.rules.off_track_penalty) * TICKS_PER_SECOND)
 
     @property
     def ticks(self) -> int:

@@ -20,6 +20,7 @@ from racecraft.worlds.deepracer.env.settings import (
     RaceConfig,
 )
 from racecraft.worlds.deepracer.evaluation.head_to_head import DONE_CONDITIONS, HeadToHead
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MishapRules
 from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
 from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
@@ -30,16 +31,13 @@ SENSORS = (*CAMERAS, *LIDARS)
 
 
 @dataclass(frozen=True)
-class CarRules:
+class CarRules(MishapRules):
     """How a race is driven, and which cars may enter."""
 
     type: str = setting(TIME_TRIAL, "An empty road, boxes, bots, or other cars.", choices=RACE_TYPES)
     laps: int = setting(3, "Laps of a drive.", low=1, high=1000)
     is_continuous: bool = setting(True, "Laps of one drive, instead of each from the start line.")
     reverse: bool = setting(False, "In the opposite direction to the track's own.")
-    max_resets: int = setting(100, "How often a car is set back; its next mishap ends the drive.", low=0, high=10_000)
-    off_track_penalty: float = setting(5.0, "Wait after leaving the road.", unit="s", low=0.0, high=600.0)
-    collision_penalty: float = setting(5.0, "Wait after hitting an object.", unit="s", low=0.0, high=600.0)
     race_seconds: float | None = setting(
         None, "Simulated time of a race in which most laps win; None: laps alone end it.", unit="s", low=10.0,
         high=1000.0,
@@ -95,21 +93,13 @@ class CarRules:
         return TrialRaceRules(
             number_of_trials=laps,
             is_continuous=self.is_continuous or self.race_seconds is not None,
-            max_resets=self.max_resets,
-            off_track_penalty=self.off_track_penalty,
-            collision_penalty=self.collision_penalty,
             race_seconds=self.race_seconds,
+            **self.mishaps(),
         )
 
     def meeting_rules(self) -> HeadToHead:
         """Return how cars that meet each other are judged; each stands once on every place of the grid."""
-        return HeadToHead(
-            laps=self.laps,
-            done_condition=self.done_condition,
-            max_resets=self.max_resets,
-            off_track_penalty=self.off_track_penalty,
-            collision_penalty=self.collision_penalty,
-        )
+        return HeadToHead(laps=self.laps, done_condition=self.done_condition, **self.mishaps())
 
     def race_config(self, car: str) -> RaceConfig:
         """Return the race as a world takes it: nothing of it is the racer's choice but the car.

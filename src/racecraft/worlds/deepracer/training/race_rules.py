@@ -8,7 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from racecraft.contract.message import Message
-from racecraft.worlds.deepracer.evaluation.trial_race import RANGES
+from racecraft.worlds.deepracer.evaluation.mishap_rules import RANGES as MISHAP_RANGES
+from racecraft.worlds.deepracer.evaluation.trial_race import RANGES as TRIAL_RANGES
 from racecraft.worlds.deepracer.files.run_env import RunEnv
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 
@@ -20,6 +21,7 @@ AMOUNTS = {
     "DR_EVAL_COLLISION_PENALTY": "collision_penalty",
     "DR_EVAL_RESET_BEHIND_DIST": "reset_behind_dist",
 }
+RANGES = {**TRIAL_RANGES, **MISHAP_RANGES}
 VARIABLES = (TRIALS, CHECKPOINT, RESETS, *FLAGS, *AMOUNTS)
 
 Judging = dict[str, bool | int | float | str]
