@@ -43,6 +43,62 @@ def ran(words: Sequence[str | Path], folder: Path, **variables: str) -> subproce
         return subprocess.CompletedProcess(words, process.exitcode, out.read_text(), errors.read_text())
 
 
+def run(command: Sequence[str | Path], *, env: Mapping[str, str], **_: object) -> subprocess.CompletedProcess[str]:
+    """Stand where `subprocess.run` is given `python -m racecraft …`, in the folder of this moment."""
+    assert command[:3] == [sys.executable, "-m", "racecraft"]
+    return ran(command[3:], Path.cwd(), **env)
+
+
+class Begun:
+    """A program that goes on beside the test; used as `subprocess.Popen` with pipes of text for what it says."""
+
+    def __init__(self, words: Sequence[str | Path], folder: Path, **variables: str) -> None:
+        with tempfile.TemporaryDirectory() as told:
+            pipes = [str(Path(told, name)) for name in ("out", "errors")]
+            for pipe in pipes:
+                os.mkfifo(pipe)
+            arguments = ([str(word) for word in words], str(folder), {**os.environ, **variables}, *pipes)
+            self._process = PROCESSES.Process(target=_be, args=arguments)
+            self._process.start()
+            self.stdout, self.stderr = (open(pipe, encoding="utf-8") for pipe in pipes)  # noqa: SIM115 - as Popen's
+
+    def __enter__(self) -> Begun:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.kill()
+        self._process.join()
+        self.stdout.close()
+        self.stderr.close()
+
+    @property
+    def returncode(self) -> int | None:
+        """Its exit code, or minus the signal that ended it; None while it runs."""
+        return self._process.exitcode
+
+    poll = returncode.fget
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal."""
+        if self._process.pid and self.returncode is None:
+            os.kill(self._process.pid, number)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._process.kill()
+
+    def wait(self, seconds: float) -> int | None:
+        """Return its exit code as soon as it has ended; None where it has not by then."""
+        self._process.join(seconds)
+        return self.returncode
+
+    def communicate(self, timeout: float) -> tuple[str, str]:
+        """Return what else it said until it ended: standard output and errors, each less than a pipe holds."""
+        self.wait(timeout)
+        assert self.returncode is not None, f"it goes on after {timeout} s"
+        return self.stdout.read(), self.stderr.read()
+
+
 def _be(words: list[str], folder: str, environment: Mapping[str, str], out: str, errors: str) -> None:
     """Be the program in this process."""
     for stream, path in ((1, out), (2, errors)):
@@ -50,6 +106,7 @@ def _be(words: list[str], folder: str, environment: Mapping[str, str], out: str,
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
+    sys.path[:0] = [one for one in environment.get("PYTHONPATH", "").split(os.pathsep) if one not in sys.path]
     warnings.simplefilter(environment.get("PYTHONWARNINGS", "default"))
     sys.argv = words if words[0].endswith(".py") else ["racecraft", *words]
     if words[0].endswith(".py"):

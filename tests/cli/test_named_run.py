@@ -1,12 +1,10 @@
 """RUN[:which] in every command that takes a run, by one door."""
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
 from tests.cli.conftest import TINY, typed
+from tests.forked import Begun
 
 from racecraft.actions.named_run import named_run
 from racecraft.contract.errors import SettingError
@@ -63,12 +61,8 @@ def test_checkpoints_lists_the_one_that_was_named(inside):
 
 
 def test_watch_begins_with_the_checkpoint_that_was_named(trained):
-    words = [sys.executable, "-m", "racecraft", "watch", "r:best", "--port", "0", "--no-open", "--json"]
-    with subprocess.Popen(words, cwd=trained, env=os.environ, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            assert json.loads(served.stdout.readline())["url"].endswith("#iteration=1")
-        finally:
-            served.kill()
+    with Begun(["watch", "r:best", "--port", "0", "--no-open", "--json"], trained) as served:
+        assert json.loads(served.stdout.readline())["url"].endswith("#iteration=1")
 
 
 @pytest.mark.parametrize("words", WHOLE_RUN_ONLY, ids=lambda words: words[0])

@@ -2,12 +2,10 @@
 
 import json
 import signal
-import subprocess
-import sys
 import urllib.request
 
 import pytest
-from tests.forked import ran
+from tests.forked import Begun, ran
 from tests.reference import DATA
 
 RECORDS = DATA / "battlesnake"
@@ -66,15 +64,11 @@ def test_a_tournament_says_every_game_and_who_beat_whom(racecraft):
 def test_ctrl_c_ends_a_tournament_with_its_table_and_the_same_command_goes_on(tmp_path):
     players = ("flood_fill", "area_control", "-W", "11", "-H", "11", "--rounds", "3", "--file", "games.jsonl")
     command = ["snakes", "tournament", *players]
-    started = [sys.executable, "-m", "racecraft", *command]
-    with subprocess.Popen(started, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as held:
-        try:
-            while not held.stderr.readline().startswith("game 2 "):
-                assert held.poll() is None
-            held.send_signal(signal.SIGINT)
-            out, err = held.communicate(timeout=60)
-        finally:
-            held.kill()
+    with Begun(command, tmp_path) as held:
+        while not held.stderr.readline().startswith("game 2 "):
+            assert held.returncode is None
+        held.send_signal(signal.SIGINT)
+        out, err = held.communicate(timeout=60)
     kept = (tmp_path / "games.jsonl").read_text().splitlines()
     games = len(kept) - 1
     assert held.returncode == 130, err
@@ -185,15 +179,11 @@ def test_recorded_games_of_the_official_engine_agree(racecraft):
 def test_a_file_is_served_until_it_is_interrupted(tmp_path, how):
     (tmp_path / "mine.py").write_text("def move(data):\n    return 'up'\n")
     flags = ("--port", "0", "--color", "red", "--json")
-    command = [sys.executable, "-m", "racecraft", "snakes", "serve", "mine.py", *flags]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
-        try:
-            url = json.loads(server.stdout.readline())["url"]
-            with urllib.request.urlopen(url, timeout=60) as answer:
-                assert json.load(answer)["color"] == "#ff0000"
-            server.send_signal(how)
-            _, err = server.communicate(timeout=60)
-        finally:
-            server.kill()
+    with Begun(["snakes", "serve", "mine.py", *flags], tmp_path) as server:
+        url = json.loads(server.stdout.readline())["url"]
+        with urllib.request.urlopen(url, timeout=60) as answer:
+            assert json.load(answer)["color"] == "#ff0000"
+        server.send_signal(how)
+        _, err = server.communicate(timeout=60)
     assert server.returncode == 0, err
     assert "0 games, 0 moves" in err

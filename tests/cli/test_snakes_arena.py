@@ -3,12 +3,11 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import urllib.request
 from dataclasses import asdict
 
 import pytest
+from tests.forked import Begun
 
 from racecraft.worlds.battlesnake.players.weights import AMONG_SEVERAL
 
@@ -73,22 +72,19 @@ def test_bad_input_is_named(racecraft, arena, tmp_path, typed, told):
 
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
 def test_ctrl_c_keeps_everything_and_the_board_answers_meanwhile(racecraft, arena, tmp_path):
-    command = [sys.executable, "-m", "racecraft", "snakes", "arena", "play", "--board", "--no-open", "--port", "0"]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    address = ""
-    for line in process.stderr:
-        address = line.split()[-1] if line.startswith("The board: ") else address
-        if line.startswith("game 3:"):
-            break
-    with urllib.request.urlopen(address + "api/board", timeout=60) as answer:
-        board = json.loads(answer.read())
-    assert board["playing"]
-    assert board["last_game"] >= 3
-    second = racecraft("snakes", "arena", "play", "--games", 1)
-    assert second.code == 2
-    assert "somebody plays in it already" in second.err
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    with Begun(["snakes", "arena", "play", "--board", "--no-open", "--port", "0"], tmp_path) as process:
+        address = ""
+        while not (line := process.stderr.readline()).startswith("game 3:"):
+            address = line.split()[-1] if line.startswith("The board: ") else address
+        with urllib.request.urlopen(address + "api/board", timeout=60) as answer:
+            board = json.loads(answer.read())
+        assert board["playing"]
+        assert board["last_game"] >= 3
+        second = racecraft("snakes", "arena", "play", "--games", 1)
+        assert second.code == 2
+        assert "somebody plays in it already" in second.err
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "goes on from here" in err
     assert "flood_fill" in out

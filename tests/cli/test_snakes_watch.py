@@ -1,17 +1,15 @@
 """`racecraft snakes watch`, `film`, and the ways of `play` to be watched, as a user types them."""
 
 import json
-import os
 import signal
-import subprocess
 import sys
 import time
 import urllib.request
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
+from tests.forked import Begun, ran
 
-RUN = [sys.executable, "-m", "racecraft"]
 GAME = ("-u", "flood_fill", "-u", "hungry", "-W", 7, "-H", 7, "-r", 5)
 
 
@@ -27,7 +25,7 @@ def desk(tmp_path, monkeypatch):
     path = tmp_path / "browser.py"
     path.write_text(f"#!{sys.executable}\nimport sys\nopen({str(tmp_path / 'opened')!r}, 'a').write(sys.argv[1])\n")
     path.chmod(0o755)
-    return {**os.environ, "BROWSER": f"{path} %s"}
+    return f"{path} %s"
 
 
 def test_a_recorded_game_becomes_a_page(racecraft, game, tmp_path):
@@ -53,33 +51,27 @@ def test_a_game_of_the_official_engine_is_watched_too(racecraft, game, tmp_path)
 
 
 def test_a_recorded_game_is_served_until_it_is_interrupted(game, tmp_path, desk):
-    command, opened = [*RUN, "snakes", "watch", "game.jsonl", "--json"], tmp_path / "opened"
-    with subprocess.Popen(command, cwd=tmp_path, env=desk, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            url = json.loads(served.stdout.readline())["url"]
-            with urllib.request.urlopen(url, timeout=60) as answer:
-                assert "Flo – hungry" in answer.read().decode()
-            until = time.monotonic() + 60
-            while not (opened.exists() and opened.read_text()) and time.monotonic() < until:
-                time.sleep(0.02)
-            served.send_signal(signal.SIGINT)
-            assert served.wait(60) == 0
-        finally:
-            served.kill()
+    opened = tmp_path / "opened"
+    with Begun(["snakes", "watch", "game.jsonl", "--json"], tmp_path, BROWSER=desk) as served:
+        url = json.loads(served.stdout.readline())["url"]
+        with urllib.request.urlopen(url, timeout=60) as answer:
+            assert "Flo – hungry" in answer.read().decode()
+        until = time.monotonic() + 60
+        while not (opened.exists() and opened.read_text()) and time.monotonic() < until:
+            time.sleep(0.02)
+        served.send_signal(signal.SIGINT)
+        assert served.wait(60) == 0
     assert opened.read_text() == url
 
 
 def test_a_live_game_is_played_at_a_pace_one_can_watch(tmp_path, desk):
-    command = [*RUN, "snakes", "watch", "--live", "-u", "hungry", "-W", "7", "-H", "7", "--no-open", "--json"]
-    with subprocess.Popen(command, cwd=tmp_path, env=desk, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            url = json.loads(served.stdout.readline())["url"]
-            with urllib.request.urlopen(f"{url}", timeout=60) as answer:
-                assert '"live":"/games/racecraft-' in answer.read().decode()
-            served.send_signal(signal.SIGINT)
-            assert served.wait(60) in (0, 130), "over and waiting, or in the middle of the game"
-        finally:
-            served.kill()
+    command = ["snakes", "watch", "--live", "-u", "hungry", "-W", "7", "-H", "7", "--no-open", "--json"]
+    with Begun(command, tmp_path, BROWSER=desk) as served:
+        url = json.loads(served.stdout.readline())["url"]
+        with urllib.request.urlopen(f"{url}", timeout=60) as answer:
+            assert '"live":"/games/racecraft-' in answer.read().decode()
+        served.send_signal(signal.SIGINT)
+        assert served.wait(60) in (0, 130), "over and waiting, or in the middle of the game"
     assert not (tmp_path / "opened").exists()
 
 
@@ -102,9 +94,9 @@ with open(sys.argv[2], "w") as file:
 def test_play_opens_the_board_page_that_was_asked_for_and_waits_for_it(tmp_path):
     """As the official CLI: `--board-url/?engine=…&game=…`, then the board's protocol until the game is over."""
     (tmp_path / "viewer.py").write_text(OFFICIAL_VIEWER)
-    env = {**os.environ, "BROWSER": f"{sys.executable} viewer.py %s seen.json"}
-    command = [*RUN, "snakes", "play", *map(str, GAME), "--browser", "--board-url", "http://board.example/", "--json"]
-    done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60)
+    viewer = f"{sys.executable} viewer.py %s seen.json"
+    command = ["snakes", "play", *map(str, GAME), "--browser", "--board-url", "http://board.example/", "--json"]
+    done = ran(command, tmp_path, BROWSER=viewer)
     assert done.returncode == 0, done.stderr
     seen = json.loads((tmp_path / "seen.json").read_text())
     assert seen["heard"] == ["frame"] * (json.loads(done.stdout)["turns"] + 1) + ["game_end"]

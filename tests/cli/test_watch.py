@@ -17,6 +17,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 from tests.cli.conftest import TINY  # noqa: E402
+from tests.forked import Begun  # noqa: E402
 
 from kept_run import make_run  # noqa: E402
 
@@ -44,33 +45,25 @@ def once_up(url, enough=lambda answer: True):
 
 def test_a_run_is_served_until_it_is_interrupted(tmp_path):
     make_run(tmp_path / "r", iterations=1, ticks=5)
-    command = [*RUN, "watch", "r", "--port", "0", "--json"]
-    with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            said = json.loads(served.stdout.readline())
-            assert told(said["url"] + "api/run")["name"] == "r"
-            served.send_signal(signal.SIGINT)
-            assert served.wait(60) == 0
-        finally:
-            served.kill()
+    with Begun(["watch", "r", "--port", "0", "--json"], tmp_path, BROWSER="true") as served:
+        said = json.loads(served.stdout.readline())
+        assert told(said["url"] + "api/run")["name"] == "r"
+        served.send_signal(signal.SIGINT)
+        assert served.wait(60) == 0
 
 
 def test_other_machines_need_the_token_of_the_address(tmp_path):
     make_run(tmp_path / "r", iterations=1, ticks=5)
-    command = [*RUN, "watch", "r", "--port", "0", "--host", "0.0.0.0", "--no-open", "--json"]
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            said = urlsplit(json.loads(served.stdout.readline())["url"])
-            assert said.hostname == socket.gethostname().lower()
-            here = f"http://127.0.0.1:{said.port}/"
-            with pytest.raises(urllib.error.HTTPError, match="401"):
-                urllib.request.urlopen(f"{here}api/run", timeout=60)
-            browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
-            with browser.open(f"{here}?{said.query}", timeout=60) as page, browser.open(f"{here}api/run") as facts:
-                assert page.url == here, "the token does not stay in the address"
-                assert json.load(facts)["name"] == "r"
-        finally:
-            served.kill()
+    with Begun(["watch", "r", "--port", "0", "--host", "0.0.0.0", "--no-open", "--json"], tmp_path) as served:
+        said = urlsplit(json.loads(served.stdout.readline())["url"])
+        assert said.hostname == socket.gethostname().lower()
+        here = f"http://127.0.0.1:{said.port}/"
+        with pytest.raises(urllib.error.HTTPError, match="401"):
+            urllib.request.urlopen(f"{here}api/run", timeout=60)
+        browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        with browser.open(f"{here}?{said.query}", timeout=60) as page, browser.open(f"{here}api/run") as facts:
+            assert page.url == here, "the token does not stay in the address"
+            assert json.load(facts)["name"] == "r"
 
 
 @pytest.mark.parametrize(
@@ -87,8 +80,8 @@ def test_what_is_no_run_is_named(racecraft, arguments, words):
 
 
 def test_a_training_opens_its_page_and_closes_it(tmp_path):
-    command = [*RUN, "train", "--watch", "--no-pictures", "--run", "r", "--json", *TINY, "--stop", "minutes=1"]
-    with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, stderr=subprocess.PIPE, text=True) as training:
+    command = ["train", "--watch", "--no-pictures", "--run", "r", "--json", *TINY, "--stop", "minutes=1"]
+    with Begun(command, tmp_path, BROWSER="true") as training:
         line = next(line for line in training.stderr if line.startswith("watch: "))
         url = line.split()[1]
         once_up(url + "api/live?after=0", lambda answer: answer["reel"])

@@ -1,9 +1,8 @@
 """Launcher scripts of SageMaker RL run unchanged, AWS's own article among them; their words are translated."""
 
-import os
-import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from tests.compat.articles import unity_script
@@ -100,14 +99,11 @@ def test_an_interrupted_script_goes_on_in_its_model(tmp_path, monkeypatch, capsy
 PAIR = ("--s3_bucket", "b", "--s3_prefix", "dist/../snake 1")
 
 
-def run_beside(tmp_path, *words, **variables):
+def run_beside(threads, tmp_path, *words, **variables):
     """Begin `racecraft run train.py` as a process of its own."""
     (tmp_path / "train.py").write_text(CART)
     home = {"RACECRAFT_JOBS": str(tmp_path / "jobs"), **variables}
-    return subprocess.Popen(
-        [sys.executable, "-m", "racecraft", "run", "train.py", *words],
-        cwd=tmp_path, env={**os.environ, **home}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
+    return threads.submit(ran, ["run", "train.py", *words], tmp_path, **home)
 
 
 @pytest.mark.parametrize("first", [pytest.param("primary", marks=pytest.mark.long), "secondary"])
@@ -116,13 +112,15 @@ def test_a_secondary_waits_until_its_primary_ends(tmp_path, first):
     words["primary"] = ("--rl_cluster_type", "primary", "--rl_num_instances_secondary", "2")
     words["primary"] += ("--rl.training.stop.training_iteration", "2")
     second = {"primary": "secondary", "secondary": "primary"}[first]
-    jobs = {}
-    for role in (first, second):
-        jobs[role] = run_beside(tmp_path, *PAIR, *words[role], SM_MODEL_DIR=str(model))
-        if role == "primary" and first == "primary":
-            assert jobs[role].wait(300) == 0, "a primary needs nobody"
-    said = {role: job.communicate(timeout=300)[0] for role, job in jobs.items()}
-    assert {role: job.returncode for role, job in jobs.items()} == {"primary": 0, "secondary": 0}, said
+    with ThreadPoolExecutor() as threads:
+        jobs = {}
+        for role in (first, second):
+            jobs[role] = run_beside(threads, tmp_path, *PAIR, *words[role], SM_MODEL_DIR=str(model))
+            if role == "primary" and first == "primary":
+                assert jobs[role].result().returncode == 0, "a primary needs nobody"
+        done = {role: job.result() for role, job in jobs.items()}
+    said = {role: one.stdout + one.stderr for role, one in done.items()}
+    assert {role: one.returncode for role, one in done.items()} == {"primary": 0, "secondary": 0}, said
     assert "training_iteration: 2" in said["primary"]
     assert "- the primary trained with all cores and ended at" in said["secondary"]
     assert "training_iteration" not in said["secondary"]

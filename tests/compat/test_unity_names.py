@@ -1,11 +1,12 @@
 """What scripts for ML-Agents rely on, name by name; players are stand-ins, over the real wire."""
 
-import subprocess
+import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.forked import ran
 
 import racecraft
 from racecraft.compat.shims import foreign_names
@@ -26,13 +27,10 @@ def run(folder, code, path=()):
     """Run a script as its user does, in a process of its own, and return what it printed."""
     script = folder / "script.py"
     script.write_text(code)
-    search = ":".join(map(str, [*path, HOME]))
-    ran = subprocess.run(
-        [sys.executable, "-m", "racecraft", "run", str(script)],
-        capture_output=True, text=True, timeout=120, env={**__import__("os").environ, "PYTHONPATH": search},
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stderr[-3000:]
-    return ran.stdout
+    search = os.pathsep.join(map(str, [*path, HOME]))
+    done = ran(["run", script], folder, PYTHONPATH=search)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
 
 
 def test_an_action_tuple_may_be_filled_one_kind_at_a_time():

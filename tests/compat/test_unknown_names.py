@@ -1,18 +1,15 @@
 """A script that asks for what nobody has ends in a letter with its own line; its own mistakes are told by Python."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tests.forked import ran
 
 from racecraft.compat.shims import run_script
 from racecraft.compat.unknown_names import UnknownNameError
 from racecraft.contract.errors import SettingError
 
-PYTHONPATH = str(Path(__file__).resolve().parents[2] / "src")
 LENDS = "`racecraft run` lends no "
 UNKNOWN = [
     ("from sagemaker.rl import RLEstimater", LENDS + "sagemaker.rl.RLEstimater. Did you mean 'RLEstimator'?"),
@@ -108,11 +105,8 @@ def test_a_notebook_names_the_cell(words, capsys):
 @pytest.mark.parametrize(("code", "status", "said"), [("import rayy", 2, ""), ("1 / 0", 1, "Traceback")])
 def test_the_command_ends_with_a_letter_or_with_the_script_s_own_traceback(code, status, said):
     Path("train.py").write_text(code)
-    command = [sys.executable, "-m", "racecraft", "run", "train.py"]
-    ran = subprocess.run(
-        command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": PYTHONPATH}, check=False
-    )
-    assert ran.returncode == status
-    assert ran.stderr.startswith(said or "racecraft: train.py:1: there is no module rayy: ")
-    assert ("Traceback" in ran.stderr) is bool(said)
-    assert "racecraft/" not in ran.stderr, "no line of ours"
+    done = ran(["run", "train.py"], Path.cwd())
+    assert done.returncode == status
+    assert done.stderr.startswith(said or "racecraft: train.py:1: there is no module rayy: ")
+    assert ("Traceback" in done.stderr) is bool(said)
+    assert "racecraft/" not in done.stderr, "no line of ours"

@@ -3,12 +3,22 @@
 import contextlib
 import os
 import signal
+import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from tests import forked
 from tests.jobs.makers import wait_until
 
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.jobs.tuning import dry_run
+
+
+@pytest.fixture(autouse=True)
+def _tried_by_a_fork(monkeypatch):
+    """Have a command that is tried before it becomes a job begin at once, in a process of its own as ever."""
+    monkeypatch.setattr(dry_run, "subprocess", SimpleNamespace(run=forked.run, DEVNULL=subprocess.DEVNULL))
 
 
 @pytest.fixture
