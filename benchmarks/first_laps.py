@@ -96,18 +96,19 @@ def page(rows: list[dict[str, Any]]) -> str:
         f"**{len(lapped)} of the {len(rows)} tracks trained on so far lap**, {soon} of them within the preset's "
         f"{RACE_STEPS:,} steps.",
         "",
-        "| track | length | turns a metre | seed | stable after, CPU s | steps | of a budget of |",
+        "| track | length | turns a metre | seed | stable after, CPU s of each try | last try's steps | of |",
         "|---|---|---|---|---|---|---|",
     ]
     for row in rows:
-        last = row["tries"][-1]
+        *before, last = row["tries"]
+        spent = "".join(f"{one['last']['cpu_seconds']:.1f} + " for one in before)
         took = last["stable"] or {
             "cpu_seconds": f"not in {last['last']['cpu_seconds']:g}",
             "steps": last["last"]["steps"],
         }
         lines.append(
             f"| {row['track']} | {row['length_m']} m | {row['turns_degrees_per_m']}° | {row['seed']} | "
-            f"{took['cpu_seconds']} | {took['steps']:,} | {last['budget']:,} |"
+            f"{spent}{took['cpu_seconds']} | {took['steps']:,} | {last['budget']:,} |"
         )
     return "\n".join(lines) + "\n"
 

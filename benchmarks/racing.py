@@ -148,7 +148,7 @@ def judged(run: Path) -> dict[str, Any]:
 
 
 def side_changes(track: Track) -> int:
-    """Return how often a lap of a circuit goes from a corner to one of the other side: no car steers around that."""
+    """Return how often a lap of a circuit goes from a corner to one of the other side."""
     sides = [corner.side for corner in find_corners(track)]
     return sum(side != other for side, other in zip(sides, sides[1:] + sides[:1], strict=True))
 
