@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env console demo test quick check long pythons newest mutants likeness javascript bench docs format clean
+.PHONY: help env console demo test quick bytecode check long pythons newest mutants likeness javascript bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -16,11 +16,14 @@ console: env  ## open the console: train, watch, compare and import cars in a br
 demo: env  ## train the default car on re:Invent 2018 from its camera until it races, and show what came of it
 	@$(BIN)/racecraft train
 
-test: env  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
+test: bytecode  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
-quick: env  ## the everyday loop: each package by itself; commands, trainings, jobs and slow tests are left to `make test`
+quick: bytecode  ## the everyday loop: each package by itself; commands, trainings, jobs and slow tests are left to `make test`
 	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach part,cli compat docs jobs training worlds/deepracer/training worlds/battlesnake/training worlds/unity/training,--ignore=tests/$(part))
+
+bytecode: env
+	@$(BIN)/python -m compileall -q -j 2 src  # two hundred programs that tests start find it, where Python may write none
 
 check: env  ## form: format, lint, types, import rules, generated docs current
 	$(BIN)/ruff format --check src tests scripts benchmarks examples

@@ -14,6 +14,9 @@ times a training of two iterations.
 A million objects are made while tests are collected, and stay: the search for garbage leaves them out.
 
 `--quick` leaves out the tests that `tests/slow.txt` names (see `scripts/list_slow_tests.py`).
+
+Where no kernel is compiled yet, two workers would compile the same ones beside each other, for minutes:
+`tests/first.txt` names the files that begin. Others follow in the order of their folders, so that short ones come last.
 """
 
 import gc
@@ -57,11 +60,23 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--quick", action="store_true", help="leave out the tests that tests/slow.txt names")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep our order of files where several workers share them; xdist's begins with those of most tests."""
+    config.option.loadscopereorder = False
+
+
+def _listed(name: str) -> list[str]:
+    """Return the lines of a list of tests."""
+    lines = (Path(__file__).parent / "tests" / name).read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if not line.startswith("#")]
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave slow tests out where that was asked for."""
+    """Put first what is to begin; leave slow tests out where that was asked for."""
+    places = {file: place for place, file in enumerate(_listed("first.txt"))}
+    items.sort(key=lambda item: places.get(item.nodeid.split("::")[0], len(places)))
     if config.getoption("--quick"):
-        lines = (Path(__file__).parent / "tests" / "slow.txt").read_text(encoding="utf-8").splitlines()
-        slow = {line for line in lines if not line.startswith("#")}
+        slow = set(_listed("slow.txt"))
         config.hook.pytest_deselected(items=[item for item in items if item.nodeid.split("[")[0] in slow])
         items[:] = [item for item in items if item.nodeid.split("[")[0] not in slow]
 

@@ -1,43 +1,45 @@
-"""The list of tests that the everyday loop leaves out: it names tests that there are, and they are left out."""
+"""The lists of tests that the everyday loop leaves out, and of files that begin: they name what there is."""
 
 import ast
 import subprocess
 import sys
 from pathlib import Path
 
-from scripts.list_slow_tests import SLOW, seconds_of
+from scripts.list_slow_tests import seconds_of
 
 HOME = Path(__file__).parents[1]
 
 
-def slow_tests():
-    return [line for line in SLOW.read_text().splitlines() if not line.startswith("#")]
+def listed(name):
+    lines = (HOME / "tests" / name).read_text().splitlines()
+    return [line for line in lines if not line.startswith("#")]
 
 
-def test_every_test_of_the_list_is_one():
-    gone = []
-    for test in slow_tests():
+def test_every_file_and_test_of_the_lists_is_one():
+    gone = [file for file in listed("first.txt") if not (HOME / file).is_file()]
+    for test in listed("slow.txt"):
         file, name, *_ = test.split("::")  # a class may inherit its tests
         written = ast.walk(ast.parse((HOME / file).read_text())) if (HOME / file).is_file() else ()
         names = {node.name for node in written if isinstance(node, ast.FunctionDef | ast.ClassDef)}
         if name not in names:
             gone.append(test)
-    assert not gone, "renamed or moved: mend tests/slow.txt, or write it anew with scripts/list_slow_tests.py"
+    assert not gone, "renamed or moved: mend the list; or write tests/slow.txt anew with scripts/list_slow_tests.py"
 
 
 def collected(*arguments):
     """Return the tests that pytest would run, without their parameters."""
     asked = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", *arguments]
     lines = subprocess.run(asked, capture_output=True, text=True, cwd=HOME).stdout.split("\n")
-    return {line.split("[")[0] for line in lines if "::" in line}
+    return list(dict.fromkeys(line.split("[")[0] for line in lines if "::" in line))
 
 
-def test_the_everyday_loop_leaves_them_out():
-    file = slow_tests()[0].split("::")[0]
-    tests, quick = (collected(file, *more) for more in ((), ("--quick",)))
-    left_out = tests & set(slow_tests())
-    assert left_out
-    assert quick == tests - left_out
+def test_the_everyday_loop_leaves_them_out_and_the_listed_files_begin():
+    begins, file = listed("first.txt")[-1], listed("slow.txt")[0].split("::")[0]
+    tests, quick = (collected(file, begins, *more) for more in ((), ("--quick",)))
+    assert set(tests) & set(listed("slow.txt"))
+    assert quick == [test for test in tests if test not in listed("slow.txt")]
+    assert tests[0].startswith(begins)
+    assert tests[-1].startswith(file)
 
 
 def test_a_report_tells_what_each_test_took_with_all_its_parameters():
