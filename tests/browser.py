@@ -27,6 +27,9 @@ SETTLED = """() => Promise.all(document.getAnimations()
 BROKEN = """() => [...document.images]
   .filter(one => one.checkVisibility() && one.complete && !one.naturalWidth).map(one => one.outerHTML)"""
 AXE = Path(__file__).parent / "vendor" / "axe.min.js"
+AXE_RUN = """() => axe.run({ resultTypes: ["violations"] })
+  .then(told => told.violations.map(one => [one.id, one.nodes[0].html]))"""
+"""What passes is not described: that takes as long as to look."""
 
 needs_chromium = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium here: `apt-get install chromium` (or your system's package) brings one"
@@ -50,11 +53,36 @@ def _launched() -> Any:
     return _driver().chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
 
 
-def _chromium() -> Any:
+@cache
+def _idle(touch: bool) -> list[Any]:
+    """Return the contexts nobody uses; each keeps one empty page, since to open a first window takes half a second."""
+    return []
+
+
+def _borrowed(touch: bool) -> Any:
+    """Return a context as empty as a new one, but for its first page."""
     asyncio._set_running_loop(_driver()._loop)
     if not _launched().is_connected():
         _launched.cache_clear()
-    return _launched()
+        _idle.cache_clear()
+    if idle := _idle(touch):
+        return idle.pop()
+    made = _launched().new_context(has_touch=touch, is_mobile=touch)
+    made.new_page()
+    return made
+
+
+def _returned(context: Any, touch: bool) -> None:
+    """Close the pages of a test and empty their context: cookies, what they stored, what was cached."""
+    first, *more = context.pages
+    for page in more:
+        page.close()
+    session = context.new_cdp_session(first)
+    session.send("Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "all"})
+    session.send("Network.clearBrowserCache")
+    session.detach()
+    context.clear_cookies()
+    _idle(touch).append(context)
 
 
 _OPEN: set[Browser] = set()
@@ -72,11 +100,9 @@ class Browser:
 
     def __init__(self, width: int = 1200, height: int = 900, dark: bool = False, touch: bool = False) -> None:
         _OPEN.add(self)
-        self._context = _chromium().new_context(
-            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light",
-            has_touch=touch, is_mobile=touch,
-        )  # fmt: skip
+        self._touch, self._context = touch, _borrowed(touch)
         self.page = self._context.new_page()
+        self.show(width, height, dark)
         self.complaints: list[str] = []
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
@@ -87,7 +113,7 @@ class Browser:
 
     def close(self) -> None:
         """End the browser; where it was the last one open, let other event loops run in this thread."""
-        self._context.close()
+        _returned(self._context, self._touch)
         _OPEN.discard(self)
         if not _OPEN:
             asyncio._set_running_loop(None)
@@ -127,7 +153,7 @@ class Browser:
         """
         self.page.evaluate(AXE.read_text(encoding="utf-8"))
         self.page.evaluate(SETTLED)
-        found = self.page.evaluate("axe.run().then(told => told.violations.map(one => [one.id, one.nodes[0].html]))")
+        found = self.page.evaluate(AXE_RUN)
         return [(rule, element) for rule, element in found] + self.broken_pictures()
 
     def broken_pictures(self) -> list[tuple[str, str]]:

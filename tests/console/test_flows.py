@@ -350,12 +350,10 @@ def test_settings_tell_the_keys_switch_them_off_and_tell_what_takes_the_disk(con
     assert {0, 3, 6, 7} < {entry.iteration for entry in shelf.entries()}
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_no_page_shuts_anybody_out(console, dark):
+def test_no_page_shuts_anybody_out_by_day_or_by_night(console, browser):
     address, workspace, _ = console
     write_run(workspace.path / "runs/a-1")
     write_run(workspace.path / "runs/b-1", lap=8.0)
-    browser = Browser(1440, 900, dark=dark)
     browser.bypass_policy()
     browser.open(f"{address}/drafts/new")
     draft = browser.page.url.rsplit("/", 1)[0]
@@ -368,9 +366,10 @@ def test_no_page_shuts_anybody_out(console, dark):
     found = {}
     for page in [*steps, *(address + path for path in pages)]:
         browser.open(page)
-        if faults := browser.shut_out():
-            found[page] = faults
-    browser.close()
+        for dark in (False, True):
+            browser.show(1440, dark=dark)
+            if faults := browser.shut_out():
+                found[page, dark] = faults
     assert found == {}
 
 

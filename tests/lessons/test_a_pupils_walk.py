@@ -9,6 +9,7 @@ from tests.lessons.pupil import Pupil
 
 from racecraft.console.workspace import Workspace
 from racecraft.lessons.course import course
+from racecraft.lessons.progress import Progress
 from racecraft.lessons.service import make_lessons
 from racecraft.web.server import ServerThread
 
@@ -112,16 +113,31 @@ def walk(pupil, path, progress):
         assert progress.done(lesson.id) == len(lesson.exercises)
 
 
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory):
+    """One course in one browser, lesson after lesson: (address, browser, what was fetched)."""
+    thread = ServerThread(make_lessons(progress=Progress(tmp_path_factory.mktemp("r") / "l.json"), models=dict), "test")
+    one = Browser()
+    one.page.emulate_media(reduced_motion="reduce")
+    fetched = []
+    one.page.on("request", lambda request: fetched.append(request.url))
+    yield f"http://127.0.0.1:{thread.start('127.0.0.1', 0)}", one, fetched
+    one.close()
+    thread.close()
+
+
 @pytest.mark.parametrize("lesson", course().lessons, ids=lambda lesson: lesson.id)
-def test_a_lesson_is_read_by_everybody(browser, serve, lesson):
-    address, fetched = serve(), set()
-    browser.page.on("request", lambda request: fetched.add(request.url))
+def test_a_lesson_is_read_by_everybody(reader, lesson):
+    address, browser, fetched = reader
+    fetched.clear()
+    browser.show(1200)
+    browser.open(f"{address}/lessons/{lesson.id}")
+    browser.until(DRAWN)
     for width, dark in ((1200, False), (390, True)):
-        browser.show(width, 900, dark)
-        browser.open(f"{address}/lessons/{lesson.id}")
-        browser.until(DRAWN)
+        browser.show(width, dark=dark)
         assert browser.shut_out() == []
         assert browser.sideways() == 0
+    assert browser.complaints == []
     assert f"{address}/lessons/{lesson.id}" in fetched
     assert all(one.startswith((address, "data:")) for one in fetched), "no network"
 

@@ -97,7 +97,7 @@ def same(ours, theirs):
 
 @pytest.mark.skipif(NODE is None, reason="no node here to run the browser's modules")
 def test_the_browser_computes_the_grid_as_python_does():
-    cases = list(grid_cases(1000))
+    cases = list(grid_cases(200))
     for case, theirs in zip(cases, in_node(GRID_SCRIPT, cases), strict=True):
         ours = in_python(case)
         assert same(ours, theirs), case

@@ -107,6 +107,7 @@ def mean_totals(curve: str) -> Sequence[float]:
     return [sum(means[at : at + WINDOW]) / WINDOW for at in range(len(means) - WINDOW + 1)]
 
 
+@cache
 def converged_at(curve: str) -> int:
     """Return the drive from which on every mean stays within LEVEL of the last one."""
     totals = mean_totals(curve)

@@ -5,6 +5,7 @@ import gzip
 import json
 import random
 from collections import Counter
+from itertools import islice
 
 import pytest
 from tests.reference import DATA
@@ -19,9 +20,9 @@ RECORDS = DATA / "battlesnake"
 FILES = {"official_engine_trajectories.jsonl.gz": (40, 2624), "official_engine_trajectories_more.jsonl.gz": (29, 4256)}
 
 
-def lines_of(name):
+def first_lines(name, count):
     with gzip.open(RECORDS / name, "rt") as file:
-        return [json.loads(line) for line in file]
+        return [json.loads(line) for line in islice(file, count)]
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -42,7 +43,7 @@ SPOILT = {
 
 @pytest.mark.parametrize("what", SPOILT)
 def test_a_spoilt_record_is_found_and_drawn(what, tmp_path):
-    lines = lines_of("official_engine_trajectories.jsonl.gz")[:4]
+    lines = first_lines("official_engine_trajectories.jsonl.gz", 4)
     SPOILT[what](lines[1])
     spoilt = tmp_path / "spoilt.jsonl"
     spoilt.write_text("\n".join(json.dumps(line) for line in lines))
@@ -131,7 +132,7 @@ def spoil(value, rng):
 
 
 def test_spoilt_records_end_in_a_report_or_a_letter(tmp_path):
-    lines, rng = lines_of("official_engine_trajectories.jsonl.gz")[:5], random.Random(1)
+    lines, rng = first_lines("official_engine_trajectories.jsonl.gz", 5), random.Random(1)
     outcomes = set()
     for number in range(250):
         spoilt = copy.deepcopy(lines)

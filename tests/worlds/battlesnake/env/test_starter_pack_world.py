@@ -68,7 +68,7 @@ def test_the_compiled_rules_are_the_readable_ones(monkeypatch, side, snakes, saf
     world = StarterPackWorld(1, side, snakes, DISTINCT, max_turns=0, is_masked=True)
     buffers, rng = allocate(world.spec), np.random.default_rng(side)
     seen = set()
-    for start in range(40):
+    for start in range(15):
         world.reset(buffers, start)
         for _ in range(60):
             gym, alive = gym_of(world, 0), world.snakes[0, :, pack.ALIVE].astype(bool)

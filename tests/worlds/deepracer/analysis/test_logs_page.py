@@ -43,9 +43,17 @@ def address(ticks, tmp_path_factory):
 
 
 @pytest.fixture(params=[(1200, 900), (390, 844)], ids=["desk", "phone"])
-def browser(request, tmp_path):
-    width, height = request.param
-    one = Browser(width, height)
+def browser(request):
+    yield from open_browser(*request.param)
+
+
+@pytest.fixture
+def desk():
+    yield from open_browser()
+
+
+def open_browser(*size):
+    one = Browser(*size)
     yield one
     one.close()
 
@@ -128,19 +136,19 @@ def test_the_page_in_a_browser(browser, address):
 
 
 @needs_chromium
-def test_pointing_at_a_path_reads_it_and_the_wheel_zooms(browser, address):
-    browser.open(address)
-    browser.until("document.querySelectorAll('#rows tr').length === 25")
-    browser.value("document.getElementById('map').scrollIntoView()")
-    box = browser.value("(r => [r.x, r.y, r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
-    shot = browser.value("document.getElementById('map').toDataURL()")
+def test_pointing_at_a_path_reads_it_and_the_wheel_zooms(desk, address):
+    desk.open(address)
+    desk.until("document.querySelectorAll('#rows tr').length === 25")
+    desk.value("document.getElementById('map').scrollIntoView()")
+    box = desk.value("(r => [r.x, r.y, r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
+    shot = desk.value("document.getElementById('map').toDataURL()")
     x, y = brightest(shot)
-    browser.page.mouse.move(box[0] + x, box[1] + y)
-    browser.until("document.getElementById('told').textContent.includes('waypoint')")
-    before = browser.value("document.getElementById('map').toDataURL()")
-    browser.page.mouse.wheel(0, -300)
-    browser.until(f"document.getElementById('map').toDataURL().length !== {len(before)}")
-    assert browser.complaints == []
+    desk.page.mouse.move(box[0] + x, box[1] + y)
+    desk.until("document.getElementById('told').textContent.includes('waypoint')")
+    before = desk.value("document.getElementById('map').toDataURL()")
+    desk.page.mouse.wheel(0, -300)
+    desk.until(f"document.getElementById('map').toDataURL().length !== {len(before)}")
+    assert desk.complaints == []
 
 
 @needs_chromium
@@ -163,14 +171,14 @@ def test_the_map_is_as_high_as_its_road_and_pictures_can_be_read_on_a_phone(brow
 
 
 @needs_chromium
-def test_the_page_on_paper(browser, address):
+def test_the_page_on_paper(desk, address):
     """Canvases, which are not drawn again for paper, keep their shape there; what can only be clicked is left out."""
-    browser.open(address)
-    browser.until("document.querySelectorAll('#rows tr').length === 25")
-    browser.page.emulate_media(media="print")
-    browser.value("document.querySelector('main').style.maxWidth = '300px'")
+    desk.open(address)
+    desk.until("document.querySelectorAll('#rows tr').length === 25")
+    desk.page.emulate_media(media="print")
+    desk.value("document.querySelector('main').style.maxWidth = '300px'")
     for name in ("map", "chart"):
-        shown, drawn = browser.value(
+        shown, drawn = desk.value(
             f"(e => [e.getBoundingClientRect().width / e.getBoundingClientRect().height, e.width / e.height])"
             f"(document.getElementById('{name}'))"
         )
@@ -178,8 +186,8 @@ def test_the_page_on_paper(browser, address):
     hidden = (
         "[...document.querySelectorAll('.card > .tools, .list, details:not([open])')].every(e => e.offsetHeight === 0)"
     )
-    assert browser.value(hidden)
-    assert browser.value("getComputedStyle(document.querySelector('#legend i')).printColorAdjust") == "exact"
+    assert desk.value(hidden)
+    assert desk.value("getComputedStyle(document.querySelector('#legend i')).printColorAdjust") == "exact"
 
 
 SPY = """
@@ -195,16 +203,16 @@ pen.lineTo = function (x, y) {
 
 @needs_chromium
 @pytest.mark.parametrize("name", ["reinvent_base", "reInvent2019_wide_cw"])
-def test_the_map_tells_the_direction_and_draws_no_path_to_where_a_car_was_set_down(name, browser, tmp_path):
+def test_the_map_tells_the_direction_and_draws_no_path_to_where_a_car_was_set_down(name, desk, tmp_path):
     track = load_track(name)
     columns = makers.episode(0, 0.3, ticks=40, track=track)
     columns["X"][0] += 3.0
     ticks = read(makers.write(tmp_path / "training-simtrace" / "0-iteration.csv", columns)).ticks.collect()
     (tmp_path / "p.html").write_text(document("p", _explorer(ticks, track), modules=MODULES, styles=STYLES))
-    browser.page.add_init_script(SPY)
-    browser.open((tmp_path / "p.html").as_uri())
-    browser.until("document.querySelectorAll('#rows tr').length === 1")
-    told = np.array(browser.value("(window.told = [], document.getElementById('whole').click(), window.told)"))
+    desk.page.add_init_script(SPY)
+    desk.open((tmp_path / "p.html").as_uri())
+    desk.until("document.querySelectorAll('#rows tr').length === 1")
+    told = np.array(desk.value("(window.told = [], document.getElementById('whole').click(), window.told)"))
     path, arrow = told[told[:, 0] == 3.0, 1:], told[np.isclose(told[:, 0], 1.6), 1:]
     assert len(path) == 38, "of 39 steps one was not driven"
     (x0, y0, x1, y1), yaw = arrow[0], track.pose_at(0.0).yaw

@@ -80,7 +80,7 @@ def test_a_car_is_in_the_frame_where_a_ray_caster_sees_it():
     world, lone = make_world(4, 3, camera_config=camera), make_world(12, 1, camera_config=camera)
     buffers, own = begin(world), begin(lone)
     seen = 0
-    for _ in range(4):
+    for _ in range(2):
         poses = near_the_line(world, chance, 0.2, 3.0)
         poses[..., 2] = chance.uniform(-0.6, 0.6, poses.shape[:2]) + poses[..., :1, 2]
         put(world, buffers, poses)
@@ -97,16 +97,16 @@ def test_a_car_is_in_the_frame_where_a_ray_caster_sees_it():
             assert np.abs(found - cast_frame * level)[plain & is_car].max(initial=0.0) <= 1.0
             assert (found == empty)[plain & ~is_car].all()
             seen += int((plain & is_car).sum())
-    assert seen > 5000
+    assert seen > 2500
 
 
 def test_cars_touch_where_shapely_says_and_the_one_behind_has_crashed():
-    """By 20,000 random poses: a crash is a touch of which the car behind, nose by nose, is to blame."""
+    """By 7,500 random poses: a crash is a touch of which the car behind, nose by nose, is to blame."""
     chance = np.random.default_rng(2)
     world = make_world(2500, 2, camera_config=CameraConfig(8, 6))
     buffers, length = begin(world), world.track.length
     touched = 0
-    for _ in range(8):
+    for _ in range(3):
         poses = near_the_line(world, chance, 0.2, 0.6)
         put(world, buffers, poses)
         noses = world.cars["arc"]
@@ -118,7 +118,7 @@ def test_cars_touch_where_shapely_says_and_the_one_behind_has_crashed():
         behind = (noses[:, ::-1] - noses) % length < length / 2
         assert (world.reports["is_crashed"] == behind & meet[:, None])[~close].all()
         touched += int(meet.sum())
-    assert 5000 < touched < 15000
+    assert 1900 < touched < 5600
 
 
 @pytest.mark.parametrize("into", ["a car", "a bot"])

@@ -92,11 +92,19 @@ def slow_lap(answer: Answer) -> Verdict:
     return tried("other")
 
 
+@cache
+def second_pay() -> float:
+    """Return what the second reward function pays at its moment; it is run."""
+    (paid,) = call_function(SECOND_SAMPLE, "reward_function", [[MOMENT]])
+    return float(paid)
+
+
 def second_sample(answer: Answer) -> Verdict:
-    """What the second reward function pays at one moment; it is run."""
-    (right,) = call_function(SECOND_SAMPLE, "reward_function", [[MOMENT]])
+    """What the second reward function pays at one moment."""
     given = answer.number("reward")
-    return compared(given, right, 0.05, {"kept_the_one": 0.64, "one_factor": 40.0, "no_factor": 50.0}, reward=given)
+    return compared(
+        given, second_pay(), 0.05, {"kept_the_one": 0.64, "one_factor": 40.0, "no_factor": 50.0}, reward=given
+    )
 
 
 def nearer_is_more(answer: Answer) -> Verdict:

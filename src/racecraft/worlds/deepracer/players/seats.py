@@ -34,7 +34,7 @@ class Seats:
 
     def __init__(self, world: RaceWorld, own: Driver, drivers: Sequence[Driver], whose: Array) -> None:
         self._world, self._drivers = world, tuple(drivers)
-        self._rows = [np.argwhere(whose == number) for number in range(len(self._drivers))]
+        self._rows = [np.ascontiguousarray(np.argwhere(whose == number)) for number in range(len(self._drivers))]
         self._cameras = [self._camera_of(driver, own) for driver in self._drivers]
         self._ranges = [np.zeros((len(rows), BEAMS)) for rows in self._rows]
         for driver, rows in zip(self._drivers, self._rows, strict=True):
