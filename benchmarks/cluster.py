@@ -221,9 +221,9 @@ def trained(name: str, workers: str | None, times: int) -> Measured:
     spread = distribute(workers)
 
     @contextlib.contextmanager
-    def watched(kind: str, planned: Any, experiment: Any, say: Any) -> Iterator[Any]:
+    def watched(kind: str, planned: Any, experiment: Any, on_message: Any) -> Iterator[Any]:
         assert spread is not None
-        with spread(kind, planned, experiment, say) as settled:
+        with spread(kind, planned, experiment, on_message) as settled:
             gatherers.append(settled.gatherer)
             yield settled
 

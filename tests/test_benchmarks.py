@@ -91,15 +91,15 @@ class _Dreamer(BaseHTTPRequestHandler):
     """A snake server that says who it is and sleeps through every move."""
 
     def do_GET(self):  # noqa: N802
-        self._say(b'{"apiversion": "1"}')
+        self._on_message(b'{"apiversion": "1"}')
 
     def do_POST(self):  # noqa: N802
         self.rfile.read(int(self.headers["Content-Length"]))
         if self.path == "/move":
             self.server.wakes.wait(60)
-        self._say(b'{"move": "up"}')
+        self._on_message(b'{"move": "up"}')
 
-    def _say(self, answer):
+    def _on_message(self, answer):
         with suppress(OSError):  # the other side has hung up
             self.send_response(200)
             self.end_headers()

@@ -40,9 +40,9 @@ def slowly(layers, frame):
 
 def looked(look, frame):
     """Return the choice, and the numbers it was chosen by: the two maps are written in turn."""
-    room = np.full((3, look.room), 7.0, np.float32)
-    choice = argmax_action(look.layers, look.weights, look.scale, frame, room)
-    return choice, room[len(look.layers) % 2, : look.layers[-1, 6]]
+    buffer = np.full((3, look.buffer_size), 7.0, np.float32)
+    choice = argmax_action(look.layers, look.weights, look.scale, frame, buffer)
+    return choice, buffer[len(look.layers) % 2, : look.layers[-1, 6]]
 
 
 NETWORKS = {
@@ -81,11 +81,11 @@ def test_layers_end_to_end_by_hand():
     parts = [first.bias, first.weight.ravel(), last.bias, last.weight.ravel()]
     np.testing.assert_array_equal(look.weights, np.concatenate(parts))
     assert look.scale == np.float32(1 / 255)
-    assert look.room == 63  # the frame itself is the widest
+    assert look.buffer_size == 63  # the frame itself is the widest
 
 
 @pytest.mark.parametrize(
-    ("layers", "shape", "room"),
+    ("layers", "shape", "buffer"),
     [
         ([layer(2, 1, 20), layer(1, 180, 2)], (4, 4, 1), 180),  # a map of 3 x 3 x 20
         ([layer(1, 1, 30), layer(4, 30, 2)], (4, 4, 1), 480),  # a kernel over 4 x 4 x 30, as large as that map
@@ -93,8 +93,8 @@ def test_layers_end_to_end_by_hand():
         ([layer(1, 16, 50)], (4, 4, 1), 50),
     ],
 )
-def test_there_is_room_for_the_widest_map_and_kernel(layers, shape, room):
-    assert end_to_end(layers, shape).room == room
+def test_there_is_room_for_the_widest_map_and_kernel(layers, shape, buffer):
+    assert end_to_end(layers, shape).buffer_size == buffer
 
 
 def test_networks_of_more_products_are_pytorchs(monkeypatch):

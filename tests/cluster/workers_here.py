@@ -18,7 +18,7 @@ from racecraft.cluster.worker import Worker
 class WorkersHere:
     """A transport whose workers answer at once."""
 
-    room: int
+    capacity: int
     lost_at: tuple[int, ...] = ()
     """Which collectings, counted over all workers, are answered by nobody: their worker is lost with its answer."""
     never_come: bool = False

@@ -67,7 +67,7 @@ def push(request: PushRequest, progress: Progress = quiet) -> Transferred:
 
     target = Address.parse(request.address)
     store = request.way.open(target)
-    done = push_folder(store, request.source, target, dry_run=request.dry_run, say=progress)
+    done = push_folder(store, request.source, target, dry_run=request.dry_run, on_message=progress)
     return Transferred(str(request.source), str(target), done, request.dry_run)
 
 
@@ -82,7 +82,7 @@ def pull(request: PullRequest, progress: Progress = quiet) -> Transferred:
 
     source = Address.parse(request.address)
     store = request.way.open(source)
-    done = pull_folder(store, source, request.target, dry_run=request.dry_run, say=progress)
+    done = pull_folder(store, source, request.target, dry_run=request.dry_run, on_message=progress)
     return Transferred(str(source), str(request.target), done, request.dry_run)
 
 

@@ -51,7 +51,9 @@ def record(request: RecordRequest, progress: Progress = quiet) -> Recorded:
     from racecraft.formats.demonstrations import write_demonstrations
     from racecraft.training.demonstrating import record_run
 
-    recorded = record_run(request.run, request.episodes, seed=request.seed, sampled=request.sampled, say=progress)
+    recorded = record_run(
+        request.run, request.episodes, seed=request.seed, sampled=request.sampled, on_message=progress
+    )
     write_demonstrations(request.output, recorded)
     return Recorded(
         request.output, recorded.num_episodes, len(recorded), float(recorded.returns.mean()), dict(recorded.source)

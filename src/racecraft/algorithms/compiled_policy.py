@@ -32,7 +32,7 @@ class CompiledPolicy(NamedTuple):
     """float32, all of them, end to end; copies."""
     scale: np.float32
     """What a grey level counts."""
-    room: int
+    buffer_size: int
     """Numbers in its widest map, and in its widest kernel."""
 
 
@@ -105,7 +105,7 @@ def end_to_end(layers: Iterable[Layer], shape: tuple[int, int, int]) -> Compiled
 
     A dense layer behind a convolution takes its map row by row, column by column, the channels of a place together.
     """
-    rows, parts, first, products, room = [], [], 0, 0, shape[0] * shape[1]
+    rows, parts, first, products, buffer_size = [], [], 0, 0, shape[0] * shape[1]
     height, width, channels = shape
     for layer in layers:
         size, _, seen, filters = layer.weight.shape
@@ -119,7 +119,7 @@ def end_to_end(layers: Iterable[Layer], shape: tuple[int, int, int]) -> Compiled
         rows.append(row)
         parts += [layer.bias, layer.weight.reshape(-1)]
         first += filters + layer.weight.size
-        channels, room = filters, max(room, height * width * filters, size * size * seen)
+        channels, buffer_size = filters, max(buffer_size, height * width * filters, size * size * seen)
     return CompiledPolicy(
-        np.array(rows, np.int64), np.concatenate(parts, dtype=np.float32), np.float32(IMAGE_SCALE), room
+        np.array(rows, np.int64), np.concatenate(parts, dtype=np.float32), np.float32(IMAGE_SCALE), buffer_size
     )

@@ -412,7 +412,7 @@ def image_embedder(
                 kernel=kernel,
             )
         layer = Convolution(channels, filters, kernel, stride, device="meta")
-        make_room(layer)
+        allocate_weights(layer)
         start_weights(layer, architecture, generator, HIDDEN_GAIN[architecture.activation])
         # Not `contiguous`, which leaves a kernel of one channel as it is; convolutions go by the weights' strides.
         layer.weight.data = torch.empty_like(layer.weight, memory_format=torch.channels_last).copy_(layer.weight.data)
@@ -449,12 +449,12 @@ def dense_stack(
 def dense(width: int, units: int, architecture: Architecture, generator: torch.Generator, gain: float) -> nn.Linear:
     """Return one dense layer with its first weights."""
     layer = nn.Linear(width, units, device="meta")
-    make_room(layer)
+    allocate_weights(layer)
     start_weights(layer, architecture, generator, gain)
     return layer
 
 
-def make_room(layer: nn.Module) -> None:
+def allocate_weights(layer: nn.Module) -> None:
     """Give a layer that was made on the device "meta" room for weights, which are drawn afterwards.
 
     As PyTorch's `skip_init`, without the half second of imports that its way costs every start (PyTorch 2.13).

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 from racecraft.algorithms.architecture import GRU as GRU
 from racecraft.algorithms.architecture import LSTM as LSTM
 from racecraft.algorithms.architecture import NONE as NONE
-from racecraft.algorithms.networks import ActorCritic, Architecture, make_room
+from racecraft.algorithms.networks import ActorCritic, Architecture, allocate_weights
 from racecraft.contract.world import Array
 
 
@@ -112,23 +112,23 @@ class RowStates:
     def of(self, rows: Array | None, count: int) -> Tensor:
         """Return the states (R, W) of rows (int64 (R,); None: the first `count`); copies."""
         rows = np.arange(count) if rows is None else rows
-        self._make_room(int(rows.max()) + 1 if len(rows) else 0)
+        self._grow(int(rows.max()) + 1 if len(rows) else 0)
         return self.table[torch.from_numpy(rows).to(self.table.device)]
 
     @torch.inference_mode()
     def keep(self, rows: Array | None, states: Tensor) -> None:
         """Carry these on."""
         rows = np.arange(len(states)) if rows is None else rows
-        self._make_room(int(rows.max()) + 1 if len(rows) else 0)
+        self._grow(int(rows.max()) + 1 if len(rows) else 0)
         self.table[torch.from_numpy(rows).to(self.table.device)] = states
 
     @torch.inference_mode()
     def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool (R,))."""
-        self._make_room(len(rows))
+        self._grow(len(rows))
         self.table[: len(rows)][torch.from_numpy(rows).to(self.table.device)] = 0.0
 
-    def _make_room(self, rows: int) -> None:
+    def _grow(self, rows: int) -> None:
         more = rows - len(self.table)
         if more > 0:
             self.table = torch.cat([self.table, self.table.new_zeros((more, self.table.shape[1]))])
@@ -139,7 +139,7 @@ def memory_cell(width: int, architecture: Architecture, generator: torch.Generat
     units = architecture.memory_units
     kind: type[nn.LSTMCell | nn.GRUCell] = nn.LSTMCell if architecture.memory == LSTM else nn.GRUCell
     cell = kind(width, units, device="meta")
-    make_room(cell)
+    allocate_weights(cell)
     with torch.no_grad():
         for weights in (cell.weight_ih, cell.weight_hh):
             for gate in weights.split(units):

@@ -189,7 +189,7 @@ class FrameStack:
         """(R, k - 1, ...) by name, oldest first."""
         self.age = np.zeros(0, np.int16)
         """Observations of this episode so far, (R,), k - 1 at most."""
-        self._make_room(0)
+        self._grow(0)
 
     def push(
         self, observations: Mapping[str, Array], rows: Array | None = None, keep: bool = True
@@ -203,7 +203,7 @@ class FrameStack:
         """
         count = len(next(observations[name] for name in self.specs))
         rows = np.arange(count) if rows is None else rows
-        self._make_room(int(rows.max()) + 1 if count else 0)
+        self._grow(int(rows.max()) + 1 if count else 0)
         age, stacks = self.age[rows].copy(), {}
         for name, part in self.specs.items():
             newest = observations[name][:, None]
@@ -219,7 +219,7 @@ class FrameStack:
 
     def reset_state(self, rows: Array) -> None:
         """Begin anew for the rows (bool (R,))."""
-        self._make_room(len(rows))
+        self._grow(len(rows))
         self.age[: len(rows)][rows] = 0
 
     def state(self) -> dict[str, Tensor]:
@@ -233,7 +233,7 @@ class FrameStack:
         self.age = state["age"].numpy().copy()
         self.past = {name: state[f"past/{name}"].numpy().copy() for name in self.specs}
 
-    def _make_room(self, rows: int) -> None:
+    def _grow(self, rows: int) -> None:
         """Have at least so many rows; new ones are at the beginning of an episode."""
         more = rows - len(self.age)
         if self.past and more <= 0:

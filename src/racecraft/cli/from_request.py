@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from racecraft.actions.action import Action, Served
-from racecraft.cli.output import counting, print_json, say
+from racecraft.cli.output import counting, echo, print_json
 from racecraft.contract.progress import Count, Progress
 from racecraft.settings.request import Option, make_request, option_names, options_of
 
@@ -40,7 +40,7 @@ class TerminalProgress(Progress):
 
     def __call__(self, message: str) -> None:
         """Print a line."""
-        say(message, quiet_stdout=self.quiet_stdout)
+        echo(message, quiet_stdout=self.quiet_stdout)
 
     @property
     def is_before_person(self) -> bool:

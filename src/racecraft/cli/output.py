@@ -25,7 +25,7 @@ def print_json(value: Any) -> None:
     print(json.dumps(_plain(value), ensure_ascii=False), flush=True)
 
 
-def say(text: str, *, quiet_stdout: bool) -> None:
+def echo(text: str, *, quiet_stdout: bool) -> None:
     """Print a line for people: to standard error where standard output belongs to `--json`."""
     print(text, file=sys.stderr if quiet_stdout else sys.stdout, flush=True)
 

@@ -55,7 +55,7 @@ class Updates:
     def __init__(self) -> None:
         self.count = 0
 
-    def heard(self) -> None:
+    def add(self) -> None:
         """Count one."""
         self.count += 1
 

@@ -93,16 +93,16 @@ def spread_by(
     """
 
     @contextlib.contextmanager
-    def spread(kind: str, planned: Any, experiment: Experiment, say: MessageCallback) -> Iterator[Experiment]:
+    def spread(kind: str, planned: Any, experiment: Experiment, on_message: MessageCallback) -> Iterator[Experiment]:
         _require_spreadable(experiment)
-        say(f"- cluster {options}: waiting for its workers")
+        on_message(f"- cluster {options}: waiting for its workers")
         with contextlib.closing(reach()) as transport:
-            crew = _worker_pool(transport, kind, planned, come_seconds, say)
+            crew = _worker_pool(transport, kind, planned, come_seconds, on_message)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
-            _print_workers(crew, options, say)
+            _print_workers(crew, options, on_message)
 
             def after_update(learner: Learner) -> None:
-                gatherer.updates.heard()
+                gatherer.updates.add()
                 experiment.after_update(learner)
 
             yield replace(
@@ -111,20 +111,22 @@ def spread_by(
                 after_update=after_update,
                 job={**experiment.job, "cluster": _recorded(crew, options)},
             )
-            _print_traffic(gatherer, say)
+            _print_traffic(gatherer, on_message)
 
     return spread
 
 
 def _worker_pool(
-    transport: Transport, kind: str, planned: Any, come_seconds: float, say: MessageCallback
+    transport: Transport, kind: str, planned: Any, come_seconds: float, on_message: MessageCallback
 ) -> WorkerPool:
     """Return workers in their places, not yet started."""
-    shares = shares_of(parts_of(planned), transport.room, planned.seed)
-    if len(shares) < transport.room:
-        say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
+    shares = shares_of(parts_of(planned), transport.capacity, planned.seed)
+    if len(shares) < transport.capacity:
+        on_message(
+            f"- cluster: {transport.capacity} workers, and rollout.num_worlds is {len(shares)}; so many of them work"
+        )
     orders = [WorkerConfig(kind, plan_of_share(planned, share), share) for share in shares]
-    return WorkerPool(transport, orders, say, come_seconds)
+    return WorkerPool(transport, orders, on_message, come_seconds)
 
 
 def _require_spreadable(experiment: Experiment) -> None:
@@ -150,17 +152,17 @@ def _recorded(crew: WorkerPool, asked: ClusterOptions) -> dict[str, Any]:
     return {"asked": str(asked), "workers": len(crew.opened), "machines": len(machines)}
 
 
-def _print_workers(crew: WorkerPool, options: ClusterOptions, say: MessageCallback) -> None:
+def _print_workers(crew: WorkerPool, options: ClusterOptions, on_message: MessageCallback) -> None:
     hosts = {opened.host for opened in crew.opened}
     machines = "this machine" if options.address is None else f"{len(hosts)} machine{'s' * (len(hosts) > 1)}"
-    say(f"- cluster {options}: {len(crew.opened)} workers on {machines}, the learner here")
+    on_message(f"- cluster {options}: {len(crew.opened)} workers on {machines}, the learner here")
 
 
-def _print_traffic(gatherer: ClusterGatherer, say: MessageCallback) -> None:
+def _print_traffic(gatherer: ClusterGatherer, on_message: MessageCallback) -> None:
     collecting = gatherer.collecting
     if collecting is None or not collecting.traffic.steps:
         return
     traffic = collecting.traffic
     came, went = traffic.bytes_in / traffic.steps, traffic.bytes_out / traffic.steps
     lost = f", {gatherer.crew.replaced} workers replaced" if gatherer.crew.replaced else ""
-    say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{lost}")
+    on_message(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{lost}")

@@ -99,7 +99,7 @@ class RolloutResult:
 class WorkerError:
     """What went wrong in a worker, in words: errors do not travel, their letters do."""
 
-    letter: str
+    message: str
     is_users: bool
     """Whether it is something that the user gave and that cannot be used."""
 

@@ -59,15 +59,17 @@ class RayTransport:
         self._surroundings = ray.put(here)
 
     @property
-    def room(self) -> int:
-        """How many workers were asked for, or else one a core, one core left for the learner."""
+    def capacity(self) -> int:
+        """How many workers were requested, or else one a core, one core left for the learner."""
         if self._asked.workers is not None:
             return self._asked.workers
         return max(1, int(self._ray.cluster_resources().get("CPU", 1)) - 1)
 
     def start(self) -> Any:
         """Start a worker on a free core; a successor shares one where none is free."""
-        taken = 1.0 if len(self._workers) < self.room or self._ray.available_resources().get("CPU", 0.0) >= 1 else 0.0
+        taken = (
+            1.0 if len(self._workers) < self.capacity or self._ray.available_resources().get("CPU", 0.0) >= 1 else 0.0
+        )
         worker = self._worker.options(num_cpus=taken).remote(self._surroundings)
         self._workers.append(worker)
         return worker

@@ -25,8 +25,8 @@ class Transport(Protocol):
     """Reaches workers."""
 
     @property
-    def room(self) -> int:
-        """How many workers there is room for."""
+    def capacity(self) -> int:
+        """How many workers it can carry."""
         ...
 
     def start(self) -> Handle:

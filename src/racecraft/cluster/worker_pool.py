@@ -39,7 +39,7 @@ class WorkerPool:
     Args:
         transport: Reaches them.
         orders: What each of them opens.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
         come_seconds: Where none has come for so long, none does; longer on a machine with much else to do.
     """
 
@@ -47,10 +47,10 @@ class WorkerPool:
         self,
         transport: Transport,
         orders: Sequence[WorkerConfig],
-        say: MessageCallback,
+        on_message: MessageCallback,
         come_seconds: float = COME_SECONDS,
     ) -> None:
-        self._transport, self._say, self._come_seconds = transport, say, come_seconds
+        self._transport, self._on_message, self._come_seconds = transport, on_message, come_seconds
         self.orders = list(orders)
         """What the worker in each place opened."""
         self._workers: list[Handle] = []
@@ -136,7 +136,7 @@ class WorkerPool:
                 place=place,
                 why=why,
             )
-        self._say(f"cluster: worker {place} was lost ({why}); another takes its place and does its work again")
+        self._on_message(f"cluster: worker {place} was lost ({why}); another takes its place and does its work again")
         self.replaced += 1
         self._transport.end(self._workers[place])
         self._workers[place] = self._transport.start()
@@ -164,7 +164,9 @@ class WorkerPool:
             latest = now if len(answers) > before else latest
             if waiting and now - reported >= TELL_SECONDS:
                 reported = now
-                self._say(f"- cluster: after {now - began:.0f} s {len(answers)} of {len(tickets)} workers {what}")
+                self._on_message(
+                    f"- cluster: after {now - began:.0f} s {len(answers)} of {len(tickets)} workers {what}"
+                )
             if waiting and now - latest > seconds:
                 raise ClusterError(
                     "cluster: {count} of {count_2} workers came, and for {seconds:.0f} s no other; expected "
@@ -195,7 +197,7 @@ def _answer(answer: Any) -> Any:
         RacecraftError: It is trouble.
     """
     if isinstance(answer, WorkerError):
-        raise (UserInputError if answer.is_users else RacecraftError)(answer.letter)
+        raise (UserInputError if answer.is_users else RacecraftError)(answer.message)
     return answer
 
 

@@ -155,19 +155,19 @@ class UserModules:
         """First names of the modules beside the file."""
         self._codes: dict[str, types.CodeType] = {}
 
-    def load(self, name: str, say: Callable[..., None]) -> types.ModuleType:
+    def load(self, name: str, print_line: Callable[..., None]) -> types.ModuleType:
         """Run the user's module, as a copy of its own.
 
         Args:
             name: What the module is called.
-            say: Stands for `print` in it and in the modules beside it.
+            print_line: Stands for `print` in it and in the modules beside it.
 
         Raises:
             BaseException: Whatever it raises.
         """
         module = types.ModuleType(name)
         module.__file__ = str(self.path)
-        own = _OwnImports(self, say)
+        own = _OwnImports(self, print_line)
         vars(module).update(own.names)
         sys.modules[name] = module  # dataclasses and their like look their module up
         exec(self.code, vars(module))
@@ -192,10 +192,10 @@ class UserModules:
 class _OwnImports(MetaPathFinder, Loader):
     """The modules of one copy: finds them, runs them, and keeps them out of everybody's way."""
 
-    def __init__(self, modules: UserModules, say: Callable[..., None]) -> None:
+    def __init__(self, modules: UserModules, print_line: Callable[..., None]) -> None:
         self._modules = modules
         self._mine: dict[str, types.ModuleType] = {}
-        self.names: dict[str, Any] = {"print": say}
+        self.names: dict[str, Any] = {"print": print_line}
         """What stands in the module before it runs."""
         if modules.tops:
             self.names["__builtins__"] = {**vars(builtins), "__import__": self._import}

@@ -49,7 +49,7 @@ def push(
     target: Address,
     *,
     dry_run: bool = False,
-    say: MessageCallback = lambda text: None,
+    on_message: MessageCallback = lambda text: None,
 ) -> Transfer:
     """Put a folder's files below an address, or one file.
 
@@ -58,7 +58,7 @@ def push(
         source: A folder, whose files get the same names below the address; or a file, which keeps its name.
         target: A bucket and a prefix.
         dry_run: Say what would be done, and do nothing.
-        say: Hears of each file that is moved.
+        on_message: Called for each file that is moved.
 
     Raises:
         UserInputError: There is nothing to put, or it cannot be read.
@@ -73,7 +73,7 @@ def push(
         )
     require_files(files)
     there = store.listed(target)
-    mover = _Mover(len(files), dry_run, say, f"from {source} to {target}")
+    mover = _Mover(len(files), dry_run, on_message, f"from {source} to {target}")
     for name in in_order(files):
         path = files[name]
         if name in there and is_same(path, there[name].size, there[name].etag):
@@ -91,7 +91,7 @@ def pull(
     *,
     chosen: Chosen = lambda name: True,
     dry_run: bool = False,
-    say: MessageCallback = lambda text: None,
+    on_message: MessageCallback = lambda text: None,
 ) -> Transfer:
     """Fetch the objects below an address into a folder, or one object.
 
@@ -103,7 +103,7 @@ def pull(
         target: The folder; made where there is none.
         chosen: Tells by its name whether an object is wanted.
         dry_run: Say what would be done, and do nothing.
-        say: Hears of each object that is moved.
+        on_message: Called for each object that is moved.
 
     Raises:
         BucketError: There is nothing at the address, or an object's name cannot be a file here; nothing is written.
@@ -120,7 +120,7 @@ def pull(
     require_files(wanted)
     if target.is_dir() and (target / LOCK).exists():
         RunFolder(target).lock().release()  # refused while somebody trains there
-    mover = _Mover(len(wanted), dry_run, say, f"from {source} to {target}")
+    mover = _Mover(len(wanted), dry_run, on_message, f"from {source} to {target}")
     for name in in_order(wanted):
         stored, path = wanted[name], file_of(target, name)
         if is_same(path, stored.size, stored.etag):
@@ -167,8 +167,8 @@ def _found(store: Objects, source: Address) -> dict[str, tuple[str, StoredObject
 class _Mover:
     """Moves one after the other and counts; of a network that fails it says how far it came."""
 
-    def __init__(self, total: int, dry_run: bool, say: MessageCallback, way: str) -> None:
-        self._total, self._dry_run, self._say, self._way = total, dry_run, say, way
+    def __init__(self, total: int, dry_run: bool, on_message: MessageCallback, way: str) -> None:
+        self._total, self._dry_run, self._on_message, self._way = total, dry_run, on_message, way
         self._moved: list[str] = []
         self._skipped = self._bytes = 0
 
@@ -178,7 +178,7 @@ class _Mover:
 
     def move(self, name: str, size: int, act: Callable[[], None]) -> None:
         """Move one."""
-        self._say(f"{'would move' if self._dry_run else 'moving'} {name} ({size} bytes)")
+        self._on_message(f"{'would move' if self._dry_run else 'moving'} {name} ({size} bytes)")
         if not self._dry_run:
             try:
                 act()

@@ -11,7 +11,7 @@ from racecraft.training.worlds import training_in
 
 
 def record_run(
-    run: str, episodes: int, *, seed: int = 0, sampled: bool = False, say: MessageCallback = lambda text: None
+    run: str, episodes: int, *, seed: int = 0, sampled: bool = False, on_message: MessageCallback = lambda text: None
 ) -> Demonstrations:
     """Return so many episodes of a run's policy, of any kind of world.
 
@@ -20,7 +20,7 @@ def record_run(
         episodes: Whole episodes.
         seed: Of the world and of draws.
         sampled: Draw actions by the policy's probabilities instead of the likeliest.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
 
     Raises:
         RunFolderError: There is no run folder.
@@ -36,7 +36,7 @@ def record_run(
         )
     kind = policy.run.read_job()["kind"]
     module = training_in(kind)
-    with module.build_experiment(module.plan_resume(policy.run.path, ()), say) as experiment:
+    with module.build_experiment(module.plan_resume(policy.run.path, ()), on_message) as experiment:
         source = {
             "run": str(policy.run.path),
             "iteration": policy.checkpoint.iteration,

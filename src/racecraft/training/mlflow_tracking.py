@@ -76,16 +76,16 @@ class MlflowRun:
     Args:
         address: What `runtime.mlflow` says.
         description: The training.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
 
     Raises:
         MissingExtraError: MLflow is not installed.
         SettingError: The address is none that MLflow knows.
     """
 
-    def __init__(self, address: str, description: RunDescription, say: Callable[[str], None]) -> None:
+    def __init__(self, address: str, description: RunDescription, on_message: Callable[[str], None]) -> None:
         self._uri = tracking_uri(address, description.folder)
-        self._description, self._say = description, say
+        self._description, self._on_message = description, on_message
         self._client_class = client_class(address)
         self._client: Any = None
         self._id, self._score_name, self._iteration = "", "score", 0
@@ -121,7 +121,7 @@ class MlflowRun:
         if self._sender.is_alive() or self._waiting or self._trouble:
             steps = {step for *_, step in self._waiting}
             why = self._trouble or f"it did not answer within {LAST_SECONDS:g} s"
-            self._say(
+            self._on_message(
                 f"MLflow at {hidden(self._uri)} did not take the figures of {len(steps)} iterations ({why}); they "
                 f"stand in {self._description.folder / 'metrics.jsonl'} all the same"
             )

@@ -63,14 +63,14 @@ def require_addresses(addresses: Sequence[str]) -> tuple[str, ...]:
 
 @contextlib.contextmanager
 def notified(
-    callback: TrainingCallback, addresses: Sequence[str], say: Callable[[str], None]
+    callback: TrainingCallback, addresses: Sequence[str], on_message: Callable[[str], None]
 ) -> Iterator[TrainingCallback]:
     """Yield a callback that tells the addresses as well; an error that leaves the block is told, too.
 
     Args:
         callback: Who watches already.
         addresses: As of `--notify`; none: `callback` is yielded as it is.
-        say: Says a line where a message could not be sent.
+        on_message: Called with a line where a message could not be sent.
 
     Raises:
         SettingError: As `require_addresses`.
@@ -78,7 +78,7 @@ def notified(
     if not addresses:
         yield callback
         return
-    told = Notifications(require_addresses(addresses), say)
+    told = Notifications(require_addresses(addresses), on_message)
     try:
         yield Callbacks(callback, told)
     except BaseException as error:
@@ -93,11 +93,11 @@ class Notifications:
 
     Args:
         addresses: That `require_addresses` returned.
-        say: Says a line where a message could not be sent.
+        on_message: Called with a line where a message could not be sent.
     """
 
-    def __init__(self, addresses: Sequence[str], say: Callable[[str], None]) -> None:
-        self._addresses, self._say = addresses, say
+    def __init__(self, addresses: Sequence[str], on_message: Callable[[str], None]) -> None:
+        self._addresses, self._on_message = addresses, on_message
         self._sender = ThreadPoolExecutor(1, "racecraft-notify")
         self._run, self._title = "", ""
         self._has_lapped, self._told_record = False, -RECORD_SECONDS
@@ -151,7 +151,7 @@ class Notifications:
             else:
                 _post(address, {"event": event, "text": text, "content": text, "run": self._run, "title": self._title})
         except (OSError, ValueError, subprocess.SubprocessError, smtplib.SMTPException) as error:
-            self._say(f"- no message to {_without_secret(address)}: {error}")
+            self._on_message(f"- no message to {_without_secret(address)}: {error}")
 
 
 def _show(text: str) -> None:

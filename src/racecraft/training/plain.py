@@ -98,7 +98,7 @@ class PlainTraining:
         return Plan(request, algorithm, settings, parse_stops(stops or asked["stops"], SCORE), job["seed"], notes)
 
     @contextlib.contextmanager
-    def build_experiment(self, plan: Plan, say: MessageCallback) -> Iterator[Experiment]:
+    def build_experiment(self, plan: Plan, on_message: MessageCallback) -> Iterator[Experiment]:
         """Open the worlds that are learned and judged in."""
         settings, kind = plan.settings, self.Request.kind
         own = self._own_of(vars(plan.request))

@@ -87,14 +87,14 @@ def restore_run(
     return last, why
 
 
-def print_resumed(iteration: int, why_anew: str, say: MessageCallback) -> None:
+def print_resumed(iteration: int, why_anew: str, on_message: MessageCallback) -> None:
     """Say where a run goes on."""
     if not iteration:
-        say("no whole iteration was saved: starts fresh")
+        on_message("no whole iteration was saved: starts fresh")
     elif not why_anew:
-        say(f"goes on after iteration {iteration}")
+        on_message(f"goes on after iteration {iteration}")
     else:
-        say(
+        on_message(
             f"goes on after iteration {iteration}; {why_anew}, so its episodes begin anew and the curve is not bit by "
             "bit that of an unbroken run"
         )

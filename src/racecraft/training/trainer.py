@@ -107,7 +107,7 @@ class Experiment:
     """Hears of the learner after each of its updates."""
     parts: Mapping[str, Stateful] = field(default_factory=dict)
     """Further parts whose state every checkpoint keeps, by name."""
-    warm_up: Callable[[MessageCallback], None] = lambda say: None
+    warm_up: Callable[[MessageCallback], None] = lambda on_message: None
     """Compiles what must be compiled before the clock starts."""
     open_observers: Callable[[RunFolder, Sequence[str]], contextlib.AbstractContextManager[RunObservers]] = field(
         default=lambda run, notes: contextlib.nullcontext(RunObservers())
@@ -140,7 +140,7 @@ def train(
     experiment: Experiment,
     place: Path | None,
     callback: TrainingCallback,
-    say: MessageCallback,
+    on_message: MessageCallback,
     source: str | None = None,
 ) -> tuple[RunFolder, Outcome]:
     """Train in a run folder of its own until a stop condition holds.
@@ -149,7 +149,7 @@ def train(
         experiment: What is trained.
         place: Where the run folder is made; None: the next number under runs/.
         callback: Watches the training.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
         source: RUN, RUN:best, RUN:last or RUN:N, whose weights are begun with, or a file of recorded episodes, which
             is cloned first; None: fresh ones.
 
@@ -164,18 +164,18 @@ def train(
     feed = experience_source_for(learner, experiment)
     if source is not None:
         experiment = replace(experiment, notes=(*experiment.notes, *begin_with(learner, source, experiment)))
-    _say_notes(experiment, say)
+    _say_notes(experiment, on_message)
     own = own_code_in(learner.policy_spec)
     for clause in own.stays:
-        say(f"- {clause}")
+        on_message(f"- {clause}")
     run = _make_run(experiment, place, own.texts)
     experiment = replace(experiment, settings=as_in_run(experiment.settings))
     with run.lock(), experiment.open_observers(run, experiment.notes) as observers:
-        session = TrainingSession(experiment, run, learner, feed, callback, observers, say)
+        session = TrainingSession(experiment, run, learner, feed, callback, observers, on_message)
         return run, session.run()
 
 
-def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, say: MessageCallback) -> Outcome:
+def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, on_message: MessageCallback) -> Outcome:
     """Go on with a run from its last whole iteration, until a stop condition holds.
 
     Raises:
@@ -184,10 +184,10 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     with own_code_of(run):
         learner = _learner(experiment, found_in_run(experiment.settings, run))
     feed = experience_source_for(learner, experiment)
-    _say_notes(experiment, say)
+    _say_notes(experiment, on_message)
     run.make_folders()
     with run.lock(), experiment.open_observers(run, experiment.notes) as observers:
-        session = TrainingSession(experiment, run, learner, feed, callback, observers, say)
+        session = TrainingSession(experiment, run, learner, feed, callback, observers, on_message)
         run.note_resumed(session.restore(), [str(stop) for stop in experiment.stops])
         return session.run()
 
@@ -203,18 +203,18 @@ class TrainingSession:
         feed: Replay | None,
         callback: TrainingCallback,
         observers: RunObservers,
-        say: MessageCallback,
+        on_message: MessageCallback,
     ) -> None:
         settings = experiment.settings
-        self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
+        self._experiment, self._run, self._on_message, self._learner = experiment, run, on_message, learner
         if settings.runtime.tensorboard:
             callback = Callbacks(TensorBoard(run.path / FOLDER), callback)
         if settings.runtime.mlflow is not None:
             description = RunDescription(run.path, run.read_job())
-            callback = Callbacks(MlflowRun(settings.runtime.mlflow, description, say), callback)
+            callback = Callbacks(MlflowRun(settings.runtime.mlflow, description, on_message), callback)
         if isinstance(callback, RunPathCallback):
             callback.run_made(run.path)
-        experiment.warm_up(say)
+        experiment.warm_up(on_message)
         self._collector, recorder = _collector(experiment, learner, observers)
         self._replay = feed
         parts = dict(experiment.parts) | ({} if feed is None else {"replay": feed})
@@ -253,9 +253,9 @@ class TrainingSession:
         """Take up the last whole iteration, and say so; return its number, 0 where none was saved."""
         lasts = self._experiment.world_lasts
         last, why_anew = restore_run(self._run, self._learner, self._collector, self._loop, self._writer, lasts)
-        print_resumed(last, why_anew, self._say)
+        print_resumed(last, why_anew, self._on_message)
         if self._replay is not None and self._replay.begins_anew:
-            self._say(
+            self._on_message(
                 "what it remembered was too large to be kept (replay.keep_mib), so its memory begins anew and the "
                 "curve is not bit by bit that of an unbroken run"
             )
@@ -264,11 +264,11 @@ class TrainingSession:
     def run(self) -> Outcome:
         """Train; where that fails, say what is left of it."""
         if sentence := self._forecast().sentence():
-            self._say(sentence)
+            self._on_message(sentence)
         try:
             return self._loop.run(f"{self._experiment.title}, run {self._run.path}")
         except RacecraftError:
-            self._say(self._what_is_left())
+            self._on_message(self._what_is_left())
             raise
 
     def _forecast(self) -> DiskForecast:
@@ -433,10 +433,10 @@ def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[
     return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
 
 
-def _say_notes(experiment: Experiment, say: MessageCallback) -> None:
+def _say_notes(experiment: Experiment, on_message: MessageCallback) -> None:
     schedules = note_on_schedules(experiment.settings, experiment.algorithm, experiment.stops)
     for note in (*experiment.notes, *schedules):
-        say(f"- {note}")
+        on_message(f"- {note}")
 
 
 def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str]) -> RunFolder:

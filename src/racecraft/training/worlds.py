@@ -47,7 +47,7 @@ class WorldTraining(Protocol):
         """Read from a run folder what it was asked for; `stops` replaces its own unless empty."""
         ...
 
-    def build_experiment(self, plan: Any, say: MessageCallback) -> contextlib.AbstractContextManager[Experiment]:
+    def build_experiment(self, plan: Any, on_message: MessageCallback) -> contextlib.AbstractContextManager[Experiment]:
         """Open the worlds that are learned and judged in; they are closed afterwards."""
         ...
 
@@ -75,30 +75,37 @@ def plan(request: TrainRequest) -> Any:
 
 
 def train(
-    request: TrainRequest, callback: TrainingCallback, say: MessageCallback = print, spread: Distribute | None = None
+    request: TrainRequest,
+    callback: TrainingCallback,
+    on_message: MessageCallback = print,
+    spread: Distribute | None = None,
 ) -> Trained:
     """Train what is asked for until a stop condition holds.
 
     Args:
         request: What is trained, and how.
         callback: Watches the training.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
         spread: Carries the worlds elsewhere; None: they are carried here.
 
     Raises:
         UserInputError: Something that was asked for cannot be used.
     """
-    return carry_out(request.kind, plan(request), callback, say, spread)
+    return carry_out(request.kind, plan(request), callback, on_message, spread)
 
 
 def carry_out(
-    kind: str, planned: Any, callback: TrainingCallback, say: MessageCallback = print, spread: Distribute | None = None
+    kind: str,
+    planned: Any,
+    callback: TrainingCallback,
+    on_message: MessageCallback = print,
+    spread: Distribute | None = None,
 ) -> Trained:
     """Train as planned, in a run folder of its own."""
     module = training_in(kind)
     request = planned.request
-    with _opened(kind, planned, say, spread) as experiment:
-        run, outcome = trainer.train(experiment, request.run, callback, say, request.clone_from)
+    with _opened(kind, planned, on_message, spread) as experiment:
+        run, outcome = trainer.train(experiment, request.run, callback, on_message, request.clone_from)
         seed = experiment.seed
     return Trained(kind, run, outcome, seed, module.summary(planned, run, outcome))
 
@@ -107,7 +114,7 @@ def resume(
     path: str | Path,
     stops: tuple[str, ...],
     callback: TrainingCallback,
-    say: MessageCallback = print,
+    on_message: MessageCallback = print,
     kind: str | None = None,
     spread: Distribute | None = None,
     again: Mapping[str, Any] | None = None,
@@ -118,7 +125,7 @@ def resume(
         path: The run folder.
         stops: New stop conditions, as typed; none: those the run was begun with.
         callback: Watches the training.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
         kind: What the run must be of; None: any kind.
         spread: Carries the worlds elsewhere, wherever they were until now; None: they are carried here.
         again: Fields of the request that the run does not keep.
@@ -132,16 +139,18 @@ def resume(
     planned = module.plan_resume(Path(path), stops)
     if again:
         planned = replace(planned, request=replace(planned.request, **again))
-    with _opened(kind, planned, say, spread) as experiment:
-        outcome = trainer.resume(experiment, run, callback, say)
+    with _opened(kind, planned, on_message, spread) as experiment:
+        outcome = trainer.resume(experiment, run, callback, on_message)
         seed = experiment.seed
     return Trained(kind, run, outcome, seed, module.summary(planned, run, outcome))
 
 
 @contextlib.contextmanager
-def _opened(kind: str, planned: Any, say: MessageCallback, spread: Distribute | None) -> Iterator[Experiment]:
+def _opened(kind: str, planned: Any, on_message: MessageCallback, spread: Distribute | None) -> Iterator[Experiment]:
     """Open the worlds, and have them carried elsewhere where that is asked for."""
-    with training_in(kind).build_experiment(planned, say) as experiment:
-        elsewhere = contextlib.nullcontext(experiment) if spread is None else spread(kind, planned, experiment, say)
+    with training_in(kind).build_experiment(planned, on_message) as experiment:
+        elsewhere = (
+            contextlib.nullcontext(experiment) if spread is None else spread(kind, planned, experiment, on_message)
+        )
         with elsewhere as settled:
             yield settled

@@ -97,7 +97,7 @@ def test_a_toy_of_every_kind_of_space_is_learned(tmp_path, toy):
         f"{__name__}:{toy.__name__}", run=tmp_path / "run", stops=("score=0.9", "steps=20000"),
         overrides=("evaluation.every=4", "ppo.epochs=4", "ppo.batch_size=256", "rollout.horizon=64"),
     )  # fmt: skip
-    trained = train(request, Quiet(), say=lambda _: None)
+    trained = train(request, Quiet(), on_message=lambda _: None)
     assert trained.outcome.last.score >= 0.9
     assert trained.outcome.steps < 20_000
 
@@ -106,7 +106,7 @@ def test_an_episode_without_an_end_holds_nothing_up(tmp_path, monkeypatch):
     monkeypatch.setattr("racecraft.training.return_evaluator.SHORTEST_PATIENCE", 300)
     monkeypatch.setattr(from_gymnasium, "MAX_HISTORY", 100)
     request = GymRequest(f"{__name__}:Endless", run=tmp_path / "run", stops=("iterations=3",))
-    trained = train(request, Quiet(), say=lambda _: None)
+    trained = train(request, Quiet(), on_message=lambda _: None)
     assert trained.outcome.last.score == 300.0
     world = GymnasiumWorld(Endless, 2)
     buffers = allocate(world.spec)
@@ -126,7 +126,7 @@ def test_minutes_hold_within_an_evaluation(tmp_path, monkeypatch):
     request = GymRequest(
         f"{__name__}:Endless", run=tmp_path / "run", stops=("minutes=0.01",), overrides=("evaluation.share=1000",)
     )
-    trained = train(request, Quiet(), say=lambda _: None)
+    trained = train(request, Quiet(), on_message=lambda _: None)
     assert trained.outcome.reason == "minutes=0.01"
     assert trained.outcome.seconds < 60
 

@@ -38,7 +38,7 @@ def arena_of(path, *names, terms=SMALL):
 
 def play(store, games, said=None):
     """Play so many games; return them."""
-    with closing(Arena(store, say=(said if said is not None else []).append).play()) as held:
+    with closing(Arena(store, on_message=(said if said is not None else []).append).play()) as held:
         return [game for game, _ in islice(held, games)]
 
 

@@ -131,8 +131,8 @@ def test_a_compiled_look_chooses_as_pytorch_does(network):
         learner.network.policy_head.weight.mul_(100.0)
     look = learner.compile_policy(FRONT, (30, 40))
     frames = np.random.default_rng(0).integers(0, 256, (200, 30, 40), np.uint8)
-    room = np.zeros((3, look.room), np.float32)
-    found = [argmax_action(look.layers, look.weights, look.scale, frame, room) for frame in frames]
+    buffer = np.zeros((3, look.buffer_size), np.float32)
+    found = [argmax_action(look.layers, look.weights, look.scale, frame, buffer) for frame in frames]
     assert found == learner.choose({FRONT: frames}).tolist()
     assert len(set(found)) > 1
 

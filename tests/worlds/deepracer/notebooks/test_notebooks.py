@@ -249,7 +249,7 @@ def test_a_lap_on_a_grid_by_hand():
     said = []
     square = [[100, 100], [200, 100], [200, 200], [100, 200]]
     hole = [[140, 140], [160, 140], [160, 160], [140, 160]]
-    seconds, mean, (stats,) = old_plots.plot_grid_world(lap, hole, square, plot=False, say=said.append)
+    seconds, mean, (stats,) = old_plots.plot_grid_world(lap, hole, square, plot=False, on_message=said.append)
     assert (seconds, mean) == (0.5, 2.0)
     assert stats == pytest.approx((0.2, 0.5, 0.4, 2.0, 1.0, 3.0))
     assert said[0] == "Distance, lap time = 0.20 (meters), 0.50 (sec)"

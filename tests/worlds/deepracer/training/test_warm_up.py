@@ -20,7 +20,7 @@ if __name__ == "__main__":
     request = RaceRequest(
         stops=("iterations=2",), run=Path(sys.argv[2]), preset="fast", overrides=("rollout.horizon=32",)
     )
-    worlds.train(request, Silent(), say=lambda line: None)
+    worlds.train(request, Silent(), on_message=lambda line: None)
 """
 
 

@@ -107,7 +107,7 @@ def watch(request: WatchGameRequest, progress: Progress = quiet) -> WatchedGame:
 
     if request.live == (request.game is not None):
         raise PlayerError("expected either a recorded game or --live.")
-    page = BoardPage(request.board_url, request.port, request.open_it, request.speed, stays=True, say=progress)
+    page = BoardPage(request.board_url, request.port, request.open_it, request.speed, stays=True, on_message=progress)
     if request.game is not None:
         return _watch_recorded(request.game, request.html, page)
     if request.html is not None:

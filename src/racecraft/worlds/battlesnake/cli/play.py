@@ -49,7 +49,7 @@ def _observers(request: WatchedPlayRequest, in_terminal: bool, progress: Progres
     observers: list[StepObserver] = []
     if request.browser or request.board_url:
         showing = BoardPage(
-            request.board_url, announce=lambda address: progress(f"Watch it at {address}"), say=progress
+            request.board_url, announce=lambda address: progress(f"Watch it at {address}"), on_message=progress
         )
         observers.append(Browser(request.settings(), showing))
     if in_terminal:

@@ -52,11 +52,11 @@ class TurnLog:
     """Says every turn: where each snake went, how long it took, and how it left.
 
     Args:
-        say: Called with one line a turn.
+        on_message: Called with one line a turn.
     """
 
-    def __init__(self, say: Callable[[str], None]) -> None:
-        self._say = say
+    def __init__(self, on_message: Callable[[str], None]) -> None:
+        self._on_message = on_message
         self._before: Board | None = None
 
     def show(self, board: Board, card: GameCard) -> None:
@@ -69,7 +69,7 @@ class TurnLog:
                 parts.append(f"{name} to {snake.head[0]},{snake.head[1]} in {card.latencies_ms[snake.id]} ms{fate}")
         self._before = board
         if parts:
-            self._say(f"turn {board.turn}: {'; '.join(parts)}")
+            self._on_message(f"turn {board.turn}: {'; '.join(parts)}")
 
     def leave(self, finished: bool) -> None:
         """Nothing to do."""

@@ -37,11 +37,11 @@ class Arena:
     Args:
         store: Where everything lies.
         memory_mb: Memory that a FILE.py may use.
-        say: Told, in a sentence, why somebody cannot play.
+        on_message: Called with a sentence: why somebody cannot play.
     """
 
-    def __init__(self, store: ArenaStore, memory_mb: int = 2048, say: Callable[[str], None] = print) -> None:
-        self.store, self._memory_mb, self._say = store, memory_mb, say
+    def __init__(self, store: ArenaStore, memory_mb: int = 2048, on_message: Callable[[str], None] = print) -> None:
+        self.store, self._memory_mb, self._on_message = store, memory_mb, on_message
         self.ladder = Ladder(store.terms.snakes)
         self._seats: OrderedDict[int, Seat] = OrderedDict()
         self._pauses: dict[int, tuple[float, float]] = {}
@@ -175,13 +175,13 @@ class Arena:
         """Leave a player alone for a while, twice as long each time."""
         seconds = min(LONGEST_PAUSE_SECONDS, 2 * self._pauses.get(entrant.number, (0.0, FIRST_PAUSE_SECONDS / 2))[1])
         self._pauses[entrant.number] = time.monotonic() + seconds, seconds
-        self._say(f"{entrant.name} sits out for {seconds:g} s: {why}")
+        self._on_message(f"{entrant.name} sits out for {seconds:g} s: {why}")
         self._leave_seat(entrant)
 
     def _leave_out(self, entrant: Entrant, why: str) -> None:
         """Leave a player out until it is what it was; say so once."""
         if entrant.number not in self._left_out:
-            self._say(f"{entrant.name} is left out: {why}")
+            self._on_message(f"{entrant.name} is left out: {why}")
         self._left_out.add(entrant.number)
         self._leave_seat(entrant)
 

@@ -62,10 +62,10 @@ class BatchedMcts:
         ring, rows, bits, cells, _, rules = (np.stack(arrays) for arrays in zip(*positions, strict=True))
         nodes = tuple(np.stack([array] * count) for array in empty_nodes(self._walks + 1, num_snakes))
         size, ways = np.zeros((count, 1), np.int64), np.zeros((DEEPEST, num_snakes), np.int64)
-        room = (*fill_buffers(positions[0]), np.zeros(num_snakes))
+        buffers = (*fill_buffers(positions[0]), np.zeros(num_snakes))
         leaves, counts = self._leaves_for(count, num_snakes), np.zeros(count, np.int64)
         which = np.zeros(count * LEAVES_A_TREE, bool)
-        everything = (ring, rows, bits, cells, edges, rules, *room, ways, *nodes, size)
+        everything = (ring, rows, bits, cells, edges, rules, *buffers, ways, *nodes, size)
         for number, walks in enumerate((1, self._walks)):
             left = np.full(count, walks, np.int64)
             while descend_all(

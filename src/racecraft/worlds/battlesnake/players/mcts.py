@@ -86,11 +86,11 @@ class Tree:
 
     def make_room(self, walks: int) -> None:
         """Give the tree room for so many walks more, up to the most it may have."""
-        room = len(self._nodes[0])
-        while room < min(self.size + walks, MAX_NODES):
-            room = min(2 * room, MAX_NODES)
-        if room > len(self._nodes[0]):
-            self._nodes = tuple(_lengthened(array, room) for array in self._nodes)
+        capacity = len(self._nodes[0])
+        while capacity < min(self.size + walks, MAX_NODES):
+            capacity = min(2 * capacity, MAX_NODES)
+        if capacity > len(self._nodes[0]):
+            self._nodes = tuple(_lengthened(array, capacity) for array in self._nodes)
 
     def exclude_move(self, moves: Iterable[str]) -> None:
         """Walk certain own moves no more, unless there are no others."""
@@ -155,9 +155,9 @@ class Tree:
 
     def keep_below(self, node: int) -> None:
         """Let go of all that does not lie below a node, which becomes the root."""
-        room = len(self._nodes[0])
-        kept = empty_nodes(room, self.position.rows.shape[1])
-        self._size[0] = transplant(node, *self._nodes, np.zeros(room, np.int32), *kept)
+        capacity = len(self._nodes[0])
+        kept = empty_nodes(capacity, self.position.rows.shape[1])
+        self._size[0] = transplant(node, *self._nodes, np.zeros(capacity, np.int32), *kept)
         self._nodes = kept
 
     def _ways_to(self, board: Board) -> list[int] | None:
@@ -177,16 +177,16 @@ class Tree:
         return ways if same else None
 
 
-def empty_nodes(room: int, num_snakes: int) -> tuple[Array, ...]:
+def empty_nodes(capacity: int, num_snakes: int) -> tuple[Array, ...]:
     """Return the arrays of so many nodes; see `kernels/puct.py`."""
-    moves = (room, num_snakes, 4)
+    moves = (capacity, num_snakes, 4)
     return (
-        np.zeros((room, 3), np.int32), np.zeros(room, np.int64), np.zeros(moves, np.int32), np.zeros(moves),
+        np.zeros((capacity, 3), np.int32), np.zeros(capacity, np.int64), np.zeros(moves, np.int32), np.zeros(moves),
         np.zeros(moves, np.float32), np.zeros(moves[:2], np.float32),
     )  # fmt: skip
 
 
-def _lengthened(array: Array, room: int) -> Array:
-    longer = np.zeros((room, *array.shape[1:]), array.dtype)
+def _lengthened(array: Array, capacity: int) -> Array:
+    longer = np.zeros((capacity, *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
     return longer

@@ -60,7 +60,7 @@ class BoardPage:
     """Whether the game stays there until Ctrl-C, or only until a browser has it."""
     announce: Callable[[str], None] = print
     """Told the address of the page."""
-    say: Callable[[str], None] = print
+    on_message: Callable[[str], None] = print
     """Told, in a sentence, what a person should know besides."""
 
     def begin(self, server: BoardServer, game_id: str) -> None:
@@ -68,7 +68,7 @@ class BoardPage:
         address = page_address(server.start(self.port), self.board_url, game_id)
         self.announce(address)
         if self.open_it:  # aside: a browser of the terminal keeps its caller waiting until it is closed
-            threading.Thread(target=_open_page, args=(address, self.say), daemon=True).start()
+            threading.Thread(target=_open_page, args=(address, self.on_message), daemon=True).start()
 
     def show_until_interrupt(self, server: BoardServer, game_id: str) -> None:
         """Show a game that is known to its end, until Ctrl-C."""
@@ -86,7 +86,7 @@ class BoardPage:
                 if self.stays:
                     wait_for_interrupt()
                 elif not server.wait_for_viewer(SECONDS_FOR_A_BROWSER):
-                    self.say(f"No browser came within {SECONDS_FOR_A_BROWSER:g} s.")
+                    self.on_message(f"No browser came within {SECONDS_FOR_A_BROWSER:g} s.")
         finally:
             server.close()
 
@@ -131,6 +131,6 @@ def page_address(server: str, board_url: str, game_id: str) -> str:
     return f"{board_url.rstrip('/')}/{'&' if '?' in board_url else '?'}{query}"
 
 
-def _open_page(address: str, say: Callable[[str], None]) -> None:
+def _open_page(address: str, on_message: Callable[[str], None]) -> None:
     if not webbrowser.open(address):
-        say("No browser could be opened; open that address yourself.")
+        on_message("No browser could be opened; open that address yourself.")

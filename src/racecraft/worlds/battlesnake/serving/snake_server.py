@@ -86,7 +86,7 @@ class Count:
 class OpenGame:
     """What is kept of a game, for one of its snakes, between its requests."""
 
-    heard: float = 0.0
+    last_seen: float = 0.0
     """When it was heard of last, by the server's clock."""
     living: LivingSnakes = field(default_factory=LivingSnakes)
     answer: WebhookResponse | None = None
@@ -142,7 +142,7 @@ class SnakeServer:
         self._admission = Admission(self._lag)
         self._thinking = 0
         self._overrun = 0.0
-        self._heard: OrderedDict[tuple[str, str], OpenGame] = OrderedDict()
+        self._open_games: OrderedDict[tuple[str, str], OpenGame] = OrderedDict()
         self.application = JsonApi(self._answer, begin=self._lag.watch, end=self._lag.close)
         """To be served. Tournaments ask from anywhere, by any name of this machine, and show no token."""
 
@@ -150,7 +150,7 @@ class SnakeServer:
     def games_open(self) -> int:
         """Games (a snake's own, each) that began and have neither ended nor fallen silent."""
         self._forget_silent()
-        return len(self._heard)
+        return len(self._open_games)
 
     def close(self) -> None:
         """Let go of the threads, when the application is served no more; players that still think are left behind."""
@@ -190,7 +190,7 @@ class SnakeServer:
     def _only_living(self, message: Any, path: str) -> tuple[Any, OpenGame]:
         """Return the message without the dead, and what is kept of its game; `/start` begins a known game anew."""
         try:
-            game = self._heard.get((message["game"]["id"], message["you"]["id"])) or OpenGame()
+            game = self._open_games.get((message["game"]["id"], message["you"]["id"])) or OpenGame()
         except (TypeError, KeyError):
             game = OpenGame()
         if path == "/start":
@@ -276,7 +276,7 @@ class SnakeServer:
     def _lively(self) -> int:
         """Return how many games may ask at any moment, so that the first of them leaves time for the others."""
         since = self._clock() - LIVELY_SECONDS
-        return sum(1 for _ in takewhile(lambda game: game.heard > since, reversed(list(self._heard.values()))))
+        return sum(1 for _ in takewhile(lambda game: game.last_seen > since, reversed(list(self._open_games.values()))))
 
     async def _notify_player(self, what: str, request: GameRequest, message: Message) -> None:
         """Pass a start or an end on to a player that wants to know."""
@@ -300,21 +300,21 @@ class SnakeServer:
         """
         self._forget_silent()
         key = (request.game_id, request.you)
-        known = self._heard.pop(key, None) is not None
+        known = self._open_games.pop(key, None) is not None
         if ended or (not known and _is_probe(request)):
             return
         if not known:
             self._refuse_where_late(request, arrived)
-        if not known and len(self._heard) >= self._most_games:
+        if not known and len(self._open_games) >= self._most_games:
             self._evict_abandoned()
         self.count.games += not known
-        game.heard = self._clock()
-        self._heard[key] = game
+        game.last_seen = self._clock()
+        self._open_games[key] = game
 
     def _refuse_where_late(self, request: GameRequest, arrived: float) -> None:
         """Refuse a game more (503) where it or those under way would be answered late."""
         waited = time.monotonic() - arrived
-        if self._heard and self._admission.is_too_busy(waited, self._seconds(request)):
+        if self._open_games and self._admission.is_too_busy(waited, self._seconds(request)):
             self._complain("a game was refused: the machine is so busy that answers to one more would be late.")
             raise WebError(
                 503, "too_busy", "this machine is too busy to answer one game more in time; try again later."
@@ -322,15 +322,15 @@ class SnakeServer:
 
     def _evict_abandoned(self) -> None:
         """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""
-        if self._clock() - next(iter(self._heard.values())).heard < ABANDONED_SECONDS:
+        if self._clock() - next(iter(self._open_games.values())).last_seen < ABANDONED_SECONDS:
             self._complain(f"a game beyond {self._most_games} at once was refused; see --games.")
             raise WebError(503, "too_many_games", f"{self._most_games} games are under way; try again later.")
-        self._heard.popitem(last=False)
+        self._open_games.popitem(last=False)
 
     def _forget_silent(self) -> None:
         now = self._clock()
-        while self._heard and now - next(iter(self._heard.values())).heard >= self._silence_seconds:
-            self._heard.popitem(last=False)
+        while self._open_games and now - next(iter(self._open_games.values())).last_seen >= self._silence_seconds:
+            self._open_games.popitem(last=False)
 
 
 def _is_probe(request: GameRequest) -> bool:

@@ -125,7 +125,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> SnakePlan:
 
 
 @contextlib.contextmanager
-def build_experiment(planned: SnakePlan, say: MessageCallback) -> Iterator[Experiment]:
+def build_experiment(planned: SnakePlan, on_message: MessageCallback) -> Iterator[Experiment]:
     """Open the games that are learned in, and the pool of past selves that are met there."""
     settings, game = planned.settings, planned.request.game
     played = world_settings(WorldSettings(game), settings.snake, settings.rollout.num_worlds)

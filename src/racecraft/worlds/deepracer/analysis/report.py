@@ -48,9 +48,9 @@ MAX_TICKS = 2_000_000
 """Ticks read for the tables; of a longer run the latest."""
 
 
-def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
+def paint_run(run: RunFolder, on_message: Callable[[str], None]) -> dict[str, Path]:
     """Film the best policy's lap, draw its path and the run's curves, write the report; return the files by kind."""
-    say("Filming the best policy's lap …")
+    on_message("Filming the best policy's lap …")
     car = load_trained_car(run.path, "best")
     drive = drive_laps(car, car.trained_on, laps=1)
     files = {

@@ -42,8 +42,8 @@ class CompiledDrive:
         self._world, self._buffers = world, allocate(world.spec)
         count, choices = world.spec.num_worlds, np.arange(len(actions.steering))
         menu = world.as_reported(actions.commands(choices[:, None]))
-        rooms = np.zeros((count, 3, look.room), np.float32)
-        self._driver = (look.layers, look.weights, look.scale, rooms, menu.numbers, menu.chosen, menu.sent)
+        buffers = np.zeros((count, 3, look.buffer_size), np.float32)
+        self._driver = (look.layers, look.weights, look.scale, buffers, menu.numbers, menu.chosen, menu.sent)
         self._told = actions.commands(np.zeros((count, 1), np.int64))
 
     def compile(self) -> None:

@@ -132,9 +132,9 @@ class RewardFunction:
         copy._load(lambda *values, **options: None)  # what it prints while it is loaded has been said once
         return copy
 
-    def _load(self, say: Callable[..., None]) -> None:
-        """Run the user's module and find its function; `say` prints meanwhile."""
-        printing = [say]
+    def _load(self, print_line: Callable[..., None]) -> None:
+        """Run the user's module and find its function; `print_line` prints meanwhile."""
+        printing = [print_line]
         name = f"racecraft_reward_{next(_numbers)}"
         try:
             module = self._modules.load(name, lambda *values, **options: printing[0](*values, **options))
@@ -300,10 +300,10 @@ def _what_was_raised(error: BaseException) -> str:
     return f"raised {type(error).__name__}{': ' * bool(text)}{text}"
 
 
-def _text_of(value: Any, say: Callable[[Any], str]) -> str:
+def _text_of(value: Any, print_line: Callable[[Any], str]) -> str:
     """Return what an object of the file's own says of itself, in which its code may fail."""
     try:
-        return say(value)
+        return print_line(value)
     except BaseException as error:
         if _is_interrupt(error):
             raise

@@ -16,7 +16,9 @@ LIMIT = "minutes=3"
 """A seed that is not stable by then counts as not reached."""
 
 
-def bench_laps(seeds: Iterable[int], say: Callable[[str], None], overrides: tuple[str, ...] = ()) -> dict[str, Any]:
+def bench_laps(
+    seeds: Iterable[int], on_message: Callable[[str], None], overrides: tuple[str, ...] = ()
+) -> dict[str, Any]:
     """Train the car of the preset `fast` once for each seed and return the seconds, their median and spread.
 
     The clock runs from the first training tick, evaluations in, compilation out. A seed that did not become stable is
@@ -32,7 +34,7 @@ def bench_laps(seeds: Iterable[int], say: Callable[[str], None], overrides: tupl
             trained = train(request, NullCallback(), lambda text: None)
             reached[seed] = trained.outcome.seconds_to_stable
             steps.append(trained.outcome.steps)
-            say(f"seed {seed}: {reached[seed] or float('nan'):.2f} s, {trained.outcome.steps} steps")
+            on_message(f"seed {seed}: {reached[seed] or float('nan'):.2f} s, {trained.outcome.steps} steps")
     known = [float("inf") if value is None else value for value in reached.values()]
     return {
         "seconds_to_stable_laps": [None if value is None else round(value, 2) for value in reached.values()],

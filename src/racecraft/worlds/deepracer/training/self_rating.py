@@ -57,14 +57,14 @@ class SelfRating:
 
 
 def rate_selves(
-    run: RunFolder, chosen: Sequence[Driver], say: Callable[[str], None], film: bool = True
+    run: RunFolder, chosen: Sequence[Driver], on_message: Callable[[str], None], film: bool = True
 ) -> tuple[SelfRating, dict[str, Path]]:
     """Race a run's last self, earlier ones and chosen models against each other, each pair on its own.
 
     Args:
         run: A car's run.
         chosen: Models that it trained against.
-        say: Hears what is being done.
+        on_message: Called with what is being done.
         film: Whether that of the last self's races against a slower car of its own is filmed in which it overtook most.
 
     Returns:
@@ -74,7 +74,7 @@ def rate_selves(
     selves = [driver_of(car, f"iteration {car.checkpoint.iteration}") for car in cars]
     drivers = [*selves, *chosen]
     track, config = cars[-1].trained_on, cars[-1].settings.race
-    say(f"Racing {len(drivers)} drivers against each other …")
+    on_message(f"Racing {len(drivers)} drivers against each other …")
     results: list[Result] = []
     met: dict[tuple[int, int], RaceResult] = {}
     for one, other in combinations(range(len(drivers)), 2):
@@ -91,7 +91,7 @@ def rate_selves(
     write_atomic(place, json.dumps(rated.as_dictionary(), indent=2) + "\n")
     files = {"rating": place}
     if film:
-        say("Filming a race …")
+        on_message("Filming a race …")
         number = most_passing(passed)
         files |= film_race(passed, [last, slower], track, run.path / FILM, FilmStyle("pip"), number=number)
     return rated, files

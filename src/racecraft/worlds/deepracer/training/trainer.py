@@ -96,7 +96,7 @@ AWS_STAYS = (
 
 
 @contextlib.contextmanager
-def build_experiment(planned: CarPlan, say: MessageCallback) -> Iterator[Experiment]:
+def build_experiment(planned: CarPlan, on_message: MessageCallback) -> Iterator[Experiment]:
     """Line up the cars that are driven and those that are judged.
 
     Raises:
@@ -357,10 +357,10 @@ def open_log(run: RunFolder) -> TextIO:
         ) from error
 
 
-def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], say: MessageCallback) -> None:
+def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], on_message: MessageCallback) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm(KERNEL):
-        say("First run on this machine: compiling the simulator (once, a minute or two) …")
+        on_message("First run on this machine: compiling the simulator (once, a minute or two) …")
     for one in _courses_of(worlds):
         reward, one.reward = one.reward, None
         buffers = allocate(one.spec)

@@ -20,4 +20,4 @@ def warm_up() -> None:
     """
     with tempfile.TemporaryDirectory() as folder:
         request = RaceRequest(stops=("iterations=1",), run=Path(folder) / "run", overrides=SHORT)
-        worlds.train(request, NullCallback(), say=lambda line: None)
+        worlds.train(request, NullCallback(), on_message=lambda line: None)

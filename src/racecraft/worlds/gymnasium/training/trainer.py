@@ -160,7 +160,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> GymPlan:
 
 
 @contextlib.contextmanager
-def build_experiment(planned: GymPlan, say: MessageCallback) -> Iterator[Experiment]:
+def build_experiment(planned: GymPlan, on_message: MessageCallback) -> Iterator[Experiment]:
     """Open the copies that are learned and judged in."""
     environment, recipe, settings = planned.request.environment, planned.request.recipe, planned.settings
     code = planned.request.environment_code or own_code_of_names([environment, *recipe.wrappers])

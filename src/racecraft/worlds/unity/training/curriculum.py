@@ -29,7 +29,7 @@ class Curriculum:
         worlds: Where the parameters are set: the players that teach, and the one that judges.
         rows_of: Which rows belong to which behavior, by its name without the team.
         max_steps: Of each behavior, for lessons that go by progress.
-        say: Told when a lesson begins.
+        on_message: Called when a lesson begins.
     """
 
     def __init__(
@@ -38,9 +38,9 @@ class Curriculum:
         worlds: Iterable[UnityWorld],
         rows_of: Mapping[str, slice],
         max_steps: Mapping[str, int],
-        say: Callable[[str], None],
+        on_message: Callable[[str], None],
     ) -> None:
-        self._lessons, self._worlds, self._say = lessons, tuple(worlds), say
+        self._lessons, self._worlds, self._on_message = lessons, tuple(worlds), on_message
         self._rows_of, self._max_steps = rows_of, max_steps
         self._at = dict.fromkeys(lessons, 0)
         self._returns: dict[str, list[float]] = {name: [] for name in lessons}
@@ -88,7 +88,7 @@ class Curriculum:
         self._smoothed.pop(name, None)
         self._teach(name)
         number, lessons = self._at[name] + 1, self._lessons[name]
-        self._say(f"{name}: lesson {number} of {len(lessons)}, '{lessons[number - 1].name}', begins")
+        self._on_message(f"{name}: lesson {number} of {len(lessons)}, '{lessons[number - 1].name}', begins")
         if self._file is not None:
             write_atomic(self._file, json.dumps(self._at))
 

@@ -51,13 +51,13 @@ class _Report:
         return f"{len(self.episodes)} episodes, mean return {summarise(self.episodes).mean_reward:.3f}"
 
 
-def play_scene(request: UnityRequest, say: MessageCallback = print) -> dict[str, Any]:
+def play_scene(request: UnityRequest, on_message: MessageCallback = print) -> dict[str, Any]:
     """Let a trained policy play until a stop holds, Ctrl-C, or its player is closed; return what it came to.
 
     Args:
         request: `clone_from` names the policy; a build that is not named is the one it was trained in. Stops are
             `minutes=` and `steps=`.
-        say: Says a line to a person.
+        on_message: Called with a line for a person.
 
     Raises:
         SettingError: No policy is named, or a stop has no meaning here.
@@ -71,9 +71,9 @@ def play_scene(request: UnityRequest, say: MessageCallback = print) -> dict[str,
     report, reason = _Report(), "Ctrl-C"
     with contextlib.closing(world):
         _require_same_scene(policy, world.behaviors)
-        say(f"plays without learning until {' or '.join(map(str, stops)) or 'Ctrl-C, or the player is closed'}")
+        on_message(f"plays without learning until {' or '.join(map(str, stops)) or 'Ctrl-C, or the player is closed'}")
         try:
-            reason = _play(policy, world, planned.seed, stops, report, say)
+            reason = _play(policy, world, planned.seed, stops, report, on_message)
         except KeyboardInterrupt:
             pass
         except PlayerLeftError:
@@ -138,7 +138,7 @@ def _play(
     seed: int,
     stops: Sequence[StopCondition],
     report: _Report,
-    say: MessageCallback,
+    on_message: MessageCallback,
 ) -> str:
     """Play until a stop holds, and return which."""
     spec, buffers, counter = world.spec, allocate(world.spec), EpisodeCounter(world)
@@ -157,5 +157,5 @@ def _play(
         policy.reset_state(buffers.ended.reshape(rows))
         if report.seconds - report.said > SAY_SECONDS:
             report.said = report.seconds
-            say(report.line())
+            on_message(report.line())
     return str(reason)

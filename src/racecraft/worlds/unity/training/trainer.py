@@ -52,7 +52,7 @@ OBSERVATIONS = "observations.safetensors"
 
 
 @contextlib.contextmanager
-def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Experiment]:
+def build_experiment(planned: UnityPlan, on_message: MessageCallback) -> Iterator[Experiment]:
     """Start the players, and settle what only the scene could tell; the players are ended afterwards.
 
     Weights, optimiser, exploration and counts of a resumed run go on as they were. What happens inside a player cannot
@@ -63,7 +63,7 @@ def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Exper
         UnityError: A player cannot be brought to talk.
     """
     if planned.build.is_editor:
-        say(f"waiting on port {EDITOR_PORT} for the Unity Editor: press Play there")
+        on_message(f"waiting on port {EDITOR_PORT} for the Unity Editor: press Play there")
     with contextlib.ExitStack() as players:
         world = UnityWorld(planned.build, **planned.world_arguments())
         players.callback(world.close)
@@ -77,7 +77,7 @@ def build_experiment(planned: UnityPlan, say: MessageCallback) -> Iterator[Exper
         if not planned.build.is_editor:
             judged = UnityWorld(planned.build, **planned.world_arguments(for_judge=True))
             players.callback(judged.close)
-        curriculum = _curriculum(planned, world, judged, say)
+        curriculum = _curriculum(planned, world, judged, on_message)
         names = ", ".join(behavior.base_name for behavior in behaviors)
         episodes = settled.shared.evaluation.episodes
         yield Experiment(
@@ -149,7 +149,7 @@ def _evaluator(
 
 
 def _curriculum(
-    planned: UnityPlan, world: UnityWorld, judged: UnityWorld | None, say: MessageCallback
+    planned: UnityPlan, world: UnityWorld, judged: UnityWorld | None, on_message: MessageCallback
 ) -> Curriculum | None:
     """Return the lessons of the configuration's environment parameters; None without any."""
     config = planned.config
@@ -157,7 +157,7 @@ def _curriculum(
         return None
     max_steps = {base: config.behavior(base).max_steps or DEFAULT_MAX_STEPS for base in world.rows_of}
     worlds = [world] if judged is None else [world, judged]
-    return Curriculum(config.curricula, worlds, world.rows_of, max_steps, say)
+    return Curriculum(config.curricula, worlds, world.rows_of, max_steps, on_message)
 
 
 def _copy_files(planned: UnityPlan, settled: ResolvedSettings, run: RunFolder) -> None:

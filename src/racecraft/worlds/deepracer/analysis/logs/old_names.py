@@ -102,7 +102,12 @@ def action_breakdown(ticks: pl.DataFrame, track: Track) -> Plot:
 
 
 def plot_grid_world(
-    episode_df: Any, inner: Any, outer: Any, scale: float = 10.0, plot: bool = True, say: Callable[[str], None] = print
+    episode_df: Any,
+    inner: Any,
+    outer: Any,
+    scale: float = 10.0,
+    plot: bool = True,
+    on_message: Callable[[str], None] = print,
 ) -> tuple[float, float, list[tuple[float, ...]]]:
     """Tell one lap, and draw its mean throttle in squares over the road.
 
@@ -112,7 +117,7 @@ def plot_grid_world(
         outer: Outer border, likewise.
         scale: Side of a square, cm.
         plot: Whether it is drawn, into a figure of `pyplot`'s, as it always was.
-        say: Where the words go.
+        on_message: Called with each line.
 
     Returns:
         (lap time in s, mean throttle, [(distance in m, lap time, mean velocity, mean, least and largest throttle)]).
@@ -127,8 +132,8 @@ def plot_grid_world(
     seconds = float(time[-1] - time[0])
     velocity = distance / seconds if seconds > 0 else math.nan
     mean = float(np.nanmean(throttle))
-    say(f"Distance, lap time = {distance:.2f} (meters), {seconds:.2f} (sec)")
-    say(f"Average throttle, velocity = {mean:.2f} (Gazebo), {velocity:.2f} (meters/sec)")
+    on_message(f"Distance, lap time = {distance:.2f} (meters), {seconds:.2f} (sec)")
+    on_message(f"Average throttle, velocity = {mean:.2f} (Gazebo), {velocity:.2f} (meters/sec)")
     if plot:
         grid = grid_of(x, y, throttle, np.asarray(inner, float), np.asarray(outer, float), scale)
         _draw_grid(grid, f"Lap time (sec) = {seconds:.2f}")
