@@ -30,7 +30,9 @@ def test_a_public_log_goes_in_and_the_corner_to_work_on_comes_out(racecraft):
 def test_a_lap_against_another_log_prints_tables(racecraft):
     said = racecraft("telemetry", LOG, "--phase", "evaluation", "--against", LOG)
     assert said.code == 0, said.err
-    assert "3 full laps; lap evaluation, episode 1 beside the fastest lap of drfc-1-worker" in said.out
+    assert (
+        "3 full laps; lap evaluation of 2022-07-09 20:02, episode 1 beside the fastest lap of drfc-1-worker" in said.out
+    )
     assert "turn 5 (left)" in said.out
 
 

@@ -16,6 +16,7 @@ from racecraft.console.application import make_console
 from racecraft.console.pages import create, garage
 from racecraft.console.workspace import Note
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_lock import RunLock
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.web.server import ServerThread
 
@@ -105,6 +106,14 @@ def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, b
     assert click.count == 3
     assert [name for name, _ in begun] == ["my-car", "my-car-2"]
     assert "--track=Oval_track" in begun[1][1]
+    run = write_run(workspace.path / "models/my-car/runs/1")
+    with RunLock(run):
+        browser.page.goto(f"{address}/models/my-car")
+        browser.page.click("text=Change and go on")
+    browser.page.click("#create")
+    browser.page.wait_for_url("**/models/my-car")
+    assert begun[2][0] == "my-car"
+    assert f"--from={run}:last" in begun[2][1]
 
 
 def test_a_fault_is_shown_where_it_is_and_nothing_is_made(console, browser):

@@ -6,12 +6,14 @@ import sqlite3
 import threading
 import time
 from types import SimpleNamespace
+from urllib.parse import parse_qsl, urlsplit
 
 import pytest
 import sqlalchemy as sql
 from tests.console.conftest import write_run
 
 from racecraft.console import index as index_module
+from racecraft.console import paging
 from racecraft.console.index import FILE, Index
 from racecraft.console.index_tables import MODELS
 from racecraft.console.pages import garage
@@ -223,11 +225,12 @@ def test_pages_of_the_list_neither_repeat_nor_miss_a_model_while_others_come_and
     for number, lap in enumerate((7.0, 6.5, 7.0, None, 6.0)):
         write_run(workspace.path / f"runs/m{number}", lap=lap)
     index.refresh()
-    monkeypatch.setattr(garage, "PAGE", 2)
+    monkeypatch.setattr(paging, "PAGE", 2)
 
     def page(**query):
-        rows, before, behind = garage._one_page(SimpleNamespace(index=index), sql.select(MODELS), sort, query)
-        return [row["name"] for row in rows], before, behind
+        shown = garage._page_of(SimpleNamespace(index=index), sql.select(MODELS), sort, query)
+        places = [dict(parse_qsl(urlsplit(address).query)) for address in (shown.before, shown.behind)]
+        return [row["name"] for row in shown.rows], places[0].get("before", ""), places[1].get("after", "")
 
     first, nothing, behind = page()
     (workspace.path / f"runs/{first[0]}").rename(workspace.path / f"bin/{first[0]}.runs.1")

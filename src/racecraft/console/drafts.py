@@ -56,6 +56,11 @@ class Draft:
     changed: float = 0.0
     """Seconds since 1970."""
 
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the model that is cloned goes on itself, changed."""
+        return bool(self.cloned_from) and self.name == self.cloned_from.partition(":")[0]
+
 
 class Drafts:
     """The drafts of a workspace.

@@ -67,6 +67,19 @@ class Look:
     arguments: tuple[Any, ...]
 
 
+@dataclass(frozen=True)
+class RaceDrive:
+    """What a model drove in a race."""
+
+    race: Race
+    track: str
+    """Where."""
+    folder: Path
+    """Its files."""
+    seat: int
+    """Its place in the heat, from 0."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RaceMaking:
     """How a race of a world is made: the form is made of the options of the action's request."""
@@ -127,13 +140,16 @@ class WorldParts:
         """Return further pages of a model that has a run: (what the tab says, what follows the model's address)."""
         return []
 
-    def tab_page(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+    def tab_page(
+        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Sequence[RaceDrive]
+    ) -> tuple[str, dict[str, Any]]:
         """Return a page of `tabs`: its template, which extends "racecraft.console/model_frame.html", and its data.
 
         Args:
             row: The model's row.
             tab: The last word of its address.
             query: The words behind its address.
+            drives: What the model drove in races, the newest first.
 
         Raises:
             UserInputError: There is no such page, or the run cannot be read.

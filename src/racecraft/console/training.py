@@ -14,10 +14,12 @@ from racecraft.isolation.layers import can_isolate
 from racecraft.jobs.job import Job
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.states import JobError
-from racecraft.jobs.submit import environment_here, request_stop, submit_numbered
+from racecraft.jobs.submit import environment_here, request_stop, submit_numbered, wait
 
 MAX_OPEN = 4
 """Trainings of one racer that run or wait; AWS's console had as many."""
+STOP_SECONDS = 60.0
+"""So long a training may take to end its iteration where another one of its model is to begin."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,18 @@ def stop_training(home: JobPaths, model: Model, job: str) -> None:
         request_stop(home, home.store(), job)
     elif runs := model.runs():
         RunFolder(runs[-1]).request_stop()
+
+
+def end_training(home: JobPaths, model: Model, job: str) -> None:
+    """End a training and wait until its last checkpoint is written; arguments as of `stop_training`.
+
+    Raises:
+        JobError: It has not ended after STOP_SECONDS.
+        UserInputError: As from `stop_training`.
+    """
+    stop_training(home, model, job)
+    if job:
+        wait(home, home.store(), job, STOP_SECONDS)
 
 
 def job_name(model: str) -> str:

@@ -94,6 +94,15 @@ class Model:
         numbers = [int(run.name) for run in self.runs() if run.name.isdigit()]
         return f"{RUNS}/{max(numbers, default=0) + 1}"
 
+    def write_files(self, files: Mapping[str, str]) -> None:
+        """Write files of these names and texts: its next training reads them.
+
+        Raises:
+            OutputFileError: The folder cannot be written.
+        """
+        for file, text in files.items():
+            write_atomic(self.path / file, text)
+
     def note(self) -> Note:
         """Return what people say of it; a damaged file says nothing."""
         try:
@@ -188,8 +197,7 @@ class Workspace:
         model = Model(name, self.path / MODELS / self.require_free(name))
         make_folder(model.path)
         try:
-            for file, text in files.items():
-                write_atomic(model.path / file, text)
+            model.write_files(files)
             model.write_note(replace(note or Note(), created=time.time()))
         except OutputFileError:
             shutil.rmtree(model.path)

@@ -17,11 +17,13 @@ from starlette.routing import BaseRoute, Route
 from racecraft.console.drafts import Draft, DraftChangedError, DraftError, Drafts
 from racecraft.console.form import Field, Step, read_fields
 from racecraft.console.merge import side_by_side
+from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
 from racecraft.console.pages.model import address
 from racecraft.console.parts import WorldParts, parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, form_fields, looked, one, page_routes
-from racecraft.console.training import begin_training
+from racecraft.console.training import begin_training, end_training
+from racecraft.console.workspace import Model
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.kinds import kinds
 from racecraft.formats.run_folder import RunFolder
@@ -70,9 +72,14 @@ def begin_draft(console: Console, request: Request) -> str:
             raise SettingError("{name}: was never trained; expected a model with a training to clone.", name=model.name)
         parts = parts_of(row["kind"])
         base = parts.values_of(RunFolder(Path(row["run"])))
+        if query.get("in_place") and model.is_run:
+            raise SettingError(
+                "{name}: was begun by a command, so its folder is one training; expected a model of the console's. "
+                "Clone it.", name=model.name,
+            )  # fmt: skip
         draft = drafts.begin(
             row["kind"],
-            console.workspace.free(model.name),
+            model.name if query.get("in_place") else console.workspace.free(model.name),
             base,
             cloned_from=_source(model.name, query.get("checkpoint", "")),
         )
@@ -154,14 +161,27 @@ def _create(console: Console, draft: Draft) -> str:
     if draft.cloned_from and values.get("weights", True):
         source, _, checkpoint = draft.cloned_from.partition(":")
         row = console.index.row(console.workspace.model(source).name)
-        values["from"] = f"{row['run']}:{checkpoint or 'best'}"
+        values["from"] = f"{row['run']}:{checkpoint or ('last' if draft.is_in_place else 'best')}"
         parts.require_same_body(values, read_fields(steps, draft.base)[0])
     files = parts.files(values)
-    model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
+    if draft.is_in_place:
+        model = _gone_on(console, draft, files)
+    else:
+        model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
     begin_training(console.home, model, parts.words(values))
     Drafts(console.workspace.path / "drafts").remove(draft)
     console.watcher.refresh()
     return address(model.name)
+
+
+def _gone_on(console: Console, draft: Draft, files: Mapping[str, str]) -> Model:
+    """Return the model that goes on itself: its training is ended, and the next one reads these files."""
+    model = console.workspace.model(draft.name)
+    row = console.index.row(model.name)
+    if row["status"] in (TRAINING, QUEUED, STOPPING):
+        end_training(console.home, model, row["job"])
+    model.write_files(files)
+    return model
 
 
 def _source(model: str, checkpoint: str) -> str:
@@ -183,6 +203,7 @@ def _page(
         f"{step.title}: {draft.name}",
         {
             "draft": asdict(draft),
+            "in_place": draft.is_in_place,
             "writer": secrets.token_hex(8),
             "steps": [
                 {"key": one.key, "title": one.title, "wrong": sum(field.name in wrong for field in one.fields)}

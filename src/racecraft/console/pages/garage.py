@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,6 +15,7 @@ from starlette.routing import BaseRoute
 
 from racecraft.console.index_tables import MODELS
 from racecraft.console.model_row import ERROR, GONE, QUEUED, READY, STOPPING, TRAINING
+from racecraft.console.paging import Key, ListPage, list_address, one_page
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
@@ -26,8 +25,6 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
 
 START = {"after": "", "before": ""}
-PAGE = 50
-"""Rows on one page of the list."""
 CHIPS = (
     ("All", ()),
     ("Training", (TRAINING, STOPPING)),
@@ -71,13 +68,13 @@ def garage(console: Console, request: Request) -> Page:
     statement = _filtered(query)
     found = console.index.query(sql.select(sql.func.count().label("n")).select_from(statement.subquery()))[0]["n"]
     sort = query.get("sort", "changed") if query.get("sort") in SORTS else "changed"
-    rows, before, behind = _one_page(console, statement, sort, query)
+    page = _page_of(console, statement, sort, query)
     running = console.index.query(sql.select(MODELS).where(MODELS.c.status.in_((TRAINING, STOPPING))).limit(4))
     return Page(
         "garage.html",
         "Garage",
         {
-            "rows": rows,
+            "rows": page.rows,
             "running": running,
             "query": query.get("q", ""),
             "chosen": chosen,
@@ -85,16 +82,15 @@ def garage(console: Console, request: Request) -> Page:
                 {
                     "label": label,
                     "count": sum(counts.values()) if not of else sum(counts.get(one, 0) for one in of),
-                    "href": _address(query, status=label.lower() if of else "", **START),
+                    "href": list_address("/models", query, status=label.lower() if of else "", **START),
                     "here": chosen == (label.lower() if of else ""),
                 }
                 for label, of in CHIPS
             ],
             "sort": sort,
-            "sorts": {name: _address(query, sort=name, **START) for name in SORTS},
+            "sorts": {name: list_address("/models", query, sort=name, **START) for name in SORTS},
             "found": found,
-            "before": _address(query, **START | {"before": before}) if before else "",
-            "behind": _address(query, **START | {"after": behind}) if behind else "",
+            "pages": page.links,
             "archived": query.get("archived", ""),
             "tag": query.get("tag", ""),
             "deleted": query.get("deleted", ""),
@@ -192,42 +188,21 @@ def _filtered(query: Mapping[str, str]) -> sql.Select[Any]:
     return statement
 
 
-def _one_page(
-    console: Console, statement: sql.Select[Any], sort: str, query: Mapping[str, str]
-) -> tuple[list[dict[str, Any]], str, str]:
-    """Return the rows of a page and the places that the pages before and behind it begin at; "": there is none.
-
-    A place is a row's value and name, so that models which come and go meanwhile neither repeat nor hide a row.
-    """
-    is_back = bool(query.get("before"))
+def _page_of(console: Console, statement: sql.Select[Any], sort: str, query: Mapping[str, str]) -> ListPage[Any]:
+    """Return a page of the rows of a statement."""
     value = SORTS[sort]
-    at = _place(query.get("before") or query.get("after", ""), str if sort in ("name", "track", "status") else float)
-    if at is not None:
-        is_behind = sql.or_(value > at[0], sql.and_(value == at[0], MODELS.c.name > at[1]))
-        is_before = sql.or_(value < at[0], sql.and_(value == at[0], MODELS.c.name < at[1]))
-        statement = statement.where(is_before if is_back else is_behind)
-    keys = [value.desc(), MODELS.c.name.desc()] if is_back else [value, MODELS.c.name]
-    rows = console.index.query(statement.add_columns(value.label("sorted_by")).order_by(*keys).limit(PAGE + 1))
-    is_more, shown = len(rows) > PAGE, rows[:PAGE]
-    if is_back:
-        shown.reverse()
-    first, last = (json.dumps([row["sorted_by"], row["name"]]) for row in (shown[0], shown[-1])) if shown else ("", "")
-    return shown, first if (is_more if is_back else at) else "", last if (at if is_back else is_more) else ""
 
+    def rows_beyond(at: Key | None, is_back: bool, most: int) -> list[dict[str, Any]]:
+        found = statement
+        if at is not None:
+            beyond = value < at[0] if is_back else value > at[0]
+            names = MODELS.c.name < at[1] if is_back else MODELS.c.name > at[1]
+            found = found.where(sql.or_(beyond, sql.and_(value == at[0], names)))
+        keys = [value.desc(), MODELS.c.name.desc()] if is_back else [value, MODELS.c.name]
+        return console.index.query(found.add_columns(value.label("sorted_by")).order_by(*keys).limit(most))
 
-def _place(text: str, kind: type) -> tuple[Any, str] | None:
-    """Return the value, of this kind, and the name of an address's place; None: it names none."""
-    with contextlib.suppress(ValueError, TypeError, OverflowError):
-        value, name = json.loads(text[:400])
-        if isinstance(value, str) == (kind is str) and isinstance(name, str):
-            return kind(value), name
-    return None
-
-
-def _address(query: Mapping[str, str], **changes: str) -> str:
-    """Return the address of the list with some of its words changed; "" takes one out."""
-    words = {name: value for name, value in {**query, **changes}.items() if value}
-    return f"/models?{urlencode(words)}" if words else "/"
+    kind = str if sort in ("name", "track", "status") else float
+    return one_page("/models", query, rows_beyond, lambda row: (row["sorted_by"], row["name"]), kind)
 
 
 SECTION = Section(routes=routes, label="Garage", href="/", icon="car", order=0)

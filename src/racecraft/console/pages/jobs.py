@@ -11,12 +11,10 @@ import psutil
 from starlette.requests import Request
 from starlette.routing import BaseRoute
 
+from racecraft.console.paging import page_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
 from racecraft.jobs.submit import request_stop
-
-SHOWN = 50
-"""Jobs that are done, on the page."""
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -30,6 +28,10 @@ def routes(console: Console) -> list[BaseRoute]:
 def jobs_page(console: Console, request: Request) -> Page:
     """Return every job of this account, of the command line as well."""
     now = time.time()
+    jobs = console.home.store().jobs()
+    done = page_of(
+        "/jobs", request.query_params, [job for job in jobs if job.ended], lambda job: (-job.created, job.name)
+    )
     found = [
         {
             "name": job.name,
@@ -41,14 +43,15 @@ def jobs_page(console: Console, request: Request) -> Page:
             "ended": job.ended,
             "waits": job.waits,
         }
-        for job in reversed(console.home.store().jobs())
+        for job in [*(job for job in reversed(jobs) if not job.ended), *done.rows]
     ]
     return Page(
         "jobs.html",
         "Jobs",
         {
             "open": [job for job in found if not job["ended"]],
-            "done": [job for job in found if job["ended"]][:SHOWN],
+            "done": [job for job in found if job["ended"]],
+            "pages": done.links,
             "cores": psutil.cpu_count() or 1,
             "load": [round(one, 2) for one in os.getloadavg()] if hasattr(os, "getloadavg") else [],
             "room_gb": shutil.disk_usage(console.workspace.path).free / 1e9,

@@ -19,6 +19,7 @@ from racecraft.analysis.evaluations import return_table
 from racecraft.console.disk_use import bytes_in
 from racecraft.console.model_row import QUEUED, STOPPING, TRAINING
 from racecraft.console.pages.model import address, frame, model_of
+from racecraft.console.paging import page_of
 from racecraft.console.parts import parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
@@ -28,7 +29,6 @@ from racecraft.formats.checkpoint_ranking import MERITS, ranked
 from racecraft.formats.run_folder import RunFolder
 from racecraft.web.errors import WebError
 
-MAX_FILES = 400
 ALONE = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; "
     "img-src data: blob:; media-src data: blob:; font-src data:; frame-ancestors 'none'"
@@ -121,10 +121,12 @@ def prune(console: Console, request: Request, fields: Fields) -> str:
 def evaluations_page(console: Console, request: Request) -> Page:
     """Return every evaluation of the newest training, the latest first."""
     row, run = _run_of(console, request)
-    found = []
-    for path in sorted(run.evaluations.glob("*.json"), key=lambda one: int(one.stem) if one.stem.isdigit() else -1):
-        if path.stem.isdigit():
-            found.append({"iteration": int(path.stem), **json.loads(path.read_text(encoding="utf-8"))})
+    paths = [path for path in run.evaluations.glob("*.json") if path.stem.isdigit()]
+    where = address(row["name"], "/evaluations")
+    page = page_of(where, request.query_params, paths, lambda one: (-float(one.stem), ""))
+    found = [
+        {"iteration": int(path.stem), **json.loads(path.read_text(encoding="utf-8"))} for path in reversed(page.rows)
+    ]
     table_of = parts_of(row["kind"]).kind.piece("evaluation_table") or return_table
     table = table_of(found) if found else None
     return _page(
@@ -135,6 +137,7 @@ def evaluations_page(console: Console, request: Request) -> Page:
             "words": "" if table is None else table.words,
             "heads": [] if table is None else list(table.heads),
             "lines": [] if table is None else [list(map(str, line)) for line in table.rows],
+            "pages": page.links,
             "command": f"racecraft evaluate {row['run']}",
             "verdict": kept_verdict(console, EVALUATE, [row]) or {},
             "task": console.tasks.of(row["name"], JUDGING),
@@ -154,19 +157,18 @@ def files_page(console: Console, request: Request) -> Page:
     model, row = model_of(console, request)
     root = model.path
     paths = [path for path in root.rglob("*") if path.is_file() and not path.is_symlink()]
-    by_age = sorted(((path, path.stat()) for path in paths), key=lambda one: -one[1].st_mtime)
-    files = [
-        {"path": str(path.relative_to(root)), "bytes": stat.st_size, "changed": stat.st_mtime}
-        for path, stat in by_age[:MAX_FILES]
-    ]
+    found = [(str(path.relative_to(root)), path.stat()) for path in paths]
+    where = address(model.name, "/files")
+    page = page_of(where, request.query_params, found, lambda one: (-one[1].st_mtime, one[0]))
     exporters = sorted(parts_of(row["kind"]).kind.exporters) if row["kind"] and row["run"] else []
     report = Path(row["run"]) / REPORT_PAGE if row["run"] else None
     task = console.tasks.of(row["name"], EXPORTING)
     data = {
         "task": task,
-        "files": files,
-        "count": len(by_age),
-        "bytes": sum(stat.st_size for _, stat in by_age),
+        "files": [{"path": path, "bytes": stat.st_size, "changed": stat.st_mtime} for path, stat in page.rows],
+        "pages": page.links,
+        "count": len(found),
+        "bytes": sum(stat.st_size for _, stat in found),
         "exporters": exporters,
         "report": REPORT_PAGE if report is not None and report.is_file() else "",
     }

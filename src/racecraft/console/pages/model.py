@@ -17,12 +17,13 @@ from starlette.routing import BaseRoute, Mount, Route
 
 from racecraft.console.merge import both_texts, side_by_side
 from racecraft.console.model_row import ERROR, NEW, QUEUED, READY, STOPPING, TRAINING
+from racecraft.console.pages.race_parts import drives_of
 from racecraft.console.parts import Figure, WorldParts, parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, looked, one, page_routes
 from racecraft.console.training import stop_training
 from racecraft.console.watching import Watching
-from racecraft.console.workspace import MODEL_FILE, Model, Note, WorkspaceError
+from racecraft.console.workspace import MODEL_FILE, RUNS, Model, Note, WorkspaceError
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs import submit
@@ -94,7 +95,7 @@ def tab_page(console: Console, request: Request) -> Page:
     label = next((label for label, below in (parts.tabs(row) if parts else []) if below == f"/{tab}"), None)
     if parts is None or label is None:
         raise WebError(404, "no_such_page", f"{model.name} has no page {tab[:40]!r}; begin at its overview.")
-    template, data = parts.tab_page(row, tab, dict(request.query_params))
+    template, data = parts.tab_page(row, tab, dict(request.query_params), drives_of(console, request, row))
     task = parts.tab_task(row, tab)
     context = {"task": console.tasks.of(model.name, task[0]) if task else None}
     return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **context, **data})
@@ -141,6 +142,7 @@ def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[s
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],
         "here": here,
         "path": address(row["name"]),
+        "changes": parts is not None and row["run"] and parts.steps({}) and Path(row["path"]).parent.name != RUNS,
         "races": parts is not None and row["status"] == READY and parts.race_making() is not None,
     }
 

@@ -29,6 +29,7 @@ from racecraft.console.pages.race_parts import (
     snapshot_at,
 )
 from racecraft.console.pages.show import SCREEN
+from racecraft.console.paging import page_of
 from racecraft.console.parts import parts_of
 from racecraft.console.race_judge import judge_of
 from racecraft.console.section import Section
@@ -53,8 +54,8 @@ OWN_ENTRIES = 20
 """Of one's own entries, the newest, that the page of a race lists."""
 RECORDS = 3
 """The fastest laps of each track and type of race that are shown."""
-ROWS = 100
-"""Of a board on its page, besides one's own; the CSV has all."""
+NO_PLACE = 1e9
+"""Stands for the place of who has no result that counts: they come last."""
 
 
 def routes(console: Console) -> list[BaseRoute]:
@@ -82,8 +83,9 @@ def races_page(console: Console, request: Request) -> Page:
     """Return all races, seasons and fastest laps."""
     league, now = open_league(console), time.time()
     races, seasons, records = [], [], []
+    page = page_of("/races", request.query_params, league.races() if league else [], lambda one: (-one.created, one.id))
     if league is not None:
-        for race in league.races():
+        for race in page.rows:
             board = snapshot_of(league, race).board
             first = next((row for row in board.rows[:1] if row.place == 1), None)
             races.append({
@@ -98,7 +100,8 @@ def races_page(console: Console, request: Request) -> Page:
                             "leader": ", ".join(found.leaders),
                             "points": found.rows[0].points if found.rows else 0})  # fmt: skip
         records = [asdict(record) for record in fastest_laps(league, each=RECORDS)]
-    data = {"races": races, "seasons": seasons, "records": records, "organises": organises(request)}
+    data = {"races": races, "pages": page.links, "seasons": seasons, "records": records,
+            "organises": organises(request)}  # fmt: skip
     return Page("races.html", "Races", data, here="/races")
 
 
@@ -112,7 +115,10 @@ def race_page(console: Console, request: Request) -> Page:
     own = own if len(own) == 1 else set()  # the owner of the machine may have entered several people's cars
     score, gap = titles_of(race)
     token = league.screen_token(race) if organises(request) else ""
-    shown, further = board.rows[:ROWS], [row for racer in own if (row := board.row_of(racer))]
+    page = page_of(
+        f"/races/{race.id}", request.query_params, board.rows, lambda one: (one.place or NO_PLACE, one.racer)
+    )
+    shown, further = page.rows, [row for racer in own if (row := board.row_of(racer))]
     rows = [
         {
             **vars(row), "score_text": score_text(race, row.score), "is_own": row.racer in own,
@@ -123,7 +129,16 @@ def race_page(console: Console, request: Request) -> Page:
     data = {
         "race": asdict(race),
         "rows": rows,
+        "pages": page.links,
         "heads": (score, gap),
+        "leader": next(
+            (
+                f"{row.racer} leads with {score_text(race, row.score)} {score}."
+                for row in board.rows[:1]
+                if row.place == 1
+            ),
+            "",
+        ),
         "waiting": board.waiting,
         "own": next((row for row in rows if row["is_own"]), None),
         "is_open": race.is_open(time.time()),

@@ -19,6 +19,7 @@ from starlette.routing import BaseRoute
 from racecraft.analysis.tuning_page import plain
 from racecraft.console.index_tables import MODELS
 from racecraft.console.pages.model import address
+from racecraft.console.paging import page_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, one, page_routes
 from racecraft.console.training import job_name
@@ -57,10 +58,12 @@ def tunings_page(console: Console, request: Request) -> Page:
     with_job = sql.select(MODELS.c.name).where(MODELS.c.job != "").order_by(MODELS.c.changed.desc())
     models = [row["name"] for row in console.index.query(with_job)]
     jobs = _jobs(console)
+    page = page_of("/tuning", request.query_params, _folders(console), lambda one: (-one.stat().st_mtime, one.name))
+    tunings = [_row(folder, jobs.get(str(folder))) for folder in page.rows]
     return Page(
         "tunings.html",
         "Tuning",
-        {"tunings": [_row(folder, jobs.get(str(folder))) for folder in _folders(console)], "models": models},
+        {"tunings": tunings, "pages": page.links, "models": models},
         here="/jobs",
     )
 
@@ -176,8 +179,7 @@ def _offers(console: Console, model: str) -> tuple[list[Offer], Job]:
 
 
 def _folders(console: Console) -> list[Path]:
-    found = [path for path in (console.workspace.path / TUNINGS).glob("*") if path.is_dir()]
-    return sorted(found, key=lambda path: -path.stat().st_mtime)
+    return [path for path in (console.workspace.path / TUNINGS).glob("*") if path.is_dir()]
 
 
 def _jobs(console: Console) -> dict[str, Job]:

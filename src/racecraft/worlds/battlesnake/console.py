@@ -14,7 +14,8 @@ from racecraft.algorithms.registry import CHOICES, choices
 from racecraft.console.form import Field, Step, common_fields, common_words
 from racecraft.console.pages.kept import ALONE
 from racecraft.console.pages.model import model_of
-from racecraft.console.parts import RaceMaking, WorldParts
+from racecraft.console.paging import page_of
+from racecraft.console.parts import RaceDrive, RaceMaking, WorldParts
 from racecraft.console.section import Section
 from racecraft.console.service import Console
 from racecraft.contract.errors import InputFileError
@@ -68,13 +69,16 @@ class SnakeParts(WorldParts):
         """Return the page of games."""
         return [("Games", "/games")]
 
-    def tab_page(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+    def tab_page(
+        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Sequence[RaceDrive]
+    ) -> tuple[str, dict[str, Any]]:
         """Return the games that the snake played here, the latest first."""
         if tab != GAMES:
-            return super().tab_page(row, tab, query)
-        files = sorted(_files(Path(row["run"])), reverse=True)
+            return super().tab_page(row, tab, query, drives)
+        page = page_of(GAMES, query, list(_files(Path(row["run"]))), lambda one: (-float(one[0]), ""))
         return "racecraft.worlds.battlesnake.pages/games.html", {
-            "games": [_told(number, file) for number, file in files]
+            "games": [_told(number, file) for number, file in page.rows],
+            "pages": page.links,
         }
 
     def tab_task(self, row: Mapping[str, Any], tab: str) -> tuple[str, list[str]] | None:

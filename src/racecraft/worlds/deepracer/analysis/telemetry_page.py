@@ -5,6 +5,7 @@ The parts stand in `pages/templates/telemetry_parts.html`; the console shows the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -153,11 +154,17 @@ def steady_table(compared: LapComparison) -> dict[str, Any]:
     return {"heads": STEADY_HEADS, "rows": rows, "words": STEADY_WORDS}
 
 
-def lap_table(compared: LapComparison, names: list[str]) -> dict[str, Any]:
-    """Return the fastest laps with their sectors, each with whether it is the best of all."""
+def lap_table(compared: LapComparison, names: Sequence[str], shown: Sequence[int] | None = None) -> dict[str, Any]:
+    """Return laps with their sectors, each with whether it is the best of all.
+
+    Args:
+        compared: All laps.
+        names: Of each.
+        shown: Rows of laps, in order; None: the SHOWN_LAPS fastest.
+    """
     timing = compared.timing
     seconds, best = timing.laps.lap_seconds, timing.best_sector_seconds
-    order = np.argsort(seconds, kind="stable")
+    rows_shown = np.argsort(seconds, kind="stable")[:SHOWN_LAPS].tolist() if shown is None else shown
     rows = [
         {
             "name": names[row],
@@ -166,7 +173,7 @@ def lap_table(compared: LapComparison, names: list[str]) -> dict[str, Any]:
             "time": f"{seconds[row]:.2f}",
             "gap": f"{seconds[row] - seconds.min():+.2f}",
         }
-        for row, sectors in ((row, timing.sector_seconds[row].tolist()) for row in order[:SHOWN_LAPS].tolist())
+        for row, sectors in ((row, timing.sector_seconds[row].tolist()) for row in rows_shown)
     ]
     theoretical = timing.theoretical_best_seconds
     return {
@@ -176,7 +183,7 @@ def lap_table(compared: LapComparison, names: list[str]) -> dict[str, Any]:
         "theoretical": f"{theoretical:.2f}",
         "theoretical_gap": f"{theoretical - seconds.min():+.2f}",
         "words": f"Seconds. The {SHOWN_LAPS} fastest of {len(seconds):,} laps."
-        if len(seconds) > SHOWN_LAPS
+        if shown is None and len(seconds) > SHOWN_LAPS
         else "Seconds.",
     }
 

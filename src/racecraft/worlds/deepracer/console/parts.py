@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
-from racecraft.console.parts import Card, Figure, Look, RaceMaking, Rows, WorldParts
+from racecraft.console.parts import Card, Figure, Look, RaceDrive, RaceMaking, Rows, WorldParts
 from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
@@ -87,7 +87,9 @@ class CarParts(WorldParts):
         """Return the pages of laps, of failures and of the reward function."""
         return [("Laps", "/laps"), ("Why it fails", "/why"), ("Reward", "/reward")]
 
-    def tab_page(self, row: Mapping[str, Any], tab: str, query: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+    def tab_page(
+        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Sequence[RaceDrive]
+    ) -> tuple[str, dict[str, Any]]:
         """Return one of those pages."""
         run = RunFolder(Path(row["run"]))
         if tab == "reward":
@@ -101,8 +103,8 @@ class CarParts(WorldParts):
         if tab == "laps":
             from racecraft.worlds.deepracer.console.laps import laps_page
 
-            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), query)
-        return super().tab_page(row, tab, query)
+            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), query, drives)
+        return super().tab_page(row, tab, query, drives)
 
     def tab_task(self, row: Mapping[str, Any], tab: str) -> tuple[str, list[str]] | None:
         """Return `racecraft why` for the page of failures."""

@@ -43,7 +43,7 @@ def drive_page(
         UserInputError: A drive cannot be read.
     """
     reverse = bool(rules.get("reverse"))
-    timing = _timing(_car_folder(drives[0][1], drives[0][2]), track, reverse)
+    timing = _timing(car_folder(drives[0][1], drives[0][2]), track, reverse)
     others = drives[: CHOICES + 1]
     against = query.get("against", "1" if len(others) > 1 else OWN)
     choices = [
@@ -61,7 +61,7 @@ def drive_page(
     reference, beside, beside_choices = of_best_zones(timing), 1, []
     if against != OWN:
         racer, folder, seat = others[_number(against, len(others) - 1, 0)]
-        other = _timing(_car_folder(folder, seat), track, reverse)
+        other = _timing(car_folder(folder, seat), track, reverse)
         if other is None:
             raise SettingError("{racer} has driven no full lap; expected a drive with one.", racer=racer)
         fastest = np.argsort(other.laps.lap_seconds, kind="stable")
@@ -85,7 +85,7 @@ def _lap_choices(timing: LapTiming, order: Array) -> list[tuple[str, str]]:
     return [(str(k), f"{k}: {timing.laps.lap_seconds[row]:.3f} s") for k, row in enumerate(order, start=1)]
 
 
-def _car_folder(folder: Path, seat: int) -> str:
+def car_folder(folder: Path, seat: int) -> str:
     """Return where a car's files are: of cars that met each other each has a folder."""
     return str(folder if (folder / REPLAY).is_file() else folder / f"car-{seat + 1}")
 

@@ -67,6 +67,16 @@ def track_or_none(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) 
         return None
 
 
+def is_of(ticks: pl.DataFrame, track: Track) -> bool:
+    """Tell whether ticks were driven on a circuit, the same way round."""
+    length = float(ticks["track_length_m"].drop_nulls().median() or 0.0)  # type: ignore[arg-type]
+    sample = ticks.gather_every(max(1, ticks.height // SAMPLE))
+    try:
+        return _turned(_checked(track, track.name, sample, length), sample) is track
+    except TrackError:
+        return False
+
+
 def circuit_of(logs: Logs, track: str | None = None) -> Track:
     """Return the circuit of a log: the one that is named; else the one that its files name, or that fits.
 

@@ -55,16 +55,25 @@ def facts_of(compared: LapComparison) -> dict[str, Any]:
 
 
 def lap_names(timing: LapTiming) -> list[str]:
-    """Return what each lap is called: by iteration and episode, and by worker and round where there are several."""
-    about = timing.laps.about
+    """Return what each lap is called: by iteration, evaluation or race, and episode; by worker and round of several."""
+    about, titles = timing.laps.about, timing.laps.titles
     several = {name: about[name].n_unique() > 1 for name in ("round", "worker")}
+    several["round"] = several["round"] and not titles
     names = []
-    for row in about.select("round", "phase", "worker", "iteration", "episode").rows(named=True):
+    for row in about.select("round", "phase", "stream", "worker", "iteration", "episode").rows(named=True):
         parts = [f"round {row['round']}"] if several["round"] else []
-        parts += [row["phase"]] if row["phase"] != "training" else [f"iteration {row['iteration']}"]
+        judged = titles.get(row["round"], f"{row['phase']}{_moment(row['stream'])}")
+        parts += [judged] if row["phase"] != "training" else [f"iteration {row['iteration']}"]
         parts += [f"car {row['worker']}"] if several["worker"] else []
         names.append(", ".join([*parts, f"episode {row['episode']}"]))
     return names
+
+
+def _moment(stream: str) -> str:
+    """Return when an evaluation began, of the fourteen digits under which its files stand; "": they have none."""
+    if len(stream) != 14 or not stream.isdigit():
+        return ""
+    return f" of {stream[:4]}-{stream[4:6]}-{stream[6:8]} {stream[8:10]}:{stream[10:12]}"
 
 
 def lap_table(timing: LapTiming) -> pl.DataFrame:

@@ -64,6 +64,8 @@ class Laps:
     """(L, N) row of the tick that holds in the middle of the piece."""
     ticks: pl.DataFrame
     """The log's, whole laps or not; rows count among them."""
+    titles: Mapping[int, str]
+    """What rounds are called: the title of a race. Others have their number."""
 
     def __len__(self) -> int:
         return self.about.height
@@ -129,7 +131,7 @@ def find_laps(ticks: pl.DataFrame, track: Track) -> Laps:
         mean_reward=_mean_reward(ticks, first, last),
         max_slide_rad=_polars().Series(_max_slide(columns, first, last)),
     )  # fmt: skip
-    return Laps(track, about, ticks=ticks, **traces)
+    return Laps(track, about, ticks=ticks, titles={}, **traces)
 
 
 def trace_laps(columns: Mapping[str, Array], first: Array, last: Array, track: Track) -> tuple[dict[str, Array], Array]:
