@@ -97,7 +97,7 @@ def test_a_car_is_in_the_frame_where_a_ray_caster_sees_it():
             assert np.abs(found - cast_frame * level)[plain & is_car].max(initial=0.0) <= 1.0
             assert (found == empty)[plain & ~is_car].all()
             seen += int((plain & is_car).sum())
-    assert seen > 2500
+    assert seen > 1000
 
 
 def test_cars_touch_where_shapely_says_and_the_one_behind_has_crashed():
