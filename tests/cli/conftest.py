@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from racecraft.cli.app import main
-from racecraft.worlds.deepracer.analysis.films import moments
+from racecraft.worlds.deepracer.analysis.films import film, moments
 
 TINY = (
     "--set", "camera.width=16", "--set", "camera.height=12", "--set", "rollout.num_worlds=4",
@@ -47,6 +47,7 @@ def racecraft(monkeypatch, capsys, tmp_path):
     """Run `racecraft …` in an empty folder; return exit code, standard output and standard error."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(moments, "HELD_SECONDS", 0.1)  # how long a film shows its last picture
+    monkeypatch.setattr(film, "SIZES", {name: (160, 120) for name in film.SIZES})
 
     def run(*arguments):
         code = typed(*arguments)

@@ -1,13 +1,13 @@
 """Environments of several agents, masks and networks of a launcher script's own."""
 
 import re
-import subprocess
 import sys
 import textwrap
 
 import gymnasium
 import numpy as np
 import pytest
+from tests import forked
 from tests.compat.guessing import GUESS, KERAS_MODEL, MASKED, PLAIN, TORCH_MODEL, TWO_POLICIES, script
 
 from racecraft.compat import script_worlds
@@ -193,10 +193,9 @@ def test_a_model_of_the_scripts_own_travels_with_its_run(ran, tmp_path, guard):
     away.mkdir()
     run.path.rename(away / "run")
     before = (away / "run" / "metrics.jsonl").read_bytes()
-    ran_there = subprocess.run(
-        [sys.executable, "-c", ELSEWHERE, "run"], cwd=away, capture_output=True, text=True, timeout=120, check=False
-    )
-    assert ran_there.returncode == 0, ran_there.stderr
+    (away / "drive.py").write_text(ELSEWHERE)
+    done = forked.ran(["drive.py", "run"], away)
+    assert done.returncode == 0, done.stderr
     assert (away / "run" / "metrics.jsonl").read_bytes() == before
     assert any(path.name.startswith("script_model") for path in (away / "run" / "code").iterdir())
     assert load_policy(away / "run").spec.network["policy"].endswith(":Model")
