@@ -1,5 +1,6 @@
 """Accounts, links, sessions and rights by themselves, without a server."""
 
+import contextlib
 import sqlite3
 import threading
 from pathlib import Path
@@ -75,7 +76,8 @@ def test_the_store_holds_neither_passwords_nor_tokens(accounts, tmp_path):
     _, link = invite(accounts, LOCAL_OWNER, "Bob", Role.RACER)
     ada = member(accounts, "Ada")
     token = Sessions(accounts).begin(ada)
-    text = "\n".join(sqlite3.connect(tmp_path / "jobs.sqlite").iterdump())
+    with contextlib.closing(sqlite3.connect(tmp_path / "jobs.sqlite")) as kept:
+        text = "\n".join(kept.iterdump())
     assert "Ada" in text
     assert not [secret for secret in (PASSWORD, link, token) if secret in text]
 
