@@ -9,6 +9,9 @@ processor seconds of the training's process an iteration (the latter where the s
 a machine that does something else): the median over the watched periods, between which two values it lies with 95 %,
 and between which two half of the periods lie. What the page's own process takes is told as a share of one core; not in
 it is what it takes to start, once, a second or two.
+
+With `--clients 10` ten ask at once, from the process of this script; with `--browser` a headless Chromium without a
+graphics card shows the page, so that its drawing counts.
 """
 
 from __future__ import annotations
@@ -26,6 +29,8 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,16 +100,16 @@ class Training:
         except OSError:
             return float("nan"), float("nan")
 
-    def period(self, watched: bool) -> Period | None:
-        """Let the training go on for a period; None where it ended in it."""
-        over = threading.Event()
-        if watched:
-            threading.Thread(target=ask, args=(self.page, over), daemon=True).start()
+    def period(self, look: AbstractContextManager[None] | None) -> Period | None:
+        """Let the training go on for a period, while somebody looks or nobody; None where it ended in it."""
+        with look or nullcontext():
+            return self._period(look is not None)
+
+    def _period(self, watched: bool) -> Period | None:
         time.sleep(SETTLE_SECONDS)
         first, began = self.next_end()
         time.sleep(PERIOD_SECONDS - SETTLE_SECONDS)
         last, ended = self.next_end()
-        over.set()
         if not self.goes_on:
             return None
         ends, count = self.ends(), last - first
@@ -123,6 +128,24 @@ def spent(process: int) -> float:
     """Return what a process has taken of the processor, s."""
     words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextmanager
+def asking(page: str, clients: int) -> Iterator[None]:
+    """So many ask for live cars."""
+    over = threading.Event()
+    for _ in range(clients):
+        threading.Thread(target=ask, args=(page, over), daemon=True).start()
+    yield
+    over.set()
+
+
+@contextmanager
+def drawing(page: str, browser: Any) -> Iterator[None]:
+    """A browser shows them."""
+    browser.goto(page)
+    yield
+    browser.goto("about:blank")
 
 
 def ask(page: str, over: threading.Event) -> None:
@@ -186,16 +209,36 @@ def surely(values: list[float]) -> tuple[float, float]:
     return ordered[outside], ordered[count - 1 - outside]
 
 
+@contextmanager
+def shown_in(wanted: bool) -> Iterator[Any]:
+    """Yield a window of Chromium where one is wanted."""
+    if not wanted:
+        yield None
+        return
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-gpu"])
+        yield browser.new_page(viewport={"width": 1280, "height": 900})
+        browser.close()
+
+
 def main() -> None:
     words = argparse.ArgumentParser()
     words.add_argument("--minutes", type=float, default=4.0)
+    words.add_argument("--clients", type=int, default=1)
+    words.add_argument("--browser", action="store_true")
     asked = words.parse_args()
     periods: list[Period] = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, shown_in(asked.browser) as browser:
         training = Training(Path(folder) / "run", asked.minutes)
         while training.goes_on and len(training.ends()) < 5:  # compiled, and warm
             time.sleep(0.5)
-        while (period := training.period(watched=len(periods) % 2 == 1)) is not None:
+        while True:
+            look = drawing(training.page, browser) if browser else asking(training.page, asked.clients)
+            period = training.period(look if len(periods) % 2 == 1 else None)
+            if period is None:
+                break
             periods.append(period)
         while training.goes_on:
             time.sleep(0.5)
