@@ -13,6 +13,7 @@ KIND = WorldKind(
     evaluate="racecraft.worlds.unity.evaluation:judge_unity",
     demonstration_suffix=".demo",
     demonstrations="racecraft.worlds.unity.training.shown:read_demonstration_batch",
+    console="racecraft.worlds.unity.console:UnityParts",
     commands=(Command("unity", "racecraft.worlds.unity.cli.unity:app"),),
     lessons="racecraft.worlds.unity.lessons",
     look="What a Unity scene looks like is seen in Unity; its curves are here.",
