@@ -74,6 +74,19 @@ def test_the_trail_follows_the_car_and_is_wiped_with_each_lap(track, reports_alo
     assert 0 < fresh < early < late
 
 
+def test_the_first_full_lap_is_a_ghost_beside_the_best_one_and_waits_at_its_end(track, reports_along):
+    """The best lap takes 60 ticks. The earlier one is 40 ticks over half the way, so it is there before and stands."""
+    best, ghost = (Drive.from_reports(reports_along(ticks, share=share)) for ticks, share in ((60, 1.0), (40, 0.5)))
+    dashboard = lap_film.Dashboard(track, best, "", lap_film.PANEL_WIDTH, lap_film.HEIGHT, ghost=ghost)
+    panel = np.empty((lap_film.HEIGHT, lap_film.PANEL_WIDTH, 3), np.uint8)
+
+    places = np.rint(dashboard._map.pixels(ghost.xy)).astype(int) + [dashboard._map_left, dashboard._map_top]
+    for tick, row, elsewhere in ((20, 20, 39), (39, 39, 20), (59, 39, 20)):
+        dashboard.draw(tick, panel)
+        shown = [tuple(panel[y, x]) == BAD for x, y in places[[row, elsewhere]]]
+        assert shown == [True, False]
+
+
 def test_a_full_disk_is_told_and_leaves_the_old_film(tmp_path, track, reports_along, monkeypatch):
     path = tmp_path / "lap.mp4"
     path.write_bytes(b"old")
