@@ -19,6 +19,7 @@ from racecraft.league.store import League
 from racecraft.league.world_part import league_world, no_progress
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.actions.telemetry import telemetry
+from racecraft.worlds.deepracer.analysis.films import film, moments
 from racecraft.worlds.deepracer.export.exporters import export_car
 from racecraft.worlds.deepracer.logs import local_streams
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -202,7 +203,9 @@ def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(
     assert parts_of("deepracer").drive_page(race, "Oval_track", met, {})[1] == shown
 
 
-def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, here, tmp_path):
+def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, here, tmp_path, monkeypatch):
+    monkeypatch.setattr(moments, "HELD_SECONDS", 0.1)
+    monkeypatch.setattr(film, "SIZES", {name: (160, 120) for name in film.SIZES})
     race = rc.create_race("Club", league=league, **SHORT).race
     rc.enter_race(race.id, run, league=league)
     with pytest.raises(UserInputError, match="club has no judged drive of entry 1"):
@@ -210,8 +213,8 @@ def test_a_judged_drive_is_filmed_and_one_that_is_none_is_refused(run, league, h
     (result,) = rc.judge_race(race.id, league=league).results
     filmed = rc.film_race_drive(race.id, 1, league=league, out=tmp_path / "drive.mp4")
     assert filmed.heat == "00001"
-    with av.open(filmed.video) as film:
-        assert film.streams.video[0].frames >= round(result.drives[0].outcomes[0].total_seconds * 15)
+    with av.open(filmed.video) as video:
+        assert video.streams.video[0].frames >= round(result.drives[0].outcomes[0].total_seconds * 15)
     with pytest.raises(UserInputError, match="club has 1 tracks, and no number 2"):
         rc.film_race_drive(race.id, 1, league=league, track=2)
 
