@@ -105,7 +105,10 @@ def test_a_toy_of_every_kind_of_space_is_learned(tmp_path, toy):
 def test_an_episode_without_an_end_holds_nothing_up(tmp_path, monkeypatch):
     monkeypatch.setattr("racecraft.training.return_evaluator.SHORTEST_PATIENCE", 300)
     monkeypatch.setattr(from_gymnasium, "MAX_HISTORY", 100)
-    request = GymRequest(f"{__name__}:Endless", run=tmp_path / "run", stops=("iterations=3",))
+    request = GymRequest(
+        f"{__name__}:Endless", run=tmp_path / "run", stops=("iterations=3",),
+        overrides=("rollout.horizon=32", "evaluation.episodes=2"),
+    )  # fmt: skip
     trained = train(request, Quiet(), on_message=lambda _: None)
     assert trained.outcome.last.score == 300.0
     world = GymnasiumWorld(Endless, 2)
@@ -124,8 +127,9 @@ def test_minutes_hold_within_an_evaluation(tmp_path, monkeypatch):
     for name, value in (("GRACE_SECONDS", 0.2), ("LOOK_SECONDS", 0.01), ("LAST_EVALUATION_SECONDS", 0.4)):
         monkeypatch.setattr(f"racecraft.training.loop.{name}", value)
     request = GymRequest(
-        f"{__name__}:Endless", run=tmp_path / "run", stops=("minutes=0.01",), overrides=("evaluation.share=1000",)
-    )
+        f"{__name__}:Endless", run=tmp_path / "run", stops=("minutes=0.01",),
+        overrides=("evaluation.share=1000", "rollout.horizon=32"),
+    )  # fmt: skip
     trained = train(request, Quiet(), on_message=lambda _: None)
     assert trained.outcome.reason == "minutes=0.01"
     assert trained.outcome.seconds < 60
