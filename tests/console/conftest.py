@@ -13,6 +13,8 @@ from racecraft.console.workspace import Workspace
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.web.server import ServerThread
 
+ACTIONS = [{"steering_angle": angle, "speed": 2.0} for angle in (-30.0, 0.0, 30.0)]
+
 
 def write_run(path, rows=3, track="reinvent_base", lap=7.0, seconds=60.0):
     """Write the least that a car's run holds: what was asked, and metrics."""
@@ -21,7 +23,7 @@ def write_run(path, rows=3, track="reinvent_base", lap=7.0, seconds=60.0):
         "format": "racecraft run", "version": 1, "kind": "deepracer", "title": track, "algorithm": "ppo",
         "asked": {"stops": ["minutes=10"], "track": track},
         "track": {"name": track}, "settings": {"race": {"type": "TIME_TRIAL"}},
-        "model_metadata": {"sensor": ["FRONT_FACING_CAMERA"]},
+        "model_metadata": {"sensor": ["FRONT_FACING_CAMERA"], "action_space": ACTIONS},
     }  # fmt: skip
     lines = [
         {

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import shutil
 import threading
 import zipfile
 from pathlib import Path
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 from tests.browser import Browser, needs_chromium
 from tests.console.conftest import write_run
+from tests.reference import TRACES
 
 from racecraft.console import tasks
 from racecraft.console.application import make_console
+from racecraft.console.helper import Helper
 from racecraft.console.pages import create, garage
 from racecraft.console.workspace import Note
 from racecraft.formats.checkpoint import Checkpoints
@@ -85,7 +88,7 @@ def test_one_click_makes_a_model_and_begins_its_training(console, browser):
     assert browser.complaints == []
 
 
-def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, browser):
+def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, browser, monkeypatch):
     address, workspace, begun = console
     write_run(workspace.path / "runs/old")
     browser.open(f"{address}/models")
@@ -114,6 +117,18 @@ def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, b
     browser.page.wait_for_url("**/models/my-car")
     assert begun[2][0] == "my-car"
     assert f"--from={run}:last" in begun[2][1]
+    shutil.copytree(TRACES / "drfc-1-worker/evaluation-20220709200242", run / "evaluation-20220709200242")
+    monkeypatch.setattr(Helper, "ask", lambda helper, function, *arguments: "-20, 1\n20, 3")
+    browser.page.goto(f"{address}/models/my-car/laps")
+    click = Clicks(browser.page)
+    click("#design")
+    browser.page.wait_for_url("**/car")
+    click("#create")
+    browser.page.wait_for_url("**/models/my-car-3")
+    assert click.count == 2
+    assert (begun[3][0], any(word.startswith("--from") for word in begun[3][1])) == ("my-car-3", False)
+    actions = json.loads((workspace.path / "models/my-car-3/model_metadata.json").read_text())["action_space"]
+    assert [(one["steering_angle"], one["speed"]) for one in actions] == [(-20.0, 1.0), (20.0, 3.0)]
 
 
 def test_a_fault_is_shown_where_it_is_and_nothing_is_made(console, browser):

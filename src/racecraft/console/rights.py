@@ -55,6 +55,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/models/{name}/games/{number:int}": MODELS,
     "/models/{name}/logs.zip": MODELS,
     "/models/{name}/files/{path:path}": MODELS,
+    "/models/{name}/laps/design": MODELS,
     "/models/{name}/laps/lap.csv": MODELS,
     "/models/{name}/note": MODELS,
     "/models/{name}/rename": MODELS,

@@ -64,25 +64,9 @@ def makers() -> list[WorldParts]:
 
 def begin_draft(console: Console, request: Request) -> str:
     """Begin a draft, of a model that is cloned where one is named, and return the address of its first step."""
-    query, drafts = request.query_params, Drafts(console.workspace.path / "drafts")
+    query = request.query_params
     if query.get("from"):
-        model = console.workspace.model(query["from"])
-        row = console.index.row(model.name)
-        if not row["run"]:
-            raise SettingError("{name}: was never trained; expected a model with a training to clone.", name=model.name)
-        parts = parts_of(row["kind"])
-        base = parts.values_of(RunFolder(Path(row["run"])))
-        if query.get("in_place") and model.is_run:
-            raise SettingError(
-                "{name}: was begun by a command, so its folder is one training; expected a model of the console's. "
-                "Clone it.", name=model.name,
-            )  # fmt: skip
-        draft = drafts.begin(
-            row["kind"],
-            model.name if query.get("in_place") else console.workspace.free(model.name),
-            base,
-            cloned_from=_source(model.name, query.get("checkpoint", "")),
-        )
+        draft = clone_draft(console, query["from"], query.get("checkpoint", ""), in_place=bool(query.get("in_place")))
     else:
         offered = makers()
         if not offered:
@@ -90,8 +74,41 @@ def begin_draft(console: Console, request: Request) -> str:
         parts = parts_of(query["kind"]) if query.get("kind") else offered[0]
         fields = {field.name for step in parts.steps({}) for field in step.fields}
         typed = {name: value for name, value in query.items() if name in fields}
-        draft = drafts.begin(parts.kind.name, console.workspace.free(f"my-{parts.noun}"), typed=typed)
-    return _at(draft, parts.steps({})[0].key)
+        draft = _drafts(console).begin(parts.kind.name, console.workspace.free(f"my-{parts.noun}"), typed=typed)
+    return _at(draft, parts_of(draft.kind).steps({})[0].key)
+
+
+def clone_draft(
+    console: Console,
+    name: str,
+    checkpoint: str = "",
+    in_place: bool = False,
+    typed: Mapping[str, Any] = MappingProxyType({}),
+) -> Draft:
+    """Return a new draft that begins with the values and weights of a model.
+
+    Args:
+        console: Whose.
+        name: The model.
+        checkpoint: Its weights are those of an iteration; "": the best, or of a model that goes on the last.
+        in_place: Whether the model itself goes on, changed.
+        typed: What is chosen otherwise already.
+
+    Raises:
+        UserInputError: There is no such model, or none that can be cloned so.
+    """
+    model = console.workspace.model(name)
+    row = console.index.row(model.name)
+    if not row["run"]:
+        raise SettingError("{name}: was never trained; expected a model with a training to clone.", name=model.name)
+    if in_place and model.is_run:
+        raise SettingError(
+            "{name}: was begun by a command, so its folder is one training; expected a model of the console. Clone it.",
+            name=model.name,
+        )
+    base = parts_of(row["kind"]).values_of(RunFolder(Path(row["run"])))
+    new = model.name if in_place else console.workspace.free(model.name)
+    return _drafts(console).begin(row["kind"], new, base, _source(model.name, checkpoint), typed)
 
 
 def step_page(console: Console, request: Request) -> Page:
@@ -169,7 +186,7 @@ def _create(console: Console, draft: Draft) -> str:
     else:
         model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
     begin_training(console.home, model, parts.words(values))
-    Drafts(console.workspace.path / "drafts").remove(draft)
+    _drafts(console).remove(draft)
     console.watcher.refresh()
     return address(model.name)
 
@@ -252,7 +269,7 @@ def _field(field: Field, draft: Draft, wrong: Mapping[str, str]) -> dict[str, An
 def _kept(console: Console, draft: Draft, step: Step, fields: Fields) -> Draft:
     """Return the draft with what a step's form sent; a switch that is off is not sent at all."""
     edits = one(fields, "edits", "0")
-    return Drafts(console.workspace.path / "drafts").keep(
+    return _drafts(console).keep(
         draft,
         int(edits) if edits.isdigit() else 0,
         one(fields, "writer"),
@@ -273,7 +290,7 @@ def _typed(step: Step, fields: Fields) -> dict[str, Any]:
 
 def _draft(console: Console, request: Request) -> Draft:
     try:
-        return Drafts(console.workspace.path / "drafts").find(request.path_params["id"])
+        return _drafts(console).find(request.path_params["id"])
     except DraftError as error:
         raise WebError(404, "no_such_draft", str(error)) from error
 
@@ -283,6 +300,10 @@ def _step(steps: list[Step], key: str) -> Step:
         if step.key == key:
             return step
     raise WebError(404, "no_such_step", f"There is no step {key[:40]!r}; begin at {steps[0].key}.")
+
+
+def _drafts(console: Console) -> Drafts:
+    return Drafts(console.workspace.path / "drafts")
 
 
 def _at(draft: Draft, step: str) -> str:

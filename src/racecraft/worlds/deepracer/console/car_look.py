@@ -10,19 +10,36 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import UserInputError
+from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.worlds.deepracer.console.car_values import read_actions
 from racecraft.worlds.deepracer.console.circuits import CAR
-from racecraft.worlds.deepracer.driving.action_design import evaluate_table
+from racecraft.worlds.deepracer.driving.action_design import design_table, evaluate_table
+from racecraft.worlds.deepracer.driving.action_tables import default_top_speed
 from racecraft.worlds.deepracer.driving.demand import find_turns, turns_beyond
-from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.actions import ActionTable, action_space
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 DEMANDS_SHOWN = 150
+MIN_ACTIONS = 4
 LONG_M = 30.0
 """On a longer track the lap is planned only where it is asked for: it takes up to half a minute of a core there."""
+
+
+def design_actions(text: str, track: str, reverse: bool) -> str:
+    """Return the actions, as many at most as in a text, that lose least time on a track, one a line.
+
+    Raises:
+        UserInputError: The text or the track cannot be used, or no such actions lap the track.
+    """
+    count, circuit = len(read_actions(text)), load_track(track)
+    circuits = [circuit.reversed() if reverse else circuit]
+    found = design_table(circuits, PROFILES[CAR], default_top_speed(CAR), max(MIN_ACTIONS, count))
+    if found is None or not isinstance(found.actions, ActionTable):
+        raise SettingError("no table of {count} actions laps {track}; expected more of them.", count=count, track=track)
+    rows = zip(np.degrees(found.actions.steering).round(1), found.actions.speed, strict=True)
+    return "\n".join(f"{steering:g}, {speed:g}" for steering, speed in rows)
 
 
 @lru_cache(maxsize=32)

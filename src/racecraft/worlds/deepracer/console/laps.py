@@ -15,12 +15,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from racecraft.console.pages.create import clone_draft
 from racecraft.console.pages.model import model_of
 from racecraft.console.pages.race_parts import drives_of
 from racecraft.console.paging import list_address, page_of
 from racecraft.console.parts import RaceDrive
 from racecraft.console.section import Section
-from racecraft.console.service import Console
+from racecraft.console.service import Console, Fields, act_route
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
@@ -31,6 +32,8 @@ from racecraft.worlds.deepracer.analysis.ghosts import line_of
 from racecraft.worlds.deepracer.analysis.logs.circuit import is_of
 from racecraft.worlds.deepracer.analysis.run_facts import track_of
 from racecraft.worlds.deepracer.analysis.telemetry_page import lap_table, telemetry_data
+from racecraft.worlds.deepracer.console.car_form import TEMPLATES
+from racecraft.worlds.deepracer.console.car_values import values_of
 from racecraft.worlds.deepracer.console.race_drive import car_folder
 from racecraft.worlds.deepracer.driving.line_file import line_csv
 from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
@@ -66,7 +69,20 @@ def routes(console: Console) -> list[BaseRoute]:
         headers = {"Content-Disposition": f"attachment; filename*=utf-8''{name}"}
         return Response(line_csv(line), media_type="text/csv", headers=headers)
 
-    return [Route("/models/{name}/laps/lap.csv", lap_file)]
+    return [
+        Route("/models/{name}/laps/lap.csv", lap_file),
+        act_route(console, "/models/{name}/laps/design", design_clone),
+    ]
+
+
+def design_clone(console: Console, request: Request, fields: Fields) -> str:
+    """Begin a clone with the actions that lose least time on the model's track; it begins with fresh weights."""
+    model, row = model_of(console, request)
+    values = values_of(RunFolder(Path(row["run"])))
+    place = (str(values["track"]), bool(values["reverse"]))
+    actions = console.helper.ask(f"{TEMPLATES}.car_look:design_actions", str(values["actions"]), *place)
+    draft = clone_draft(console, model.name, typed={"actions": actions, "weights": False})
+    return f"/drafts/{draft.id}/car"
 
 
 def laps_page(run: Path, query: Mapping[str, str], drives: Sequence[RaceDrive] = ()) -> dict[str, Any]:
@@ -98,7 +114,7 @@ def laps_page(run: Path, query: Mapping[str, str], drives: Sequence[RaceDrive] =
         (str(number), f"{number}: {timing.laps.lap_seconds[row]:.2f} s, {names[row]}")
         for number, row in ((number, order[number - 1]) for number in numbers)
     ]
-    told = telemetry_data(compared)
+    told, job = telemetry_data(compared), RunFolder(run).read_job()
     told["laps"], pages = _lap_list(compared, order, names, query)
     return {
         "told": told,
@@ -121,6 +137,7 @@ def laps_page(run: Path, query: Mapping[str, str], drives: Sequence[RaceDrive] =
                 "--line=lap.csv",
             ]
         ),
+        "has_table": isinstance((job.get("model_metadata") or {}).get("action_space"), list),
         "against_choices": [(ZONES, "the best corners of all laps"), *choices],
     }
 
