@@ -266,7 +266,7 @@ Documents, older versions and slips of the original's code use these names; they
 
 def glossary_page() -> str:
     """Return the words of the console, the JSON files and run.env beside ours, and those of the lessons."""
-    from racecraft.training.words import WORDS
+    from racecraft.training.glossary import WORDS
     from racecraft.worlds.deepracer.training.glossary import GLOSSARY, Term
 
     def code(names: str) -> str:

@@ -49,7 +49,7 @@ from racecraft.contract.world import Array
 from racecraft.evaluation.rating import wilson
 from racecraft.players.trained import load_policy
 from racecraft.worlds.deepracer.analysis.drive import Drive
-from racecraft.worlds.deepracer.analysis.look import Look, look_at
+from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries, look_at
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
 from racecraft.worlds.deepracer.evaluation.laps import judge_laps
 from racecraft.worlds.deepracer.lessons.sight import patches
@@ -290,7 +290,7 @@ def sight(run: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def seen_at(network: Explainable, look: Look, fed: torch.Tensor, at: int) -> dict[str, Any]:
+def seen_at(network: Explainable, look: SaliencySeries, fed: torch.Tensor, at: int) -> dict[str, Any]:
     """Return a picture, its heat by square, and what is decided at it, whole, covered and mirrored."""
     whole = fed[at : at + 1]
     covered = whole.repeat(len(patches(*CELLS)), 1, 1, 1)

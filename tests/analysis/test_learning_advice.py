@@ -9,10 +9,10 @@ import pytest
 from tests.worlds.deepracer.logs import makers
 
 from racecraft.algorithms.registry import find_algorithm
-from racecraft.analysis.account import typed_command
 from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
+from racecraft.analysis.run_advice import typed_command
 from racecraft.analysis.run_facts import read_facts
 from racecraft.analysis.run_summary import happened_words, request_text
 from racecraft.formats.episodes import STATUSES

@@ -19,7 +19,7 @@ from racecraft.formats.live_ticks import request_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
-from racecraft.worlds.deepracer.analysis.watching.reels import iteration_reel, live_reel
+from racecraft.worlds.deepracer.analysis.watching.playback import iteration_playback, live_playback
 from racecraft.worlds.deepracer.players.run_courses import cars_on, courses_of_run
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
@@ -125,12 +125,12 @@ def test_a_page_is_told_of_every_car_on_its_course(tmp_path, monkeypatch):
             os.utime(self.run.watched, ns=(moment, moment))
 
         def iteration(self, report):
-            self.reels.append(live_reel(self.run, self.reels[-1]["last"] if self.reels else 0))
+            self.reels.append(live_playback(self.run, self.reels[-1]["last"] if self.reels else 0))
             self.wish()
 
     watcher = Watcher()
     train(request("groups", tmp_path / "run"), watcher, lambda text: None, spread_here(2)[0])
-    kept = iteration_reel(watcher.run, 2)
+    kept = iteration_playback(watcher.run, 2)
     told = watcher.reels[1]
     assert told["cars"] == kept["cars"]
     assert {world: stands for world, stands in told["objects"].items() if stands} == {

@@ -74,7 +74,7 @@ main()
 def test_a_plot_is_made_of_ticks(asked):
     code = """
 import polars as pl
-from racecraft.analysis.own_plots import own_plots
+from racecraft.analysis.custom_plots import own_plots
 ticks = pl.DataFrame({"iteration": [1, 1, 2], "speed": [1.0, 3.0, 2.0]})
 plot, = own_plots()
 print(plot.name, plot(ticks, None).title)

@@ -7,7 +7,7 @@ import pytest
 
 from racecraft.contract.errors import InputFileError
 from racecraft.lessons.reading import messages, read_lesson
-from racecraft.training.words import WORDS
+from racecraft.training.glossary import WORDS
 
 FRONT = "---\nid: a\nnumber: 1\ntitle: A\ngoal: G.\nminutes: 3\npath: car\n---\n"
 

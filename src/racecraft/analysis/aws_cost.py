@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from racecraft.analysis.page_part import PagePart
 from racecraft.analysis.run_facts import RunFacts
+from racecraft.pages.filters import number
 from racecraft.pages.parts import card, paragraph, terms
-from racecraft.pages.words import number
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from racecraft.analysis.own_plots import NoPlot
+from racecraft.analysis.custom_plots import NoPlot
 from racecraft.analysis.page import figure_part
 from racecraft.pages.parts import Heading, card, heading, paragraph
 

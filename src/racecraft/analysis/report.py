@@ -14,20 +14,20 @@ from typing import Any
 from markupsafe import Markup
 
 from racecraft.analysis import figures
-from racecraft.analysis.account import advice_of
 from racecraft.analysis.advice import Advice
 from racecraft.analysis.aws_cost import cost_part
 from racecraft.analysis.evaluations import return_table
 from racecraft.analysis.metrics import METRICS
 from racecraft.analysis.page import figure_part
 from racecraft.analysis.page_part import EVALUATIONS, LEARNING, PagePart
+from racecraft.analysis.run_advice import advice_of
 from racecraft.analysis.run_facts import RunFacts, read_facts
 from racecraft.analysis.run_summary import happened_words, request_text
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages import parts
+from racecraft.pages.filters import duration
 from racecraft.pages.parts import Heading
-from racecraft.pages.words import duration
 
 Pieces = Iterator[Heading | Markup]
 Parts = Callable[[RunFacts], Iterable[PagePart]]
@@ -50,7 +50,7 @@ def write_report(run: RunFolder, path: str | Path, plots: Sequence[Path] = (), o
         FigureError: The run has no metrics yet.
         ReportError: An evaluation is damaged.
         RunFolderError, EpisodeFileError: Another file is damaged.
-        OwnPlotError: A file holds no plot of the user's own.
+        CustomPlotError: A file holds no plot of the user's own.
         OutputFileError: The page cannot be written.
     """
     facts = read_facts(run)

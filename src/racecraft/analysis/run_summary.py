@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from racecraft.analysis.run_facts import RunFacts
-from racecraft.pages.words import duration
+from racecraft.pages.filters import duration
 
 UNTIL = {
     "laps": "it laps", "minutes": "{} min are over", "iterations": "{} iterations are done",

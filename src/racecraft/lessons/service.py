@@ -30,7 +30,7 @@ from racecraft.lessons.course import PATHS, Course, course
 from racecraft.lessons.lesson import PREDICTION, Exercise, Lesson
 from racecraft.lessons.progress import Progress
 from racecraft.pages.render import render
-from racecraft.training.words import WORDS, words_of
+from racecraft.training.glossary import WORDS, words_of
 from racecraft.web.access import ONLY_HERE, Access
 from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.application import make_application

@@ -27,9 +27,9 @@ from markupsafe import Markup
 
 from racecraft.contract.message import language, translate
 from racecraft.pages.assets import asset, imported
+from racecraft.pages.filters import WORDS
 from racecraft.pages.plain_json import plain_json
 from racecraft.pages.resources import read_resource
-from racecraft.pages.words import WORDS
 
 
 def render(template: str, **data: Any) -> str:

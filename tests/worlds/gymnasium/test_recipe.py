@@ -15,7 +15,7 @@ from racecraft.training.worlds import resume, train
 from racecraft.worlds.gymnasium.actions.train import GymTraining
 from racecraft.worlds.gymnasium.env.recipe import Recipe
 from racecraft.worlds.gymnasium.evaluation import open_world
-from racecraft.worlds.gymnasium.training.account import as_typed
+from racecraft.worlds.gymnasium.training.run_advice import as_typed
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 WRAPPER = """

@@ -29,5 +29,5 @@ KIND = WorldKind(
     league="racecraft.worlds.battlesnake.league.races:SnakeLeague",
     console="racecraft.worlds.battlesnake.console:SnakeParts",
     lessons="racecraft.worlds.battlesnake.lessons",
-    as_typed="racecraft.worlds.battlesnake.analysis.account:as_typed",
+    as_typed="racecraft.worlds.battlesnake.analysis.run_advice:as_typed",
 )

@@ -80,7 +80,7 @@ KIND = WorldKind(
     report_parts="racecraft.worlds.deepracer.analysis.report:report_parts",
     aws_use="racecraft.worlds.deepracer.analysis.aws_use:aws_use",
     evaluation_table="racecraft.worlds.deepracer.analysis.evaluations:lap_table",
-    advice="racecraft.worlds.deepracer.analysis.account:car_advice",
+    advice="racecraft.worlds.deepracer.analysis.run_advice:car_advice",
     watch="racecraft.worlds.deepracer.serving.watch:watch",
     race_commands=(Command("create", f"{CLI}.create_race:create"),),
     league="racecraft.worlds.deepracer.league.races:CarLeague",
@@ -96,5 +96,5 @@ KIND = WorldKind(
         "openvino": f"{EXPORT}:export_file",
         "tflite": f"{EXPORT}:export_file",
     },
-    as_typed="racecraft.worlds.deepracer.analysis.account:as_typed",
+    as_typed="racecraft.worlds.deepracer.analysis.run_advice:as_typed",
 )

@@ -13,5 +13,5 @@ KIND = WorldKind(
     commands=(Command("gym", "racecraft.worlds.gymnasium.cli.gym:app"),),
     look="What a Gymnasium environment looks like stays in the environment; its curves are here.",
     console="racecraft.worlds.gymnasium.console:GymnasiumParts",
-    as_typed="racecraft.worlds.gymnasium.training.account:as_typed",
+    as_typed="racecraft.worlds.gymnasium.training.run_advice:as_typed",
 )

@@ -18,5 +18,5 @@ KIND = WorldKind(
     lessons="racecraft.worlds.unity.lessons",
     look="What a Unity scene looks like is seen in Unity; its curves are here.",
     exporters={"unity": "racecraft.worlds.unity.export.exporters:export_unity"},
-    as_typed="racecraft.worlds.unity.training.account:as_typed",
+    as_typed="racecraft.worlds.unity.training.run_advice:as_typed",
 )

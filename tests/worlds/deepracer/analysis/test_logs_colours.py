@@ -15,7 +15,7 @@ from tests.worlds.deepracer.analysis.test_logs_plots import every_plot, logs_of
 from tests.worlds.deepracer.logs import makers
 
 from racecraft.pages.colours import CYCLE
-from racecraft.worlds.deepracer.analysis import look, track_map
+from racecraft.worlds.deepracer.analysis import saliency, track_map
 from racecraft.worlds.deepracer.analysis.logs import plot
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -52,7 +52,7 @@ def test_by_hand_black_and_white_lie_a_hundred_apart_and_red_and_green_are_one_t
 
 
 @pytest.mark.parametrize("eyes", EYES)
-@pytest.mark.parametrize("name", [plot.HEAT, track_map.PATH_COLOURS, look.HEAT])
+@pytest.mark.parametrize("name", [plot.HEAT, track_map.PATH_COLOURS, saliency.HEAT])
 def test_what_is_coloured_by_a_number_grows_lighter_with_it(name, eyes):
     light = lab(colormaps[name](np.linspace(0.0, 1.0, 32))[:, :3], eyes)[:, 0]
     assert (np.diff(light) > 0.5).all()

@@ -10,15 +10,15 @@ import pytest
 from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
-from racecraft.analysis.own_plots import OwnPlotError, made_or_why
+from racecraft.analysis.custom_plots import CustomPlotError, made_or_why
 from racecraft.analysis.page_part import own_plots_part
 from racecraft.analysis.plot import PlotError
 from racecraft.analysis.report import write_report
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis import logs as analysis
-from racecraft.worlds.deepracer.analysis.account import own_plots_of
 from racecraft.worlds.deepracer.analysis.logs.fitting import fit
 from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
+from racecraft.worlds.deepracer.analysis.run_advice import custom_plots_of
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.logs.columns import METRIC_COLUMNS, schema
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -258,7 +258,7 @@ def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeyp
     run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium", "title": "x", "settings": {}})
     run.append_metrics({"iteration": 1, "steps": 9, "seconds": 1.0})
     makers.write(run.path / "training-simtrace" / "0-iteration.csv", makers.iteration(range(3)))
-    parts = list(own_plots_part(own_plots_of(run, ())))
+    parts = list(own_plots_part(custom_plots_of(run, ())))
     text = write_report(run, tmp_path / "r.html", of_world=lambda facts: parts).read_text(encoding="utf-8")
     assert "speed failed (ValueError: no such &lt;thing&gt;)" in text
     assert "Mend it, or remove its package." in text
@@ -271,14 +271,14 @@ def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeyp
 def test_a_file_without_plots_is_refused(tmp_path, text, said):
     if text is not None:
         (tmp_path / "own.py").write_text(text)
-    with pytest.raises(OwnPlotError, match=said):
+    with pytest.raises(CustomPlotError, match=said):
         analysis.own_plots([tmp_path / "own.py"])
 
 
 def test_a_plot_that_gives_something_else_is_refused(tmp_path, laps):
     (tmp_path / "own.py").write_text("def plot_a(ticks, track):\n    return 3\n")
     (one,) = analysis.own_plots([tmp_path / "own.py"])
-    with pytest.raises(OwnPlotError, match="gave int; expected a Plot"):
+    with pytest.raises(CustomPlotError, match="gave int; expected a Plot"):
         one(laps, None)
 
 

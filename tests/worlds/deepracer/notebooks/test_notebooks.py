@@ -9,8 +9,8 @@ from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
 from racecraft.analysis.plot import Plot
-from racecraft.worlds.deepracer.analysis.logs import old_names as old_plots
-from racecraft.worlds.deepracer.logs import local_streams, old_names, read
+from racecraft.worlds.deepracer.analysis.logs import workshop_plots as old_plots
+from racecraft.worlds.deepracer.logs import local_streams, read, workshop_api
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.notebooks.write import MODULES, NOTEBOOKS, NotebookError, write_notebooks
 
@@ -175,18 +175,18 @@ def test_old_tables_have_centimetres_and_degrees_and_lead_back(tmp_path):
     columns = makers.joined(makers.episode(0, 0.3), makers.episode(1, 1.0, ticks=60, status="lap_complete"))
     path = tmp_path / "a.log"
     path.write_text(makers.log_text(columns))
-    data = old_names.load_data(path)
+    data = workshop_api.load_data(path)
     assert len(data) == 72
-    table = old_names.convert_to_pandas(data, episodes_per_iteration=1)
+    table = workshop_api.convert_to_pandas(data, episodes_per_iteration=1)
     assert table["iteration"].tolist() == [1] * 12 + [2] * 60
     assert np.abs(table["x"] / 100 - columns["X"]).max() < 1e-3
     assert table["done"].sum() == 2
-    back = old_names.ticks_of(table)
+    back = workshop_api.ticks_of(table)
     new = read(path).ticks.collect()
     for name in ("x_m", "yaw_rad", "steering_rad", "progress_share", "reward", "time_s"):
         assert np.abs(back[name].to_numpy() - new[name].to_numpy()).max() < 1e-3, name
     assert back["status"].to_list()[-1] == "lap_complete"
-    places, ticks, best = old_names.episode_parser(data)
+    places, ticks, best = workshop_api.episode_parser(data)
     assert best == [1, 0]
     assert ticks[1].shape == (60, 6)
     assert sum(map(len, places.values())) == 72
@@ -196,8 +196,8 @@ def test_a_run_becomes_the_same_rows_as_its_log(tmp_path):
     columns = makers.episode(0, 0.3)
     (tmp_path / "a.log").write_text(makers.log_text(columns))
     makers.write(tmp_path / "trace" / "0-iteration.csv", columns)
-    ours = [old_names._fields(row) for row in old_names.load_data(tmp_path / "trace" / "0-iteration.csv")]
-    theirs = [old_names._fields(row) for row in old_names.load_data(tmp_path / "a.log")]
+    ours = [workshop_api._fields(row) for row in workshop_api.load_data(tmp_path / "trace" / "0-iteration.csv")]
+    theirs = [workshop_api._fields(row) for row in workshop_api.load_data(tmp_path / "a.log")]
     for one, other in zip(ours, theirs, strict=True):
         assert [float(a) for a in one[:9]] == pytest.approx([float(b) for b in other[:9]], abs=1e-3)
         assert one[9:11] == other[9:11]
@@ -226,7 +226,7 @@ def test_an_evaluation_has_its_own_log_with_episodes_from_nought(model, tmp_path
     monkeypatch.setenv(local_streams.ROOT, str(model.parent))
     name = local_streams.simulation_id(model, "evaluation")
     local_streams.download_log(tmp_path / "e.log", name)
-    table = old_names.convert_to_pandas(old_names.load_data(tmp_path / "e.log"))
+    table = workshop_api.convert_to_pandas(workshop_api.load_data(tmp_path / "e.log"))
     assert table["episode"].unique().tolist() == [0, 1, 2]
 
 

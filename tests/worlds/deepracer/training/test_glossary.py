@@ -5,7 +5,7 @@ import pytest
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.contract.errors import UserInputError
 from racecraft.settings.overrides import find_setting
-from racecraft.training.words import WORDS
+from racecraft.training.glossary import WORDS
 from racecraft.worlds.deepracer.actions.explain import ExplainRequest, explain
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS

@@ -11,7 +11,7 @@ import pytest
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.live_ticks import LIVE_SECONDS, WISH_SECONDS, read_live_ticks, request_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.worlds.deepracer.analysis.watching.reels import live_reel
+from racecraft.worlds.deepracer.analysis.watching.playback import live_playback
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.live import RING_TICKS, LivePublisher
 
@@ -121,7 +121,7 @@ def test_a_slow_training_leaves_what_it_has_and_a_reader_who_wishes_on_gets_ever
     wish(run)
     for tick in range(200):
         buffers = drive(world, 1, [publisher], tick, buffers)
-        reel = live_reel(run, after)
+        reel = live_playback(run, after)
         if reel is None:
             wish(run)
             continue
@@ -151,13 +151,13 @@ def test_old_ticks_are_not_live_and_a_training_that_goes_on_leaves_none_of_the_e
     wish(run)
     drive(make_world(), RING_TICKS + 1, [LivePublisher(run)])
     last = read_live_ticks(run).last
-    assert live_reel(run, 0)["ticks"] == RING_TICKS
-    assert live_reel(run, last) is None
-    assert live_reel(run, last + 1000)["ticks"] == RING_TICKS, "a reader of the training before this one"
+    assert live_playback(run, 0)["ticks"] == RING_TICKS
+    assert live_playback(run, last) is None
+    assert live_playback(run, last + 1000)["ticks"] == RING_TICKS, "a reader of the training before this one"
     now = time.time()
     with monkeypatch.context() as later:
         later.setattr(time, "time", lambda: now + LIVE_SECONDS + 1)
-        assert live_reel(run, 0) is None
+        assert live_playback(run, 0) is None
     LivePublisher(run)
     assert read_live_ticks(run) is None
 
@@ -204,7 +204,7 @@ def test_cars_of_every_course_are_left_and_boxes_and_bots_stand_where_they_stood
         true = np.array([tick[course] for tick in stood.boxes], np.float32)[-RING_TICKS:]
         np.testing.assert_array_equal(left.columns[name], true)
         assert len(np.unique(true.reshape(RING_TICKS, -1), axis=0)) > 1, "placed anew, or driven on"
-    reel = live_reel(run, left.last - 20)
+    reel = live_playback(run, left.last - 20)
     assert set(reel["objects"]) == {"2", "3", "4"}
     for world_number, told in reel["objects"].items():
         course, own = (1, int(world_number) - 2) if world_number != "4" else (2, 0)

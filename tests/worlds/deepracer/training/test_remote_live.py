@@ -15,7 +15,7 @@ from racecraft.formats.live_ticks import WISH_SECONDS, read_live_ticks, request_
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
-from racecraft.worlds.deepracer.analysis.watching.reels import iteration_reel, live_reel
+from racecraft.worlds.deepracer.analysis.watching.playback import iteration_playback, live_playback
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.live import RING_TICKS, LivePublisher
 from racecraft.worlds.deepracer.training.plan import RaceRequest
@@ -69,11 +69,11 @@ def test_a_page_is_told_what_it_is_told_of_cars_driven_here(run, monkeypatch, ma
     here = LivePublisher(run)
     wish(run)
     columns = driven(make(), observers=[here])
-    expected = live_reel(run, 0)
+    expected = live_playback(run, 0)
     wish(run)
     hears = RemoteLiveTicks(run)
     hears(shared_out(columns, shares))
-    told = live_reel(run, 0)
+    told = live_playback(run, 0)
     assert told["last"] == RING_TICKS == told["ticks"]
     told["objects"] = {world: stands for world, stands in told["objects"].items() if stands}
     for name in ("cars", "objects", "endings", "ticks"):
@@ -91,7 +91,7 @@ def test_nothing_is_left_unless_somebody_wishes_and_ticks_are_numbered_through(r
     assert read_live_ticks(run).last == 40, "one wish is answered once"
     wish(run)
     hears(parts)
-    assert live_reel(run, 60)["first"] == 61
+    assert live_playback(run, 60)["first"] == 61
     wish(run, -WISH_SECONDS - 1)
     hears(parts)
     assert read_live_ticks(run).last == 80, "nobody is answered who wished long ago"
@@ -102,7 +102,7 @@ def test_a_car_that_was_parked_before_the_others_stands_at_the_end(run):
     short = (columns["world"] == 0) & (np.arange(len(columns["world"])) >= 10)
     wish(run)
     RemoteLiveTicks(run)(shared_out({name: column[~short] for name, column in columns.items()}, (1, 1)))
-    first, second = live_reel(run, 0)["cars"]
+    first, second = live_playback(run, 0)["cars"]
     assert [x is None for x in first["x"]] == [False] * 10 + [True] * 20
     assert None not in second["x"]
 
@@ -116,7 +116,7 @@ def test_a_training_on_a_cluster_is_watched(tmp_path):
             wish(self.run)
 
         def iteration(self, report):
-            self.reels.append(live_reel(self.run, self.reels[-1]["last"] if self.reels else 0))
+            self.reels.append(live_playback(self.run, self.reels[-1]["last"] if self.reels else 0))
             wish(self.run)
 
     watcher = Watcher()
@@ -125,7 +125,7 @@ def test_a_training_on_a_cluster_is_watched(tmp_path):
     request = RaceRequest(run=tmp_path / "run", stops=("iterations=3",), overrides=overrides)
     train(request, watcher, lambda text: None, spread_here(2)[0])
     assert [(reel["first"], reel["last"]) for reel in watcher.reels] == [(1, 30), (31, 60), (61, 90)]
-    kept = iteration_reel(watcher.run, 3)
+    kept = iteration_playback(watcher.run, 3)
     assert watcher.reels[2]["cars"] == kept["cars"]
     assert watcher.reels[2]["objects"] == kept["objects"]
     assert len(kept["objects"]) == 5

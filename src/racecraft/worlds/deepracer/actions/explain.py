@@ -44,7 +44,7 @@ def explain(request: ExplainRequest, progress: Progress = quiet) -> Explained:
 
         racecraft explain DR_TRAIN_MULTI_CONFIG --json
     """
-    from racecraft.training.words import WORDS, find_words
+    from racecraft.training.glossary import WORDS, find_words
     from racecraft.worlds.deepracer.training.glossary import find_terms, nearest_names
 
     wanted = " ".join(request.word)

@@ -15,8 +15,8 @@ from racecraft.settings.request import Request, argument, option
 
 if TYPE_CHECKING:
     from racecraft.analysis.attribution import ExplainTarget
-    from racecraft.worlds.deepracer.analysis.look import Look
-    from racecraft.worlds.deepracer.analysis.look_page import LapLook
+    from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries
+    from racecraft.worlds.deepracer.analysis.saliency_page import LapSaliency
 
 
 PAGE, FILM = "look.html", "look.mp4"
@@ -64,9 +64,9 @@ def _lap(request: LookRequest, question: ExplainTarget, progress: Progress) -> F
     from racecraft.analysis.video import film_path, small_film
     from racecraft.formats.checkpoint import IMPORTED
     from racecraft.formats.checkpoint_ranking import split_source
-    from racecraft.worlds.deepracer.analysis.look_film import write_saliency_film
-    from racecraft.worlds.deepracer.analysis.look_page import findings, write_saliency_page
-    from racecraft.worlds.deepracer.analysis.looking import look_at_lap
+    from racecraft.worlds.deepracer.analysis.run_saliency import look_at_lap
+    from racecraft.worlds.deepracer.analysis.saliency_film import write_saliency_film
+    from racecraft.worlds.deepracer.analysis.saliency_page import findings, write_saliency_page
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
@@ -92,7 +92,7 @@ def _lap(request: LookRequest, question: ExplainTarget, progress: Progress) -> F
     return Figures(figures, {"film": film, "page": page})
 
 
-def _surfaces(lap: LapLook) -> list[dict[str, Any]]:
+def _surfaces(lap: LapSaliency) -> list[dict[str, Any]]:
     return [
         {
             "surface": row.surface, "area_share": row.area, "attention_share": row.attention,
@@ -106,8 +106,8 @@ def _pictures(request: LookRequest, source: Path, question: ExplainTarget) -> Fi
     """Explain pictures, write the film; return what was found."""
     from racecraft.analysis.video import film_path
     from racecraft.players.trained import load_policy
-    from racecraft.worlds.deepracer.analysis.look_film import write_saliency_film
-    from racecraft.worlds.deepracer.analysis.looking import FILMS, look_at_pictures
+    from racecraft.worlds.deepracer.analysis.run_saliency import FILMS, look_at_pictures
+    from racecraft.worlds.deepracer.analysis.saliency_film import write_saliency_film
 
     policy = load_policy(request.run)
     film = film_path(request.film or policy.run.path / FILM)
@@ -123,6 +123,6 @@ def _pictures(request: LookRequest, source: Path, question: ExplainTarget) -> Fi
     return Figures(figures, {"film": film})
 
 
-def _sureness(look: Look) -> dict[str, Any]:
+def _sureness(look: SaliencySeries) -> dict[str, Any]:
     values, words = look.confidence_values
     return {"sureness": words, "mean_sureness": float(values.mean()), "least_sureness": float(values.min())}

@@ -48,7 +48,7 @@ def sensors(request: SensorsRequest, progress: Progress = quiet) -> Figures:
         racecraft sensors runs/reinvent_base-1 --at 0.5 --json
     """
     from racecraft.contract.world import allocate
-    from racecraft.worlds.deepracer.analysis.sight import draw_sight
+    from racecraft.worlds.deepracer.analysis.sensor_figure import draw_sight
 
     planned = _planned(request)
     about = {"picture": request.output, "track": planned.track.name, "at": request.at}

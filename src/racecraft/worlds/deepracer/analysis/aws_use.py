@@ -6,7 +6,7 @@ import math
 
 from racecraft.analysis.aws_cost import AwsUse
 from racecraft.analysis.run_facts import RunFacts
-from racecraft.pages.words import duration
+from racecraft.pages.filters import duration
 
 STEPS_PER_SECOND = 8.0
 """What the original trains, everything in (facts: its own logs, 10,693 steps in 1,338 s)."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from racecraft.analysis.account import TRAIN, typed_command
+from racecraft.analysis.run_advice import TRAIN, typed_command
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import ranked

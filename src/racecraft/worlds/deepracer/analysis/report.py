@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from racecraft.analysis.custom_plots import NoPlot
 from racecraft.analysis.figures import draw_curves
-from racecraft.analysis.own_plots import NoPlot
 from racecraft.analysis.page import film as film_part
 from racecraft.analysis.page import photograph
 from racecraft.analysis.page_part import EVALUATIONS, PagePart, own_plots_part
@@ -22,13 +22,13 @@ from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.pages.parts import Bar, card, commands, details, grid, paragraph, source, table
 from racecraft.worlds.deepracer.analysis import path_picture, tables
-from racecraft.worlds.deepracer.analysis.account import own_plots_of
 from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, incidents
 from racecraft.worlds.deepracer.analysis.evaluations import track_table
 from racecraft.worlds.deepracer.analysis.explaining import explain_failures
 from racecraft.worlds.deepracer.analysis.failure_places import Why
 from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps, headline, show_drive
 from racecraft.worlds.deepracer.analysis.pace_part import first_full_lap, pace_parts
+from racecraft.worlds.deepracer.analysis.run_advice import custom_plots_of
 from racecraft.worlds.deepracer.analysis.run_facts import reward_of, track_of
 from racecraft.worlds.deepracer.analysis.why_page import failure_parts
 from racecraft.worlds.deepracer.files.generalisation import read_generalisation
@@ -78,9 +78,9 @@ def report_parts(facts: RunFacts, plots: Sequence[Path]) -> Iterator[PagePart]:
 
     Raises:
         RunFolderError: The run is no car's.
-        OwnPlotError: A file holds no plot of the racer's own.
+        CustomPlotError: A file holds no plot of the racer's own.
     """
-    own = own_plots_of(facts.run, plots)
+    own = custom_plots_of(facts.run, plots)
     car = load_trained_car(facts.run.path, "best")
     drive = drive_laps(car, car.trained_on, laps=1).film_drive
     why = explain_failures(car, car.trained_on, str(facts.run.path), **WHY)

@@ -21,8 +21,8 @@ from racecraft.contract.errors import nearest
 from racecraft.contract.message import Message
 from racecraft.formats.atomic import atomic_file
 from racecraft.worlds.deepracer.logs.errors import LogError
-from racecraft.worlds.deepracer.logs.old_names import MARK, rows_of
 from racecraft.worlds.deepracer.logs.read import read
+from racecraft.worlds.deepracer.logs.workshop_api import MARK, rows_of
 
 if TYPE_CHECKING:
     import polars as pl

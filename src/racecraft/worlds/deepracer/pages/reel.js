@@ -1,4 +1,4 @@
-/* What a reel holds at a moment. A reel is T ticks of cars side by side (analysis/watching/reels.py); `head` is the
+/* What a reel holds at a moment. A reel is T ticks of cars side by side (analysis/watching/playback.py); `head` is the
    moment that is shown, in ticks, with a share of a tick behind the point. Nothing here draws or asks. */
 
 export const TICKS = 15;   // a second

@@ -27,7 +27,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from racecraft.contract.errors import UserInputError
 from racecraft.pages.plain_json import plain_json
 from racecraft.worlds.deepracer.analysis.ghosts import run_ghost
-from racecraft.worlds.deepracer.analysis.watching.reels import track_shape
+from racecraft.worlds.deepracer.analysis.watching.playback import track_shape
 from racecraft.worlds.deepracer.driving.by_hand import HandDrive, Moment
 from racecraft.worlds.deepracer.driving.driven_laps import DrivenLap, DrivenLaps
 from racecraft.worlds.deepracer.driving.ghosts import Ghost, own_ghost, planned_ghost

@@ -30,11 +30,11 @@ from racecraft.web.answers import picture_answer
 from racecraft.web.errors import WebError
 from racecraft.web.query import number, whole_number
 from racecraft.worlds.deepracer.analysis.watching.onboard import OnboardCamera, objects_on, objects_on_page
-from racecraft.worlds.deepracer.analysis.watching.reels import (
-    episode_reel,
-    iteration_reel,
+from racecraft.worlds.deepracer.analysis.watching.playback import (
+    episode_playback,
+    iteration_playback,
     kept_iterations,
-    live_reel,
+    live_playback,
     track_shape,
 )
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, cars_on, courses_of_run
@@ -56,8 +56,8 @@ def watch(run: RunFolder) -> WatchSource:
         "api/track": lambda request: views.shape(whole_number(request, "course", 0)),
         "api/live": lambda request: _live(run, whole_number(request, "after", 0)),
         "api/iterations": lambda request: {"iterations": kept_iterations(run)},
-        "api/iteration": lambda request: iteration_reel(run, whole_number(request, "number")),
-        "api/episode": lambda request: episode_reel(
+        "api/iteration": lambda request: iteration_playback(run, whole_number(request, "number")),
+        "api/episode": lambda request: episode_playback(
             run, *(whole_number(request, name) for name in ("iteration", "world", "agent", "episode"))
         ),
     }
@@ -78,7 +78,7 @@ def _picture(views: CarViews, render: Callable[..., bytes], kind: str) -> Answer
 
 def _live(run: RunFolder, after: int) -> dict[str, Any]:
     training = run.is_training()
-    reel = live_reel(run, after) if training else None
+    reel = live_playback(run, after) if training else None
     if training and reel is None:
         request_ticks(run)
     return {"training": training, "reel": reel}

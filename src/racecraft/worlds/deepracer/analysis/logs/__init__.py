@@ -12,7 +12,7 @@ a `Plot` have data and a figure; those that return a table are data alone. Named
 deepracer-analysis and in log-guru.
 """
 
-from racecraft.analysis.own_plots import own_plots
+from racecraft.analysis.custom_plots import own_plots
 from racecraft.analysis.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.actions import (
     action_breakdown,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from racecraft.analysis.advice import Advice
-from racecraft.analysis.own_plots import CustomPlot, NoPlot, made_or_why
+from racecraft.analysis.custom_plots import CustomPlot, NoPlot, made_or_why
 from racecraft.analysis.page import figure_part
 from racecraft.analysis.plot import Plot, PlotError
 from racecraft.formats.atomic import write_atomic

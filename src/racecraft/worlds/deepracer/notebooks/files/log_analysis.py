@@ -7,7 +7,7 @@ from racecraft.worlds.deepracer.analysis.logs import (
     rewards_and_lengths,
     simulation_agg,
 )
-from racecraft.worlds.deepracer.analysis.logs.old_names import (
+from racecraft.worlds.deepracer.analysis.logs.workshop_plots import (
     action_breakdown,
     analyze_training_progress,
     make_error_boxes,
@@ -20,7 +20,7 @@ from racecraft.worlds.deepracer.analysis.logs.old_names import (
     plot_trackpoints,
     print_border,
 )
-from racecraft.worlds.deepracer.logs.old_names import (
+from racecraft.worlds.deepracer.logs.workshop_api import (
     EPISODE_PER_ITER,
     convert_to_pandas,
     episode_parser,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from racecraft.analysis.account import typed
+from racecraft.analysis.run_advice import typed
 from racecraft.worlds.gymnasium.env.recipe import Recipe
 
 

@@ -19,9 +19,9 @@ from racecraft.analysis.page import film as film_part
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.colours import BLUE, INK, QUIET
 from racecraft.pages.parts import Bar, Heading, card, heading, page, paragraph, table
-from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
-from racecraft.worlds.deepracer.analysis.look_film import CarPositions
 from racecraft.worlds.deepracer.analysis.path_picture import DARK_RED
+from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries, glowing, shining
+from racecraft.worlds.deepracer.analysis.saliency_film import CarPositions
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SurfaceAttention
 from racecraft.worlds.deepracer.files.sensor_names import LIDARS
 from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
@@ -41,10 +41,10 @@ UNDECIDED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class LapLook:
+class LapSaliency:
     """A look at a lap that was driven for it."""
 
-    look: Look
+    look: SaliencySeries
     place: CarPositions
     progress_percent: Any
     """(T,) of the lap, 0 to 100."""
@@ -54,7 +54,9 @@ class LapLook:
     """How the lap ended, in words."""
 
 
-def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN", imported: bool = False) -> list[str]:
+def findings(
+    surfaces: Sequence[SurfaceAttention], look: SaliencySeries, run: str = "RUN", imported: bool = False
+) -> list[str]:
     """Return what a look comes to, in sentences; the weightiest first.
 
     A surface beside the track is only blamed where no other counts for more: of a policy that is thrown by whatever is
@@ -117,7 +119,7 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN",
 
 def write_saliency_page(
     path: str | Path,
-    lap: LapLook,
+    lap: LapSaliency,
     title: str,
     film: bytes | None = None,
     run: str = "RUN",
@@ -135,7 +137,7 @@ def write_saliency_page(
     return Path(path)
 
 
-def _parts(lap: LapLook, film: bytes | None, sentences: Sequence[str]) -> Iterator[Heading | Markup]:
+def _parts(lap: LapSaliency, film: bytes | None, sentences: Sequence[str]) -> Iterator[Heading | Markup]:
     """Yield the page from top to bottom."""
     if sentences:
         yield card(*map(paragraph, sentences))
@@ -167,7 +169,7 @@ def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[Heading | Markup
     yield card(table(heads, rows, numbers=(1, 3, 4, 5)))
 
 
-def _senses(look: Look) -> Iterator[Heading | Markup]:
+def _senses(look: SaliencySeries) -> Iterator[Heading | Markup]:
     """Yield what a car with a LiDAR goes by: how much of it is the camera, and which beams or sectors count."""
     if not look.beside:
         return
@@ -178,7 +180,7 @@ def _senses(look: Look) -> Iterator[Heading | Markup]:
         yield card(figure_part(beside_figure(look, name), f"Which of its numbers count: {name}"))
 
 
-def beside_figure(look: Look, name: str) -> Figure:
+def beside_figure(look: SaliencySeries, name: str) -> Figure:
     """Return how much each number of an observation that is no picture counts, over the whole lap."""
     mean = look.beside[name].mean(axis=0)
     figure, axes = small_axes(f"{name}: attention", 9.0, 2.4, 12)
@@ -190,7 +192,7 @@ def beside_figure(look: Look, name: str) -> Figure:
     return figure
 
 
-def _sureness(lap: LapLook) -> Iterator[Heading | Markup]:
+def _sureness(lap: LapSaliency) -> Iterator[Heading | Markup]:
     yield heading("How sure it is along the lap")
     values, words = lap.look.confidence_values
     if lap.look.has_constant_confidence:
@@ -206,7 +208,7 @@ def _sureness(lap: LapLook) -> Iterator[Heading | Markup]:
     yield card(photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
 
 
-def confidence_figure(lap: LapLook) -> Figure:
+def confidence_figure(lap: LapSaliency) -> Figure:
     """Return how sure it was over the lap."""
     values, words = lap.look.confidence_values
     figure, axes = small_axes(words, 9.0, 2.8, 12)
@@ -222,14 +224,14 @@ def confidence_figure(lap: LapLook) -> Figure:
     return figure
 
 
-def confidence_map(lap: LapLook) -> Figure:
+def confidence_map(lap: LapSaliency) -> Figure:
     """Return how sure it was, on the track."""
     values, words = lap.look.confidence_values
     path = PaintedPath(lap.place.xy, values, words)
     return draw_track(lap.place.track, paths=[path], number_every=0, title="How sure it is")
 
 
-def doubts_figure(lap: LapLook) -> Figure:
+def doubts_figure(lap: LapSaliency) -> Figure:
     """Return the pictures of greatest doubt, with what counted in them."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -249,7 +251,7 @@ def doubts_figure(lap: LapLook) -> Figure:
     return figure
 
 
-def _doubts(look: Look) -> list[int]:
+def _doubts(look: SaliencySeries) -> list[int]:
     """Return the pictures of greatest doubt that do not lie beside each other, in the order of the lap."""
     kept: list[int] = []
     for row in look.least_confident.tolist():

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis.account import TRAIN, typed
 from racecraft.analysis.advice import Advice
+from racecraft.analysis.custom_plots import NoPlot, made_or_why
 from racecraft.analysis.learner import Learner
-from racecraft.analysis.own_plots import NoPlot, made_or_why
 from racecraft.analysis.plot import Plot
+from racecraft.analysis.run_advice import TRAIN, typed
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.logs import own_plots, track_or_none
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
@@ -63,11 +63,11 @@ def as_typed(command: str, job: Mapping[str, Any]) -> str:
     return first + typed(command, TRAIN, job, [*([folder] if folder else []), *track])
 
 
-def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot | NoPlot]:
+def custom_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot | NoPlot]:
     """Return the racer's own plots of a run's training, or why they failed; none where it has no log yet.
 
     Raises:
-        OwnPlotError: A file holds no plot.
+        CustomPlotError: A file holds no plot.
     """
     makers = own_plots(files)
     log = _log_of(run) if makers else None

@@ -1,7 +1,8 @@
-"""Reels: what cars did tick by tick, as plain values that a page can play. Begin with `iteration_reel`.
+"""Reels: what cars did tick by tick, as plain values that a page can play. Begin with `iteration_playback`.
 
-A reel is T ticks of C cars side by side, from what a training left a moment ago (`live_reel`), from a kept iteration
-(`iteration_reel`) or of one kept episode (`episode_reel`), which may run over several iterations. All have one shape::
+A reel is T ticks of C cars side by side, from what a training left a moment ago (`live_playback`), from a kept
+iteration (`iteration_playback`) or of one kept episode (`episode_playback`), which may run over several iterations.
+All have one shape::
 
     {"ticks": T, "cars": [{"name": "7", "world": 7, "agent": 0, "x": [T], "y": [T], "yaw": [T], …}], "endings": […]}
 
@@ -72,7 +73,7 @@ def _surroundings(track: Track) -> list[float]:
     return [round(float(edge), 3) for edge in (west, south, east, north)]
 
 
-def live_reel(run: RunFolder, after: int, agents: int = 1) -> dict[str, Any] | None:
+def live_playback(run: RunFolder, after: int, agents: int = 1) -> dict[str, Any] | None:
     """Return what a training has left just now behind tick number `after`; None where that is nothing.
 
     `first` and `last` tell whether there is a gap before them. A number that no tick has yet is of an earlier training
@@ -117,7 +118,7 @@ def kept_iterations(run: RunFolder) -> list[int]:
     return sorted(int(match[1]) for match in named if match)
 
 
-def iteration_reel(run: RunFolder, iteration: int) -> dict[str, Any]:
+def iteration_playback(run: RunFolder, iteration: int) -> dict[str, Any]:
     """Return an iteration: its ticks, and its `episodes` as `episodes_in` tells them.
 
     Raises:
@@ -184,7 +185,7 @@ def episodes_in(table: Mapping[str, Array], starts: Array, agents: int) -> list[
     ]
 
 
-def episode_reel(run: RunFolder, iteration: int, world: int, agent: int, episode: int) -> dict[str, Any]:
+def episode_playback(run: RunFolder, iteration: int, world: int, agent: int, episode: int) -> dict[str, Any]:
     """Return a whole kept episode, of which a part lies in `iteration`: the iterations around it are asked as well.
 
     Raises:

@@ -1,6 +1,6 @@
 """What a policy saw, made of it and decided, picture after picture: what films, pages and tables of a look are made of.
 
-Begin with `look_at`. A lap, a film and a folder of pictures all end as a `Look`.
+Begin with `look_at`. A lap, a film and a folder of pictures all end as a `SaliencySeries`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Along:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class SaliencySeries:
     """T pictures that a policy decided by."""
 
     name: str
@@ -170,7 +170,7 @@ def look_at(
     actions: Any,
     question: ExplainTarget = TAKEN,
     steps: int = STEPS,
-) -> Look:
+) -> SaliencySeries:
     """Explain all that a policy was fed.
 
     Args:
@@ -195,7 +195,7 @@ def look_at(
     beside = {
         one: np.abs(part).reshape(len(part), -1) for one, part in attribution.parts.items() if one not in seen.pictures
     }
-    return Look(
+    return SaliencySeries(
         name, frames, attribution.heat(name), attribution.maps.get(name), attribution.confidence, actions, beside
     )
 

@@ -12,9 +12,9 @@ from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.analysis.attribution import AttentionError
 from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
-from racecraft.worlds.deepracer.analysis.look import Look
-from racecraft.worlds.deepracer.analysis.look_page import findings, write_saliency_page
-from racecraft.worlds.deepracer.analysis.looking import as_seen, look_at_lap, look_at_pictures
+from racecraft.worlds.deepracer.analysis.run_saliency import as_seen, look_at_lap, look_at_pictures
+from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries
+from racecraft.worlds.deepracer.analysis.saliency_page import findings, write_saliency_page
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SURFACES, SurfaceAttention, eye_poses, surface_shares
 from racecraft.worlds.deepracer.env.actions import ActionTable
 from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
@@ -260,7 +260,7 @@ def test_numbers_are_told_as_racers_say_them():
     thirty = math.radians(30.0)
     actions = ContinuousActions(low=(-thirty, 0.5), high=(thirty, 2.0))
     decided = SimpleNamespace(numbers=np.array([[-0.5, 1 / 3]]))
-    look = Look("CAMERA", np.zeros((1, 3, 4), np.uint8), np.zeros((1, 3, 4)), None, decided, actions)
+    look = SaliencySeries("CAMERA", np.zeros((1, 3, 4), np.uint8), np.zeros((1, 3, 4)), None, decided, actions)
     assert look.decision(0) == [
         ("steering", pytest.approx(0.25), "right 15°"),
         ("speed", pytest.approx(2 / 3), "1.50 m/s"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from racecraft.analysis.account import typed
+from racecraft.analysis.run_advice import typed
 
 OPTIONS = {"-W": "width", "-H": "height", "--snakes": "players", "-g": "ruleset", "-m": "map"}
 """Options of `racecraft snakes train` by what job.json calls them."""

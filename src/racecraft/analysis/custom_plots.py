@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PREFIX = "plot_"
 
 
-class OwnPlotError(UserInputError):
+class CustomPlotError(UserInputError):
     """A racer's own plot cannot be found or does not work."""
 
 
@@ -52,19 +52,19 @@ class CustomPlot:
         """Return the plot.
 
         Raises:
-            OwnPlotError: The function failed, or gave something else.
+            CustomPlotError: The function failed, or gave something else.
             PlotError: The function said that these ticks do not carry it.
         """
         frame = ticks.lazy().collect()
         try:
             plot = _as_plot(self, self.make(frame, track), frame)
             plot.figure  # noqa: B018 (drawn here, where a failure is known to be theirs)
-        except (PlotError, OwnPlotError):
+        except (PlotError, CustomPlotError):
             raise
         except (Exception, SystemExit) as error:
             line = _line_of(error, self.origin)
             away = "remove its package" if self.origin.startswith("racecraft.plots") else "leave it out of --plots"
-            raise OwnPlotError(
+            raise CustomPlotError(
                 "{origin}{line}: {name} failed ({type_name}: {error}); expected a plot of "
                 "{height} ticks. Mend it, or {away}.",
                 origin=self.origin,
@@ -82,7 +82,7 @@ def own_plots(files: Sequence[str | Path] = ()) -> list[CustomPlot]:
     """Return the plots of files and folders of files, in the order of their names, then those of installed packages.
 
     Raises:
-        OwnPlotError: A file is not there, cannot be imported, or holds no plot.
+        CustomPlotError: A file is not there, cannot be imported, or holds no plot.
     """
     found = [plot for path in files for plot in _of_path(Path(path))]
     for name, entry in offered("plots").items():
@@ -103,7 +103,9 @@ def made_or_why(own: Sequence[CustomPlot], ticks: pl.DataFrame, track: Any) -> l
 
 def _of_path(path: Path) -> list[CustomPlot]:
     if not path.exists():
-        raise OwnPlotError("{path}: is not there; expected a Python file with plots, or a folder of them.", path=path)
+        raise CustomPlotError(
+            "{path}: is not there; expected a Python file with plots, or a folder of them.", path=path
+        )
     files = sorted(path.glob("*.py")) if path.is_dir() else [path]
     found = []
     for file in files:
@@ -113,7 +115,7 @@ def _of_path(path: Path) -> list[CustomPlot]:
             if name.startswith(PREFIX) and inspect.isfunction(make)
         ]
         if not made and not path.is_dir():
-            raise OwnPlotError(
+            raise CustomPlotError(
                 "{file}: holds no plot; expected a function whose name begins with {prefix!r}, of (ticks, track).",
                 file=file,
                 prefix=PREFIX,
@@ -126,14 +128,14 @@ def _imported(file: Path) -> ModuleType:
     name = f"racecraft_plots_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
-        raise OwnPlotError("{file}: is no Python file; expected one that ends in .py.", file=file)
+        raise CustomPlotError("{file}: is no Python file; expected one that ends in .py.", file=file)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         line = _line_of(error, str(file))
-        raise OwnPlotError(
+        raise CustomPlotError(
             "{file}{line}: cannot be imported ({type_name}: {error}); expected Python with functions that "
             "begin with {prefix!r}.",
             file=file,
@@ -177,7 +179,7 @@ def _as_plot(own: CustomPlot, made: Any, ticks: Any) -> Plot:
         return Plot(own.name, title, made, lambda: _table_figure(made, title))
     if hasattr(made, "savefig"):
         return Plot(own.name, title, ticks.head(0), lambda: made)
-    raise OwnPlotError(
+    raise CustomPlotError(
         "{origin}: {name} gave {type_name}; expected a Plot, a matplotlib figure or a Polars table.",
         origin=own.origin,
         name=own.name,

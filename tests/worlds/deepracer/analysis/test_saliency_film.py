@@ -7,8 +7,8 @@ import pytest
 
 from racecraft.analysis.attribution import Confidence
 from racecraft.contract.world import ContinuousActions, DiscreteActions
-from racecraft.worlds.deepracer.analysis.look import Look
-from racecraft.worlds.deepracer.analysis.look_film import look_pictures
+from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries
+from racecraft.worlds.deepracer.analysis.saliency_film import look_pictures
 
 THIRTY = math.radians(30.0)
 NUMBERS = ContinuousActions(low=(-THIRTY, 0.5), high=(THIRTY, 2.0))
@@ -17,7 +17,7 @@ T = len(STEERING)
 
 
 def look(confidence, actions):
-    return Look("CAMERA", np.zeros((T, 30, 40), np.uint8), np.ones((T, 30, 40)), None, confidence, actions)
+    return SaliencySeries("CAMERA", np.zeros((T, 30, 40), np.uint8), np.ones((T, 30, 40)), None, confidence, actions)
 
 
 def of_numbers(deviations):

@@ -3,7 +3,7 @@
 import pytest
 
 from racecraft.analysis.advice import Advice
-from racecraft.worlds.deepracer.analysis.account import merge_advice
+from racecraft.worlds.deepracer.analysis.run_advice import merge_advice
 
 BACK, ON, WHY = "racecraft train --from RUN:best --set a=1", "racecraft train --run RUN --resume", "racecraft why RUN"
 

@@ -16,7 +16,7 @@ from racecraft.analysis.video import encode_film, film_path
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.analysis.dashboard import GROUND, QUIET, SLOT, STEER, WHITE, fitted, font
 from racecraft.worlds.deepracer.analysis.lap_film import PICTURES_PER_SECOND
-from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
+from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries, glowing, shining
 from racecraft.worlds.deepracer.analysis.track_map import TrackMap, dab
 from racecraft.worlds.deepracer.env.sensors import STEREO
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -43,7 +43,7 @@ class CarPositions:
 
 
 def write_saliency_film(
-    path: str | Path, look: Look, title: str, place: CarPositions | None = None, still: bool = False
+    path: str | Path, look: SaliencySeries, title: str, place: CarPositions | None = None, still: bool = False
 ) -> Path:
     """Film a look.
 
@@ -64,7 +64,7 @@ def write_saliency_film(
     return path
 
 
-def look_pictures(look: Look, title: str, place: CarPositions | None = None) -> Iterator[Array]:
+def look_pictures(look: SaliencySeries, title: str, place: CarPositions | None = None) -> Iterator[Array]:
     """Yield the film's pictures, (HEIGHT, WIDTH, 3) uint8."""
     from PIL import Image, ImageDraw
 
@@ -92,7 +92,7 @@ def _left(number: int) -> int:
     return GAP + number * (EYE[0] + GAP)
 
 
-def _plain(look: Look, title: str) -> Any:
+def _plain(look: SaliencySeries, title: str) -> Any:
     """Return what never changes."""
     from PIL import Image, ImageDraw
 
@@ -105,7 +105,7 @@ def _plain(look: Look, title: str) -> Any:
     return picture
 
 
-def _write_choice(pen: Any, look: Look, row: int) -> None:
+def _write_choice(pen: Any, look: SaliencySeries, row: int) -> None:
     """Write what was chosen, two bars."""
     left, width = GAP + 10, EYE[0] - 20
     is_choice = bool(look.labels)
@@ -125,7 +125,7 @@ def _write_choice(pen: Any, look: Look, row: int) -> None:
 class _Line:
     """What goes along all pictures, how sure it was or what it chose, with a mark that moves."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: SaliencySeries) -> None:
         self._along = along = look.along
         spread = np.zeros(len(look)) if along.spread is None else along.spread
         self._left, self._right = _left(1), _left(1) + EYE[0]

@@ -11,10 +11,10 @@ import pytest
 from racecraft.analysis.watching.facts import curves, run_facts
 from racecraft.formats.episodes import read_episodes, write_episodes
 from racecraft.formats.run_folder import RunFolder
-from racecraft.worlds.deepracer.analysis.watching.reels import (
+from racecraft.worlds.deepracer.analysis.watching.playback import (
     ReelError,
-    episode_reel,
-    iteration_reel,
+    episode_playback,
+    iteration_playback,
     kept_iterations,
     track_shape,
 )
@@ -30,7 +30,7 @@ def run(tmp_path_factory):
 
 
 def test_an_iteration_is_told_car_by_car(run):
-    reel = iteration_reel(run, 2)
+    reel = iteration_playback(run, 2)
     kept = pl.read_parquet(run.episodes / "2.parquet")
     assert (reel["ticks"], [car["name"] for car in reel["cars"]]) == (40, ["0", "1", "2"])
     for car in reel["cars"]:
@@ -46,7 +46,7 @@ def test_an_iteration_is_told_car_by_car(run):
 
 
 def test_the_list_of_episodes_adds_up(run):
-    reel = iteration_reel(run, 1)
+    reel = iteration_playback(run, 1)
     kept = pl.read_parquet(run.episodes / "1.parquet")
     sums = kept.group_by("world", "episode").agg(pl.col("reward").sum(), pl.len(), pl.col("status").last())
     for one in reel["episodes"]:
@@ -60,21 +60,25 @@ def test_the_list_of_episodes_adds_up(run):
 
 
 def test_an_episode_over_two_iterations_is_whole(run):
-    part = next(one for one in iteration_reel(run, 1)["episodes"] if one["status"] == "in_progress")
-    reel = episode_reel(run, 1, part["world"], part["agent"], part["episode"])
+    part = next(one for one in iteration_playback(run, 1)["episodes"] if one["status"] == "in_progress")
+    reel = episode_playback(run, 1, part["world"], part["agent"], part["episode"])
     (car,) = reel["cars"]
     assert car["tick"] == list(range(1, reel["ticks"] + 1)), "from its first tick to its last"
     assert reel["endings"][-1]["tick"] == reel["ticks"] - 1
-    again = next(one for one in iteration_reel(run, 2)["episodes"] if one["world"] == part["world"])
+    again = next(one for one in iteration_playback(run, 2)["episodes"] if one["world"] == part["world"])
     assert again["episode"] == part["episode"]
-    assert episode_reel(run, 2, again["world"], 0, again["episode"])["cars"] == reel["cars"], "asked from either side"
+    assert episode_playback(run, 2, again["world"], 0, again["episode"])["cars"] == reel["cars"], (
+        "asked from either side"
+    )
 
 
 def test_worlds_of_several_cars_name_each(tmp_path):
-    reel = iteration_reel(make_run(tmp_path / "r", 1, 10, worlds=2, cars=2), 1)
+    reel = iteration_playback(make_run(tmp_path / "r", 1, 10, worlds=2, cars=2), 1)
     assert [car["name"] for car in reel["cars"]] == ["0.0", "0.1", "1.0", "1.1"]
     one = reel["episodes"][-1]
-    assert episode_reel(RunFolder.open(tmp_path / "r"), 1, one["world"], 1, one["episode"])["cars"][0]["name"] == "1.1"
+    assert (
+        episode_playback(RunFolder.open(tmp_path / "r"), 1, one["world"], 1, one["episode"])["cars"][0]["name"] == "1.1"
+    )
 
 
 def test_boxes_of_a_kept_iteration_stand_where_they_stood(tmp_path):
@@ -91,25 +95,25 @@ def test_boxes_of_a_kept_iteration_stand_where_they_stood(tmp_path):
     for axis in ("x_1", "y_1", "yaw_1"):
         boxes[axis][second] = np.nan
     write_episodes(run.episodes / "1.parquet", {**columns, "objects": boxes})
-    reel = iteration_reel(run, 1)
+    reel = iteration_playback(run, 1)
     assert reel["objects"] == {
         "0": [[0, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.5]]], [4, [[1.5, 0.0, 0.0], [2.0, 0.0, 0.5]]]],
         "1": [[0, [[0.0, 3.0, 0.0]]]],
     }
     assert [len(car["x"]) for car in reel["cars"]] == [10, 10]
     one = next(part for part in reel["episodes"] if part["world"] == 1)
-    alone = episode_reel(run, 1, 1, 0, one["episode"])
+    alone = episode_playback(run, 1, 1, 0, one["episode"])
     assert alone["objects"] == {"1": [[0, [[0.0, 3.0, 0.0]]]]}
     json.dumps(reel, allow_nan=False)
 
 
 def test_a_run_without_boxes_has_none(run):
-    assert iteration_reel(run, 1)["objects"] == {}
+    assert iteration_playback(run, 1)["objects"] == {}
 
 
 def test_what_is_not_kept_is_named(run):
     with pytest.raises(ReelError, match="iteration 1 has no episode 999"):
-        episode_reel(run, 1, 0, 0, 999)
+        episode_playback(run, 1, 0, 0, 999)
 
 
 def test_the_facts_and_the_curves(run):

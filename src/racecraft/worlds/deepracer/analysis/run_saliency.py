@@ -24,9 +24,9 @@ from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.lap_film import HEIGHT as FILM_HEIGHT
 from racecraft.worlds.deepracer.analysis.lap_film import VIEW_WIDTH
 from racecraft.worlds.deepracer.analysis.lap_film import WIDTH as FILM_WIDTH
-from racecraft.worlds.deepracer.analysis.look import Look, look_at
-from racecraft.worlds.deepracer.analysis.look_film import CarPositions
-from racecraft.worlds.deepracer.analysis.look_page import LapLook
+from racecraft.worlds.deepracer.analysis.saliency import SaliencySeries, look_at
+from racecraft.worlds.deepracer.analysis.saliency_film import CarPositions
+from racecraft.worlds.deepracer.analysis.saliency_page import LapSaliency
 from racecraft.worlds.deepracer.analysis.surfaces import (
     SURFACES,
     SurfaceAttention,
@@ -50,7 +50,7 @@ GREY = (0.2989, 0.587, 0.114)
 """Of red, green and blue in the grey that policies see (facts: simapp observation filter)."""
 
 
-def look_at_lap(car: TrainedCar, track: Track, question: ExplainTarget = TAKEN) -> LapLook:
+def look_at_lap(car: TrainedCar, track: Track, question: ExplainTarget = TAKEN) -> LapSaliency:
     """Let a car drive one lap and explain every tick of it.
 
     Args:
@@ -68,11 +68,11 @@ def look_at_lap(car: TrainedCar, track: Track, question: ExplainTarget = TAKEN) 
     look = look_at(car.policy, eyes.seen, car.policy.spec.actions, question)
     surfaces = _surfaces(car.policy, world, look, eyes.seen, keeper)
     last = len(drive) - 1
-    return LapLook(look, CarPositions(world.track, drive.xy), drive.progress_percent, surfaces, drive.outcome(last))
+    return LapSaliency(look, CarPositions(world.track, drive.xy), drive.progress_percent, surfaces, drive.outcome(last))
 
 
 def _surfaces(
-    policy: TrainedPolicy, world: RaceWorld, look: Look, seen: Recording, keeper: DriveKeeper
+    policy: TrainedPolicy, world: RaceWorld, look: SaliencySeries, seen: Recording, keeper: DriveKeeper
 ) -> list[SurfaceAttention]:
     """Return what each surface gets, and what painting it over changes; nothing where the frames are not the camera's.
 
@@ -108,7 +108,7 @@ def _surfaces(
     return found
 
 
-def look_at_pictures(policy: TrainedPolicy, source: Path, question: ExplainTarget = TAKEN) -> Look:
+def look_at_pictures(policy: TrainedPolicy, source: Path, question: ExplainTarget = TAKEN) -> SaliencySeries:
     """Explain what a policy would decide at a picture, at each of a folder, or through a film.
 
     Pictures stand each for itself; in a film a policy with a memory remembers what came before.

@@ -8,8 +8,8 @@ import pytest
 import typer
 
 from racecraft.analysis import learning_advice
-from racecraft.analysis.account import typed_command
 from racecraft.analysis.learner import Learner
+from racecraft.analysis.run_advice import typed_command
 from racecraft.cli.app import app
 from racecraft.settings.overrides import apply_overrides
 from racecraft.worlds.deepracer.analysis.logs import advice
