@@ -61,7 +61,7 @@ def test_scores_of_numbers_and_choices_are_told_apart():
     assert scores.numbers.tolist() == [[0, 1], [7, 8]]
     np.testing.assert_allclose(scores.deviations, [[1, 2], [1, 2]], rtol=1e-6)
     assert [part.tolist() for part in scores.branches] == [[[2, 3], [9, 10]], [[4, 5, 6], [11, 12, 13]]]
-    assert not scores.are_worths
+    assert not scores.are_q_values
 
 
 def test_choices_alone_have_no_numbers_and_squashed_ones_are_bent():

@@ -81,7 +81,7 @@ def test_the_policy_takes_the_best_that_is_allowed_every_time():
     assert likely.tolist() == [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     assert likely.dtype == np.float32
     scores = policy.scores(policy.inputs(seen))
-    assert scores.are_worths
+    assert scores.are_q_values
     assert scores.branches[0].tolist() == [[1.0, 3.0, 2.0]] * 2
     assert (scores.numbers.shape, scores.deviations.shape) == ((2, 0), (2, 0))
     assert policy.encoder.names == ("x",)  # nothing privileged

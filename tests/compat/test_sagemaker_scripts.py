@@ -373,7 +373,7 @@ def test_fractions_of_a_schedule_are_steps():
     assert steps <= set(translated({**experiment(**said), "run": "DQN"}).settings)
     apex = translated({**experiment(**said), "run": "APEX"})
     assert "replay.importance_steps=1000" in apex.settings
-    assert "exploration_fraction: Ape-X's worlds explore each in their own degree" in apex.said
+    assert "exploration_fraction: Ape-X's worlds explore each in their own degree" in apex.notes
 
 
 def test_words_of_the_tables_are_known_to_the_estimator_too():

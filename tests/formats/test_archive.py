@@ -34,7 +34,7 @@ def test_files_come_out_in_their_folders(tmp_path, mode):
     assert is_archive(path)
     assert unpack(path, tmp_path / "out", "an archive") == [tmp_path / "out/a/b.txt", tmp_path / "out/c.txt"]
     assert (tmp_path / "out/a/b.txt").read_bytes() == b"b"
-    assert [(str(one.place), one.size, one.read()) for one in members(path.read_bytes(), "an archive")] == [
+    assert [(str(one.path), one.size, one.read()) for one in members(path.read_bytes(), "an archive")] == [
         ("a/b.txt", 1, b"b"), ("c.txt", 1, b"c"),
     ]  # fmt: skip
 

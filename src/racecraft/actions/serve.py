@@ -49,7 +49,7 @@ class ServedPolicy(Served):
     @property
     def run(self) -> Path:
         """The run folder, or the model's."""
-        return self.server.place
+        return self.server.folder
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the address and what is served: run and iteration, or model, entry point and what restricts it."""

@@ -98,7 +98,7 @@ def submit_options(options: TrainingOptions, progress: Progress) -> Submitted:
         from racecraft.cluster.ray_transport import imported_ray
 
         imported_ray()
-    return Submitted(submit_training(options.verb, options.words(NOT_FOR_A_JOB), options.run, goes_on=options.resume))
+    return Submitted(submit_training(options.verb, options.args(NOT_FOR_A_JOB), options.run, goes_on=options.resume))
 
 
 def submit_training(

@@ -58,7 +58,7 @@ def train_seeds(options: TrainingOptions, progress: Progress) -> TrainedSeeds:
     worlds.plan(options.request(progress))
     first = 1 if options.seed is None else options.seed
     seeds = tuple(range(first, first + (options.seeds or 1)))
-    group = RunGroup(_free_folder(options.run), (*options.verb, *options.words(NOT_FOR_A_SEED)), seeds)
+    group = RunGroup(_free_folder(options.run), (*options.verb, *options.args(NOT_FOR_A_SEED)), seeds)
     group.write()
     progress(f"{group.path}: seeds {seeds[0]} to {seeds[-1]}")
     if options.detach:

@@ -122,11 +122,11 @@ class TrainingOptions(Request):
         """Return the page that shows the run while it trains; None where none is wanted."""
         return None
 
-    def words(self, leave_out: tuple[str, ...]) -> tuple[str, ...]:
+    def args(self, leave_out: tuple[str, ...]) -> tuple[str, ...]:
         """Return what was given as words of the command: options first, arguments behind them."""
         named = {row: value for row, value in self.named().items() if row.name not in leave_out}
-        options = [word for row, value in named.items() if not row.is_argument for word in row.words(value)]
-        return (*options, *(word for row, value in named.items() if row.is_argument for word in row.words(value)))
+        options = [word for row, value in named.items() if not row.is_argument for word in row.args(value)]
+        return (*options, *(word for row, value in named.items() if row.is_argument for word in row.args(value)))
 
     @property
     def overrides(self) -> tuple[str, ...]:

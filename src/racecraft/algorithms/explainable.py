@@ -32,7 +32,7 @@ class Scores:
     """(R, D): how far each number is spread around its middle, in the same units, before any bending into bounds."""
     branches: tuple[Tensor, ...]
     """(R, A) for each choice there is: logits, or what each option is worth."""
-    are_worths: bool = False
+    are_q_values: bool = False
     """Whether branches hold worths, in reward units, instead of logits."""
 
 

@@ -129,7 +129,7 @@ class QPolicy:
         """Return what each choice is worth; see `Explainable`."""
         worth: Tensor = self.network(fed)
         none = worth[:, :0]
-        return Scores(none, none, (worth,), are_worths=True)
+        return Scores(none, none, (worth,), are_q_values=True)
 
     @property
     def _device(self) -> torch.device:

@@ -292,7 +292,7 @@ def _confidence(scores: Scores, mask: Array | None, part: int) -> Confidence:
         first, second = _array(order).T
         best, next_ = _array(branch.gather(1, order)).T
         margin = best - next_
-        if not scores.are_worths:
+        if not scores.are_q_values:
             share, second_share = _array(torch.softmax(branch, dim=1).gather(1, order)).T
     return Confidence(first, second, share, second_share, margin, _array(scores.numbers), _array(scores.deviations))
 

@@ -13,7 +13,7 @@ Row = tuple[object, ...]
 class EvaluationTable:
     """A table of evaluations, the latest first."""
 
-    words: str
+    description: str
     """How was judged, a sentence or two."""
     heads: tuple[str, ...]
     rows: tuple[Row, ...]

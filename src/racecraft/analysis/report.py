@@ -143,7 +143,7 @@ def _evaluations(facts: RunFacts) -> Pieces:
     if rows is None:
         return
     yield parts.heading("Evaluations")
-    yield parts.paragraph(rows.words)
+    yield parts.paragraph(rows.description)
     yield parts.card(parts.table(rows.heads, rows.rows, rows.numbers))
 
 

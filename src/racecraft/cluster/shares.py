@@ -21,7 +21,7 @@ BEGUN_APART = 1_000_003
 class Share:
     """What one worker carries."""
 
-    place: int
+    index: int
     """Which worker, counted from 0."""
     blocks: tuple[Block, ...]
     """Which worlds of each part of the training's."""

@@ -147,7 +147,7 @@ class Translation:
     stop: str
     episodes: int | None = None
     """Training ends after so many, at the end of an iteration; None: `stop` says when."""
-    said: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     """What has no meaning here, a sentence each."""
 
 
@@ -174,7 +174,7 @@ def translated(graph: Part) -> Translation:
         if how == TABLE:
             translation.settings.append(_setting(algorithm, path, what, value))
         elif not how:
-            translation.said.append(f"{path}: {what}")
+            translation.notes.append(f"{path}: {what}")
     translation.settings.append(f"dqn.double={str(agent.kind.startswith('DDQN')).lower()}" * (algorithm == DQN))
     translation.settings += _network(laid, algorithm)
     translation.settings += _head(laid.get(f"{MAIN}heads_parameters"), algorithm)
@@ -183,7 +183,7 @@ def translated(graph: Part) -> Translation:
     translation.settings = [one for one in translation.settings if one]
     for name in ("vis_params", "preset_validation_params"):
         if list(graph[name].leaves()):
-            translation.said.append(
+            translation.notes.append(
                 f"{name}: films and tests of presets are Coach's own; `racecraft evaluate` judges a run"
             )
     return translation
@@ -265,7 +265,7 @@ def _set_algorithm(translation: Translation, laid: Mapping[str, Any], algorithm:
                 f"rollout.horizon={max(1, round(collected.count / WORLDS))}",
             ]
         if line is not None:
-            translation.said.append("exploration.epsilon_schedule: PPO explores by its own policy")
+            translation.notes.append("exploration.epsilon_schedule: PPO explores by its own policy")
         return
     every = max(1, round(played.count))
     follows = max(1, round((copied or Amount(STEPS, 10_000)).count / every))
@@ -293,14 +293,14 @@ def _set_schedule(translation: Translation, graph: Part, algorithm: str) -> None
     if algorithm == DQN and heatup.kind == STEPS and heatup.count:
         translation.settings.append(f"replay.learning_starts={round(heatup.count)}")
     elif heatup.count:
-        translation.said.append(
+        translation.notes.append(
             f"heatup_steps: {'PPO learns from its first rollout on' if algorithm == PPO else heatup}"
         )
     judged = parameters.get("evaluation_steps")
     if judged is not None and judged.kind == EPISODES and judged.count >= 1:
         translation.settings.append(f"evaluation.episodes={round(judged.count)}")
     if "steps_between_evaluation_periods" in parameters:
-        translation.said.append("steps_between_evaluation_periods: evaluation.every says how often is judged")
+        translation.notes.append("steps_between_evaluation_periods: evaluation.every says how often is judged")
 
 
 def _stop(translation: Translation, improve: Amount, algorithm: str) -> str:

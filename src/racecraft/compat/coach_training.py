@@ -64,7 +64,7 @@ def train_preset(graph: Part) -> Trained:
         SettingError: Something is not understood; the nearest known word is told.
     """
     translation = translated(graph)
-    for sentence in translation.said:
+    for sentence in translation.notes:
         print(f"- {sentence}")
     environment = _environment(translation)
     exit_if_restarted()

@@ -52,7 +52,7 @@ class Translated:
     """Whether a model of the script's own decides."""
     horizon: int | None
     """Ticks after which an episode is cut, its value still follows; None: the environment's own limit, or none."""
-    said: tuple[str, ...] = field(default_factory=tuple)
+    notes: tuple[str, ...] = field(default_factory=tuple)
     """What has no meaning here, a sentence each."""
     callbacks: Any = None
     """As the script said it: a class of RLlib's callbacks, or functions by name; None: none."""
@@ -79,7 +79,7 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     (('rollout.num_worlds=2', 'rollout.horizon=250'), ('steps=10000',))
     >>> "ppo.discount=0.995" in told.settings, "ppo.learning_rate=5e-05" in told.settings
     (True, True)
-    >>> told.said[0]
+    >>> told.notes[0]
     'kl_coeff: this PPO clips and has no KL penalty beside it'
     """
     notes: list[str] = []

@@ -64,7 +64,7 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained | dict[str, Any]:
         return train_own(own, experiment)
     translation = translated(experiment)
     calls, uncalled = callbacks_of(translation.callbacks, experiment.get("config", {}))
-    for sentence in (*translation.said, *uncalled):
+    for sentence in (*translation.notes, *uncalled):
         print(f"- {sentence}")
     if translation.environment not in _creators and (
         translation.env_config or calls is not None or translation.horizon is not None

@@ -343,7 +343,7 @@ class _Kind:
     def action(self, action: Array, grouped: bool) -> Any:
         """Return an action as the environment wants it."""
         own = narrow(np.asarray(action), group_spec(self.name, self.group(), 1)) if grouped else action
-        return self._translation.tell(own)
+        return self._translation.to_environment(own)
 
     def show(self, seen: Any, into: dict[str, Array], row: tuple[int, int], before: str) -> None:
         """Write what an agent sees into its row."""

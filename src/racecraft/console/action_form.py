@@ -104,7 +104,7 @@ class ActionForm:
         """
         named = [row for row in self._rows if row.name in values and values[row.name] != row.default]
         typed = [
-            word for row in sorted(named, key=lambda row: not row.is_argument) for word in row.words(values[row.name])
+            word for row in sorted(named, key=lambda row: not row.is_argument) for word in row.args(values[row.name])
         ]
         return shlex.join(["racecraft", *self._command.split(), *words, *typed])
 

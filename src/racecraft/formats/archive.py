@@ -95,7 +95,7 @@ class Member:
     archive: Path
     kind: str
     """What the archive should be, as errors say it."""
-    place: PurePosixPath
+    path: PurePosixPath
     """Its path in the archive; stays below any folder that it is joined to."""
     size: int
     """Bytes, as the archive states them."""
@@ -186,13 +186,13 @@ def unpack(
     """
     written: dict[Path, None] = {}
     for member in members(path, kind, limits):
-        limit = member.size if max_size_of is None else max_size_of(member.place)
+        limit = member.size if max_size_of is None else max_size_of(member.path)
         if limit is None:
             continue
         if member.size > limit:
-            found = Message("'{place}' has {size} bytes", place=member.place, size=member.size)
+            found = Message("'{place}' has {size} bytes", place=member.path, size=member.size)
             raise ArchiveError(path, found, Message("{limit} at most for such a file", limit=limit))
-        target = Path(into) / member.place
+        target = Path(into) / member.path
         if target in written:
             raise ArchiveError(
                 path, Message("'{name}' stands in it twice at the same place", name=target.name), "each file once"

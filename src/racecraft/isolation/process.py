@@ -48,7 +48,7 @@ class EndedError(Exception):
 
     found: str
     was_late: bool = False
-    places: tuple[tuple[str, int], ...] = ()
+    locations: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass

@@ -33,7 +33,7 @@ def run_in_archive(archive: Path, place: Path, expected: str) -> RunFolder | Non
     Raises:
         UserInputError: It is no archive, is larger than `LIMITS`, leads out of its folder, or holds several runs.
     """
-    jobs = [member.place for member in members(archive, expected, LIMITS) if member.place.name == JOB]
+    jobs = [member.path for member in members(archive, expected, LIMITS) if member.path.name == JOB]
     if not jobs:
         return None
     if len(jobs) > 1:

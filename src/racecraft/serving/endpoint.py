@@ -33,7 +33,7 @@ class Endpoint:
         self.latencies_ms: deque[float] = deque(maxlen=LATENCIES_KEPT)
 
     @property
-    def place(self) -> Path:
+    def folder(self) -> Path:
         """The folder of what is served."""
         raise NotImplementedError
 

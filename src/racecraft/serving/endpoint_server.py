@@ -69,13 +69,13 @@ class EndpointServer(Endpoint):
         return self._queue.batches
 
     @property
-    def place(self) -> Path:
+    def folder(self) -> Path:
         """The run folder."""
         return Path(self.policy.run.path)
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return run and iteration."""
-        return {"run": str(self.place), "iteration": self.policy.checkpoint.iteration}
+        return {"run": str(self.folder), "iteration": self.policy.checkpoint.iteration}
 
     def summary(self) -> str:
         """Return what was answered, as a sentence."""

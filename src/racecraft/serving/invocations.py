@@ -261,7 +261,7 @@ def _npy(body: bytes) -> Array:
 def _npz(body: bytes) -> dict[str, Array]:
     try:
         files = members(body, "what numpy.savez writes", LIMITS)
-        return {str(file.place).removesuffix(".npy"): _npy(file.read()) for file in files}
+        return {str(file.path).removesuffix(".npy"): _npy(file.read()) for file in files}
     except ArchiveError as error:
         raise _bad(f"no NumPy arrays ({error.found}); expected what numpy.savez writes, numbers only.") from None
 

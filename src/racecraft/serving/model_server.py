@@ -51,7 +51,7 @@ class ModelServer(Endpoint):
         self._waiting = 0
 
     @property
-    def place(self) -> Path:
+    def folder(self) -> Path:
         """The model's folder."""
         return self.process.model
 

@@ -70,7 +70,7 @@ class Option(Setting):
         """Whether there is no default."""
         return self.default is MISSING
 
-    def words(self, value: Any) -> list[str]:
+    def args(self, value: Any) -> list[str]:
         """Return how a value of it is typed.
 
         >>> Option("", "top_speed", float, None, "", "", None, None, ()).words(3.0)

@@ -44,7 +44,7 @@ class S3Connection:
             raise BucketError("one half of a pair of keys is given; expected both, or none.")
 
     @property
-    def words(self) -> str:
+    def options_text(self) -> str:
         """How a command is told the same, with a blank before it: " --endpoint-url … --profile …"."""
         named = (("--endpoint-url", self.endpoint), ("--profile", self.profile), ("--region", self.region))
         return "".join(f" {option} {value}" for option, value in named if value)

@@ -29,7 +29,7 @@ class MirrorLocation:
     @property
     def command(self) -> str:
         """What follows the words of a command: the address, then the options."""
-        return f"{self.address}{self.access.words}"
+        return f"{self.address}{self.access.options_text}"
 
 
 def write_note(run: Path, place: MirrorLocation) -> None:

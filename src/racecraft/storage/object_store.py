@@ -297,7 +297,7 @@ def _error_of(error: Exception, bucket: str, access: S3Connection) -> BucketErro
             "list{words}` names those that do.",
             place=place,
             where=where,
-            words=access.words,
+            words=access.options_text,
         )
     if code in _SIGNED_WRONG:
         return BucketError(

@@ -114,7 +114,7 @@ class PlainTraining:
                 evaluator=lambda learner, _: ReturnEvaluator(
                     judged, judged, GreedyPolicy(learner), settings.evaluation.episodes, self._threshold
                 ),
-                asked=own,
+                request=own,
                 metadata=own,
                 title=world.spec.name,
                 folder_name=kind,

@@ -67,7 +67,7 @@ class RunObservers:
     """Writes them in another program's form, too."""
     observers: Iterable[StepObserver] = ()
     """See every tick."""
-    hears: TickCallback | None = None
+    on_ticks: TickCallback | None = None
     """Hears of the ticks of worlds elsewhere, rollout by rollout; observers do not."""
 
 
@@ -85,7 +85,7 @@ class Experiment:
     stops: tuple[StopCondition, ...]
     evaluator: Callable[[Learner, RunFolder], Evaluator]
     """Makes whoever says how good the learner is."""
-    asked: Mapping[str, Any]
+    request: Mapping[str, Any]
     """What was asked, for job.json: enough to begin again from it."""
     metadata: Mapping[str, Any]
     """What a stranger wants to know of the policy beside kind, spec and settings."""
@@ -291,7 +291,7 @@ def _collector(
     """Return what collects, here or elsewhere, and who keeps the ticks."""
     horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
     if elsewhere is not None:
-        return elsewhere.collector(learner, horizon, observers.hears), elsewhere.recorder
+        return elsewhere.collector(learner, horizon, observers.on_ticks), elsewhere.recorder
     watching = [*observers.observers]
     return Collector(experiment.world, learner, horizon, experiment.seed, watching), observers.recorder
 
@@ -442,7 +442,7 @@ def _say_notes(experiment: Experiment, on_message: MessageCallback) -> None:
 def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str]) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
     named = named_files(experiment.settings)
-    request = dict(experiment.asked)
+    request = dict(experiment.request)
     if "set" in request:
         request["set"] = overrides_in_run(request["set"], experiment.settings)
 

@@ -134,7 +134,7 @@ def evaluations_page(console: Console, request: Request) -> Page:
         "Evaluations",
         "evaluations.html",
         {
-            "words": "" if table is None else table.words,
+            "words": "" if table is None else table.description,
             "heads": [] if table is None else list(table.heads),
             "lines": [] if table is None else [list(map(str, line)) for line in table.rows],
             "pages": page.links,

@@ -117,7 +117,9 @@ def test_a_position_is_told_in_the_terminal_with_colours_or_letters():
 
 
 def test_colours_and_titles_of_strangers():
-    card = GameCard("g", names={str(n): f"n{n}" for n in range(6)}, looks={"0": {"color": 5}, "1": {"color": "#ABC"}})
+    card = GameCard(
+        "g", names={str(n): f"n{n}" for n in range(6)}, appearances={"0": {"color": 5}, "1": {"color": "#ABC"}}
+    )
     found = colours_of(list(card.names), card)
     assert found["1"] == "#aabbcc"
     assert len(set(found.values())) == 6

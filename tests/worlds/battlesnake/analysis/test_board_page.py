@@ -17,7 +17,7 @@ sys.path.append(str(Path(__file__).resolve().parents[3]))
 from tests.browser import Browser, needs_chromium  # noqa: E402
 
 SETTINGS = GameSettings(7, 7, 2)
-CARD = GameCard("g", names={"s0": "Flo", "s1": "</script><b>Sam"}, looks={"s1": {"color": "#ff00ff"}})
+CARD = GameCard("g", names={"s0": "Flo", "s1": "</script><b>Sam"}, appearances={"s1": {"color": "#ff00ff"}})
 
 
 def story(turns=12):

@@ -59,7 +59,7 @@ def test_the_engines_answers_become_one_game_in_whatever_order_they_are_given(pl
     found = import_game([pieces["second"], pieces["info"], pieces["first"]])
     same_game(found, played)
     colours = [snake["Color"] for snake in engine_frames(played)["Frames"][0]["Snakes"]]
-    assert [look["color"] for look in found.played.card.looks.values()] == colours
+    assert [look["color"] for look in found.played.card.appearances.values()] == colours
     assert (found.played.card.id, found.played.card.timeout_ms) == (played.card.id, 5000)
     write_record(found.played, tmp_path / "game.jsonl")
     same = [[snake.cause for snake in board.snakes] for board in read_record(tmp_path / "game.jsonl").boards]
@@ -129,10 +129,10 @@ def test_names_and_looks_are_texts_of_whoever_has_a_body(tmp_path):
     frames = frames_of_one(ID="one", Name="no snake")
     frames["Frames"][0]["Snakes"][0] |= {"Name": "Ann", "Color": "#00ff00", "HeadType": "", "TailType": 3}
     card = import_game([written(tmp_path / "a.json", frames)]).played.card
-    assert (card.names, card.looks) == ({"one": "Ann"}, {"one": {"color": "#00ff00"}})
+    assert (card.names, card.appearances) == ({"one": "Ann"}, {"one": {"color": "#00ff00"}})
     frames["Frames"][0]["Snakes"][0]["customizations"] = {"color": "red", "head": "bendr", "tail": None, "hat": "top"}
     card = import_game([written(tmp_path / "a.json", frames)]).played.card
-    assert card.looks == {"one": {"color": "red", "head": "bendr"}}
+    assert card.appearances == {"one": {"color": "red", "head": "bendr"}}
 
 
 def test_a_game_that_our_rules_would_have_told_otherwise_is_counted(played, tmp_path):

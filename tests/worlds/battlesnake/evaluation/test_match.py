@@ -59,7 +59,7 @@ def test_everybody_hears_the_start_then_every_turn_then_the_end_with_the_time_th
     assert [board.turn for board in played.boards] == [0, 1, 2]
     assert not played.over
     assert (played.card.id, played.card.timeout_ms, played.card.names) == ("g7", 240, {"s0": "a", "s1": "b"})
-    assert played.card.looks == {"s0": LOOKS, "s1": LOOKS}
+    assert played.card.appearances == {"s0": LOOKS, "s1": LOOKS}
 
 
 def test_a_game_of_which_nothing_is_said_asks_all_at_once_and_goes_to_its_end():

@@ -106,7 +106,7 @@ def test_the_cure_is_not_to_turn_there(why):
     assert WRONG_M[0] - 0.1 <= TRACK.arc[best.waypoint] <= WRONG_M[1] + 0.1
     assert all(hint.saved < best.saved for hint in place.cures if hint.action.startswith("left"))
     assert place.last_chance is not None
-    assert f"saves {best.saved} of 6" in best.words
+    assert f"saves {best.saved} of 6" in best.description
 
 
 def test_the_last_second_is_told(why):
@@ -159,7 +159,7 @@ def test_the_page_stands_alone(why, tmp_path):
     text = write_why_page(tmp_path / "why.html", why, "a & b").read_text()
     assert "a &amp; b" in text
     assert "http" not in text.replace("http://www.w3.org", "")
-    assert why.places[0].cures[0].words[3:] in text
+    assert why.places[0].cures[0].description[3:] in text
     assert "reward *= 0.25" in text
     assert facts(why)["places"][0]["cures"][0]["saved"] >= 4
 

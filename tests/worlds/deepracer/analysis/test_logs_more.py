@@ -167,7 +167,7 @@ def test_own_plots_stand_on_the_page_and_a_broken_one_says_where(tmp_path, laps,
     assert [one.name for one in own] == ["plot_mean_speed", "plot_figure", "plot_broken"]
     assert own[0](laps, None).title == "Mean speed of each episode."
     assert own[0](laps, None).data.height == 3
-    page = write_logs_page(tmp_path / "p.html", laps, load_track("reinvent_base"), "log", Extras(own=own)).read_text()
+    page = write_logs_page(tmp_path / "p.html", laps, load_track("reinvent_base"), "log", Extras(plots=own)).read_text()
     assert page.index("Your own") < page.index("Mean speed of each episode.") < page.index("mine.py:16: plot_broken")
     assert "ZeroDivisionError" in page
 

@@ -81,7 +81,7 @@ def test_a_car_that_goes_by_the_walls_is_found_out(wall_rows, tmp_path):
     assert told["wall"].attention + told["sky"].attention > 0.99
     assert told["grass"].changed == told["border line"].changed == 0.0
     assert max(told["wall"].changed, told["sky"].changed) > 0.2
-    assert "what is not the track" in " ".join(findings(lap.surfaces, lap.look))
+    assert "what is not the track" in " ".join(findings(lap.surfaces, lap.series))
     text = write_saliency_page(tmp_path / "look.html", lap, "wall reader").read_text()
     assert "what is not the track" in text
     assert "http" not in text.replace("http://www.w3.org", "")
@@ -92,7 +92,7 @@ def test_a_car_that_goes_by_the_road_is_not_accused(wall_rows):
     lap = look_at_lap(car, car.trained_on)
     told = {row.surface: row for row in lap.surfaces}
     assert told["wall"].attention < 0.01
-    assert "what is not the track" not in " ".join(findings(lap.surfaces, lap.look))
+    assert "what is not the track" not in " ".join(findings(lap.surfaces, lap.series))
 
 
 class CarAmongBoxes(Car):
@@ -113,7 +113,7 @@ def test_whether_boxes_turn_a_car_s_decisions_is_told(wall_rows):
         lap = look_at_lap(CarAmongBoxes(policy_reading(rows)), Car.trained_on)
         (box,) = [row for row in lap.surfaces if row.surface == OBSTACLE]
         assert box.area > 0.01
-        found.append((box.changed, " ".join(findings(lap.surfaces, lap.look))))
+        found.append((box.changed, " ".join(findings(lap.surfaces, lap.series))))
         (dashes,) = [row for row in lap.surfaces if row.surface == "centre line"]
         assert dashes.changed == 0.0, "boxes stand where they stood while something else is painted over"
     (reads, told), (blind, told_of_blind) = found
@@ -158,10 +158,10 @@ def test_what_is_explained_is_what_was_driven(wall_rows):
     lap = look_at_lap(car, car.trained_on)
     world = car.world(car.trained_on, 1, [0.0], 1)
     x, y, yaw = car.trained_on.pose_at(0.0)
-    assert len(lap.look) == len(lap.place.xy) == len(lap.progress_percent)
+    assert len(lap.series) == len(lap.place.xy) == len(lap.progress_percent)
     first = world.camera.render_grey(np.array([[x, y, yaw]]))[0]
-    assert np.abs(lap.look.frames[0].astype(int) - first).mean() < 12.0
-    assert np.abs(lap.look.frames[0].astype(int) - lap.look.frames[-1]).mean() > 0.5
+    assert np.abs(lap.series.frames[0].astype(int) - first).mean() < 12.0
+    assert np.abs(lap.series.frames[0].astype(int) - lap.series.frames[-1]).mean() > 0.5
 
 
 @pytest.mark.parametrize("lidar", [[], ["SECTOR_LIDAR"]])
@@ -209,15 +209,15 @@ def test_a_car_that_goes_by_one_beam_of_its_lidar_is_told_so(tmp_path):
     car.policy.spec.visible = sees
     car.sensors = car_sensors([STEREO, "LIDAR"])
     lap = look_at_lap(car, car.trained_on)
-    seen = lap.look.beside["LIDAR"]
-    assert seen.shape == (len(lap.look), 64)
+    seen = lap.series.others["LIDAR"]
+    assert seen.shape == (len(lap.series), 64)
     assert seen.sum() > 0
     assert np.delete(seen, 40, axis=1).sum() == 0
-    assert next(iter(lap.look.senses)) == "LIDAR"
-    assert sum(lap.look.senses.values()) == pytest.approx(1.0)
+    assert next(iter(lap.series.senses)) == "LIDAR"
+    assert sum(lap.series.senses.values()) == pytest.approx(1.0)
     page = write_saliency_page(tmp_path / "look.html", lap, "a car").read_text(encoding="utf-8")
     assert "By what it sees with" in page
-    assert f"{100 * lap.look.senses['LIDAR']:.1f} %" in page
+    assert f"{100 * lap.series.senses['LIDAR']:.1f} %" in page
 
 
 def test_pictures_and_folders_are_looked_at(tmp_path):

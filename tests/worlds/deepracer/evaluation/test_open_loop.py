@@ -33,7 +33,7 @@ def flags(rows, *places):
 
 def walked(rows, begins=(0,), held=(0,), restarts=None):
     restarts = begins if restarts is None else restarts
-    return TracePath(places=np.zeros((rows, 3)), begins=flags(rows, *begins), restarts=flags(rows, *restarts),
+    return TracePath(poses=np.zeros((rows, 3)), begins=flags(rows, *begins), restarts=flags(rows, *restarts),
                 held=flags(rows, *held))  # fmt: skip
 
 
@@ -118,8 +118,8 @@ def test_a_car_is_driven_by_the_clock_of_its_build_or_as_it_is_asked(monkeypatch
     x[13] = 7.0
     trace = trace_of(steps=np.arange(1.0, 17.0), X=x, Y=y, steer=np.zeros(16), throttle=np.ones(16))
     retold = walked(16, held=())
-    retold.places[:, 2] = np.linspace(0.0, 1.5, 16)
-    retold.places[15, 2] = 2 * math.pi - 0.25
+    retold.poses[:, 2] = np.linspace(0.0, 1.5, 16)
+    retold.poses[15, 2] = 2 * math.pi - 0.25
     windows = drive_open_loop(trace, retold, car, clocked)
     assert asked == [by_clock]
     assert (windows.first.tolist(), windows.ticks.tolist()) == ([0, 5], [15, 10])

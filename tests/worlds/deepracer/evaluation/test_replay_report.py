@@ -30,7 +30,7 @@ def retold(rows=10, waypoints=None, **marks):
     named = ("begins", "restarts", "held", "reversed", "progress_wrong", "waypoint_wrong", "wheels_wrong",
              "off_track_judged", "off_track_wrong", "progress_far")  # fmt: skip
     flags = {name: at(rows, *marks.get(name, [0] if name == "begins" else [])) for name in named}
-    return RecomputedTrace(places=np.zeros((rows, 3)), progress=np.zeros(rows), waypoints=waypoints, **flags)
+    return RecomputedTrace(poses=np.zeros((rows, 3)), progress=np.zeros(rows), waypoints=waypoints, **flags)
 
 
 def windows(first=(), half=(), one=(), turns=None):

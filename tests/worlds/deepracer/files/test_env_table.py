@@ -26,18 +26,18 @@ def test_every_variable_has_a_row_what_is_obeyed_before_what_is_not(rows):
 def test_a_value_stands_with_its_default_and_its_line(rows):
     found = {row.name: row for row in rows[: len(ENV_VARIABLES)]}
     name = found["DR_CAR_NAME"]
-    assert (name.value, name.default, name.place) == ("Mona", "FastCar", "run.env:1")
+    assert (name.value, name.default, name.location) == ("Mona", "FastCar", "run.env:1")
     world = found["DR_WORLD_NAME"]
-    assert (world.value, world.default, world.place) == (None, "reinvent_base", "")
+    assert (world.value, world.default, world.location) == (None, "reinvent_base", "")
     assert found["DR_DISPLAY_NAME"].default == "Mona", "a default is made of other words"
     secret = found["DR_LOCAL_SECRET_ACCESS_KEY"]
-    assert (secret.value, secret.place) == ("(not shown)", "system.env:1")
+    assert (secret.value, secret.location) == ("(not shown)", "system.env:1")
     assert found["DR_LOCAL_ACCESS_KEY_ID"].value is None
 
 
 def test_unknown_names_and_those_of_workers_stand_behind(rows):
     behind = rows[len(ENV_VARIABLES) :]
-    assert [(row.name, row.value, row.place, row.status) for row in behind] == [
+    assert [(row.name, row.value, row.location, row.status) for row in behind] == [
         ("DR_WORLD_NAM", "Monaco", "run.env:3", "unknown"),
         ("DR_WHATEVER", "1", "run.env:4", "unknown"),
         ("DR_CAR_NAME", "Lisa", "worker-2.env:1", "told"),

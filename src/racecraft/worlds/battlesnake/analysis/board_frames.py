@@ -24,12 +24,12 @@ Event = dict[str, Any]
 def colours_of(ids: Sequence[str], card: GameCard) -> dict[str, str]:
     """Return a colour (#rrggbb) for every snake: its own, or one of ours where it has the default or none we can read.
 
-    >>> colours_of(["a"], GameCard("g", looks={"a": {"color": "no colour"}}))
+    >>> colours_of(["a"], GameCard("g", appearances={"a": {"color": "no colour"}}))
     {'a': '#2a9d8f'}
     """
     found = {}
     for number, one in enumerate(ids):
-        colour = card.looks.get(one, {}).get("color", LOOKS["color"])
+        colour = card.appearances.get(one, {}).get("color", LOOKS["color"])
         try:
             plain = "#{:02x}{:02x}{:02x}".format(*ImageColor.getrgb(colour)[:3])
         except (ValueError, AttributeError, TypeError):
@@ -90,7 +90,7 @@ def game_end(settings: GameSettings, card: GameCard) -> Event:
 
 
 def _snake(snake: Snake, card: GameCard, colour: str) -> dict[str, Any]:
-    looks = card.looks.get(snake.id, LOOKS)
+    looks = card.appearances.get(snake.id, LOOKS)
     death = {"Cause": snake.cause, "Turn": snake.on, "EliminatedBy": snake.by}
     return {
         "ID": snake.id,

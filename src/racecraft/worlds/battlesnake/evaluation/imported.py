@@ -75,14 +75,14 @@ def read_game(path: Path) -> Played:
 
 def _card(paths: Sequence[Path], ids: Sequence[str]) -> GameCard:
     """Return what the files tell of a game beside its positions; what they do not tell is as ours has it."""
-    card = GameCard(paths[0].name.split(".")[0], names={one: one for one in ids}, looks={one: {} for one in ids})
+    card = GameCard(paths[0].name.split(".")[0], names={one: one for one in ids}, appearances={one: {} for one in ids})
     for said in _objects(paths):
         one, name = str(said.get("id", said.get("ID", ""))), said.get("name", said.get("Name"))
         if one in card.names and ("body" in said or "Body" in said):
             card.names[one] = str(name or card.names[one])
             looks = said.get("customizations")
             looks = looks if isinstance(looks, dict) else {ours: said.get(key) for key, ours in _FRAME_LOOKS.items()}
-            card.looks[one] = {key: text for key in LOOKS if isinstance(text := looks.get(key), str) and text}
+            card.appearances[one] = {key: text for key in LOOKS if isinstance(text := looks.get(key), str) and text}
         elif "Width" in said or "ruleset" in said or "game_type" in said:
             card.id, card.source = one or card.id, str(said.get("source", said.get("Source")) or "")
             timeout = said.get("timeout", said.get("SnakeTimeout"))

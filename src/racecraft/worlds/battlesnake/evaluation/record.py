@@ -132,7 +132,7 @@ def _card(requests: list[tuple[GameRequest, list[Any]]]) -> GameCard:
         for part in snakes:
             card.names[part["id"]] = str(part.get("name") or part["id"])
             looks = part.get("customizations")
-            card.looks[part["id"]] = looks if isinstance(looks, dict) else {}
+            card.appearances[part["id"]] = looks if isinstance(looks, dict) else {}
     return card
 
 

@@ -38,7 +38,7 @@ class GameCard:
     """Time for an answer, the way there and back included."""
     names: dict[str, str] = field(default_factory=dict)
     """Names of the snakes by id."""
-    looks: dict[str, dict[str, str]] = field(default_factory=dict)
+    appearances: dict[str, dict[str, str]] = field(default_factory=dict)
     """Colour, head and tail by id."""
     latencies_ms: dict[str, int] = field(default_factory=dict)
     """How long each snake's last answer took, by id."""
@@ -144,7 +144,7 @@ def _snake_part(snake: Snake, card: GameCard) -> Message:
         "length": len(body),
         "shout": "",
         "squad": "",
-        "customizations": card.looks.get(snake.id, LOOKS),
+        "customizations": card.appearances.get(snake.id, LOOKS),
     }
 
 

@@ -148,7 +148,7 @@ def build_experiment(planned: SnakePlan, on_message: MessageCallback) -> Iterato
             seed=planned.seed,
             stops=planned.stops,
             evaluator=evaluator,
-            asked={"game": asdict(game)},
+            request={"game": asdict(game)},
             metadata={"game": asdict(game)},
             title=title,
             folder_name="snakes",

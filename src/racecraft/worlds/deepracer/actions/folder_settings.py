@@ -18,7 +18,7 @@ def folder_settings(folder: Path) -> FolderSettings:
     """
     rows, titles = read_env_rows(folder), {**STATUSES, "unknown": "Unknown"}
     variables = [
-        FolderVariable(row.name, title, row.default if row.value is None else row.value, row.effect, row.place or "")
+        FolderVariable(row.name, title, row.default if row.value is None else row.value, row.effect, row.location or "")
         for status, title in titles.items()
         for row in rows
         if row.status == status

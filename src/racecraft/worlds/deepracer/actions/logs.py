@@ -228,7 +228,7 @@ def _page(request: LogsRequest, path: Path, found: Logs, model: _Model | None) -
         damaged=tuple(str(damage) for damage in own.damaged),
         metrics=metrics if metrics.height else None,
         reward=None if request.reward is None else open_reward(request.reward, sys.stderr).call,
-        own=own_plots(request.plots),
+        plots=own_plots(request.plots),
         advice=model.advice,
     )
     return Path(write_logs_page(path, ticks, model.circuit, title, extras))

@@ -76,17 +76,17 @@ def _lap(request: LookRequest, question: ExplainTarget, progress: Progress) -> F
     progress("Driving a lap and looking into every tick …")
     lap = look_at_lap(car, load_track(request.track) if request.track else car.trained_on, question)
     title = f"{car.run.path.name}, checkpoint {car.checkpoint.iteration}"
-    write_saliency_film(film, lap.look, title, lap.place)
+    write_saliency_film(film, lap.series, title, lap.positions)
     imported = IMPORTED in car.run.read_job()
     write_saliency_page(page, lap, title, small_film(film), folder, imported)
     figures = {
         "run": folder,
         "checkpoint": car.checkpoint.iteration,
-        "track": lap.place.track.name,
-        "ticks": len(lap.look),
+        "track": lap.positions.track.name,
+        "ticks": len(lap.series),
         "ended": lap.outcome,
-        **_sureness(lap.look),
-        "findings": findings(lap.surfaces, lap.look, folder, imported),
+        **_sureness(lap.series),
+        "findings": findings(lap.surfaces, lap.series, folder, imported),
         "surfaces": _surfaces(lap),
     }
     return Figures(figures, {"film": film, "page": page})

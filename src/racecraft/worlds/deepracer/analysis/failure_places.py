@@ -41,7 +41,7 @@ class Alternative:
         return self.saved / self.tried if self.tried else 0.0
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """The change and what came of it."""
         held = f", held for {self.held_seconds:.1f} s," if self.held_seconds > 1.5 / TICKS_A_SECOND else ""
         return (
@@ -182,7 +182,7 @@ def place_words(place: FailurePlace, failures: int) -> str:
     if not place.cures:
         return f"{text} No other action, at any of the moments tried, saves one of them: the mistake lies earlier."
     best = place.cures[0]
-    return f"{text} {best.words[0].upper()}{best.words[1:]}."
+    return f"{text} {best.description[0].upper()}{best.description[1:]}."
 
 
 def facts(why: Why) -> dict[str, Any]:

@@ -184,7 +184,7 @@ def _track_by_track(run: RunFolder) -> Iterator[PagePart]:
     by_track = track_table(read_generalisation(run.generalisation))
     if by_track is not None:
         part = card(table(by_track.heads, by_track.rows, (2, 3, 5)))
-        yield PagePart("Track by track", [paragraph(by_track.words), part], EVALUATIONS)
+        yield PagePart("Track by track", [paragraph(by_track.description), part], EVALUATIONS)
 
 
 def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:

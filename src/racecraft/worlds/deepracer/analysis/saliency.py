@@ -33,7 +33,7 @@ class Along:
     """(T,)."""
     spread: Array | None
     """(T,) how far values are spread around the line, where that is to be drawn."""
-    words: str
+    label: str
     """What the line is."""
     told: Sequence[str]
     """Each value as it is said."""
@@ -55,7 +55,7 @@ class SaliencySeries:
     """Of each picture."""
     actions: Any
     """What it decides."""
-    beside: Mapping[str, Array] = field(default_factory=dict)
+    others: Mapping[str, Array] = field(default_factory=dict)
     """Of every other observation, a LiDAR's say, (T, L), never negative: integrated gradients of its numbers."""
 
     def __len__(self) -> int:
@@ -64,7 +64,7 @@ class SaliencySeries:
     @property
     def senses(self) -> dict[str, float]:
         """How much of its decisions came of each observation, shares of 1 over all pictures, the largest first."""
-        counted = {self.name: float(self.heat.sum()), **{name: float(part.sum()) for name, part in self.beside.items()}}
+        counted = {self.name: float(self.heat.sum()), **{name: float(part.sum()) for name, part in self.others.items()}}
         total = sum(counted.values()) or 1.0
         return {name: counted[name] / total for name in sorted(counted, key=lambda one: -counted[one])}
 

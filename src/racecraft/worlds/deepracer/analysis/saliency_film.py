@@ -143,7 +143,7 @@ class _Line:
 
     def mark(self, pen: Any, row: int) -> None:
         """Draw the line and where the film is."""
-        pen.text((self._left, BELOW + 6), fitted(self._along.words, font(12), EYE[0]), QUIET, font(12))
+        pen.text((self._left, BELOW + 6), fitted(self._along.label, font(12), EYE[0]), QUIET, font(12))
         if len(self._band) > 2:
             pen.polygon(self._band, SLOT)
         zero = float(self._height(0.0))

@@ -44,8 +44,8 @@ UNDECIDED = 0.05
 class LapSaliency:
     """A look at a lap that was driven for it."""
 
-    look: SaliencySeries
-    place: CarPositions
+    series: SaliencySeries
+    positions: CarPositions
     progress_percent: Any
     """(T,) of the lap, 0 to 100."""
     surfaces: Sequence[SurfaceAttention]
@@ -130,8 +130,8 @@ def write_saliency_page(
     Raises:
         OutputFileError: The page cannot be written.
     """
-    sentences = findings(lap.surfaces, lap.look, run, imported)
-    about = f"{title} · {lap.place.track.title or lap.place.track.name} · {lap.outcome}"
+    sentences = findings(lap.surfaces, lap.series, run, imported)
+    about = f"{title} · {lap.positions.track.title or lap.positions.track.name} · {lap.outcome}"
     pieces = _parts(lap, film, sentences)
     write_atomic(path, page("What it looks at", pieces, about, f"{title} – what it looks at"))
     return Path(path)
@@ -144,7 +144,7 @@ def _parts(lap: LapSaliency, film: bytes | None, sentences: Sequence[str]) -> It
     if film is not None:
         yield card(film_part(film, "The lap: camera, what counted in it, what was chosen"))
     yield from _surfaces(lap.surfaces)
-    yield from _senses(lap.look)
+    yield from _senses(lap.series)
     yield from _sureness(lap)
     yield paragraph(
         "Attention is the size of integrated gradients: what every pixel added to the decision, "
@@ -171,18 +171,18 @@ def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[Heading | Markup
 
 def _senses(look: SaliencySeries) -> Iterator[Heading | Markup]:
     """Yield what a car with a LiDAR goes by: how much of it is the camera, and which beams or sectors count."""
-    if not look.beside:
+    if not look.others:
         return
     yield heading("By what it sees with")
     rows = [(name, f"{100 * share:.1f} %", Bar(share)) for name, share in look.senses.items()]
     yield card(table(("observation", "attention", ""), rows, numbers=(1,)))
-    for name in look.beside:
+    for name in look.others:
         yield card(figure_part(beside_figure(look, name), f"Which of its numbers count: {name}"))
 
 
 def beside_figure(look: SaliencySeries, name: str) -> Figure:
     """Return how much each number of an observation that is no picture counts, over the whole lap."""
-    mean = look.beside[name].mean(axis=0)
+    mean = look.others[name].mean(axis=0)
     figure, axes = small_axes(f"{name}: attention", 9.0, 2.4, 12)
     axes.bar(np.arange(len(mean)), 100.0 * mean / (mean.sum() or 1.0), width=0.8, color=BLUE)
     across = "from the right to the left of the LiDAR's nose" if name in LIDARS else "number"
@@ -194,8 +194,8 @@ def beside_figure(look: SaliencySeries, name: str) -> Figure:
 
 def _sureness(lap: LapSaliency) -> Iterator[Heading | Markup]:
     yield heading("How sure it is along the lap")
-    values, words = lap.look.confidence_values
-    if lap.look.has_constant_confidence:
+    values, words = lap.series.confidence_values
+    if lap.series.has_constant_confidence:
         text = (
             f"Equally sure everywhere: its {words}, is {float(values[0]):.2f} at every moment. Such a "
             "policy learns one spread for the whole lap, which says how far it has come, not where it doubts."
@@ -210,11 +210,11 @@ def _sureness(lap: LapSaliency) -> Iterator[Heading | Markup]:
 
 def confidence_figure(lap: LapSaliency) -> Figure:
     """Return how sure it was over the lap."""
-    values, words = lap.look.confidence_values
+    values, words = lap.series.confidence_values
     figure, axes = small_axes(words, 9.0, 2.8, 12)
     axes.plot(lap.progress_percent, values, color=BLUE, lw=1.2)
     axes.plot(
-        np.asarray(lap.progress_percent)[_doubts(lap.look)], values[_doubts(lap.look)], "X", color=DARK_RED, ms=7,
+        np.asarray(lap.progress_percent)[_doubts(lap.series)], values[_doubts(lap.series)], "X", color=DARK_RED, ms=7,
         label="shown below",
     )  # fmt: skip
     axes.set_xlabel("progress (% of the lap)", fontsize=11, color=QUIET)
@@ -226,9 +226,9 @@ def confidence_figure(lap: LapSaliency) -> Figure:
 
 def confidence_map(lap: LapSaliency) -> Figure:
     """Return how sure it was, on the track."""
-    values, words = lap.look.confidence_values
-    path = PaintedPath(lap.place.xy, values, words)
-    return draw_track(lap.place.track, paths=[path], number_every=0, title="How sure it is")
+    values, words = lap.series.confidence_values
+    path = PaintedPath(lap.positions.xy, values, words)
+    return draw_track(lap.positions.track, paths=[path], number_every=0, title="How sure it is")
 
 
 def doubts_figure(lap: LapSaliency) -> Figure:
@@ -236,7 +236,7 @@ def doubts_figure(lap: LapSaliency) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    look, heat = lap.look, shining(lap.look.heat)
+    look, heat = lap.series, shining(lap.series.heat)
     rows = _doubts(look)
     columns = min(3, max(1, len(rows)))
     lines = max(1, -(-len(rows) // columns))

@@ -108,7 +108,7 @@ def laps_page(run: Path, query: Mapping[str, str], drives: Sequence[RaceDrive] =
     compared = compare_lap(timing, int(order[lap - 1]), _reference(timing, order, against))
     names = lap_names(timing)
     given = which.named()
-    words = [word for row, value in given.items() for word in row.words(value)]
+    words = [word for row, value in given.items() for word in row.args(value)]
     numbers = [*range(1, min(CHOICES, len(order)) + 1), *([lap] if lap > CHOICES else [])]
     choices = [
         (str(number), f"{number}: {timing.laps.lap_seconds[row]:.2f} s, {names[row]}")

@@ -206,7 +206,7 @@ class RewardProcess:
     def _line_of(self, error: EndedError) -> int | None:
         """Return the line of the racer's file where the process was when it ended, as far as it could say."""
         mine = str(self.path).encode("ascii", "backslashreplace").decode()
-        return next((line for file, line in error.places if file == mine), None)
+        return next((line for file, line in error.locations if file == mine), None)
 
     def _where(self) -> str:
         return f"{self.path}:{self._line or 1}"

@@ -80,7 +80,7 @@ def drive_open_loop(trace: SimTrace, retold: TracePath, car: str | CarProfile, c
     paths = np.full((len(first), max(HORIZONS.values()) + 1, 3), np.nan)
     drive_windows(
         profile,
-        retold.places,
+        retold.poses,
         commands_of(trace),
         seconds_of(trace, retold, clocked),
         retold.restarts,
@@ -93,7 +93,7 @@ def drive_open_loop(trace: SimTrace, retold: TracePath, car: str | CarProfile, c
     for name, horizon in HORIZONS.items():
         there = np.minimum(first + horizon, len(trace) - 1)
         gap = paths[:, horizon, :2] - np.column_stack([trace.columns["X"], trace.columns["Y"]])[there]
-        turn = paths[:, horizon, 2] - retold.places[there, 2]
+        turn = paths[:, horizon, 2] - retold.poses[there, 2]
         position[name] = np.hypot(gap[:, 0], gap[:, 1])
         yaw[name] = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
     return Windows(first, ticks, paths, position, yaw)

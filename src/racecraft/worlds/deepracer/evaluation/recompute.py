@@ -34,7 +34,7 @@ HELD = ("pause", "park", "prepare")
 class TracePath:
     """Where a trace's car stood and what was done with it, on whatever track; arrays of shape (T,)."""
 
-    places: Array
+    poses: Array
     """(T, 3) base_link x, y in m and yaw in rad."""
     begins: Array
     """The row is its episode's first."""
@@ -73,7 +73,7 @@ def trace_path(trace: SimTrace) -> TracePath:
     known = "episode_status" in trace.columns
     held = np.isin(trace.columns["episode_status"], HELD) if known else begins & (trace.columns["steps"] <= 1)
     restarts = begins & (held | (trace.columns["steps"] <= 1))
-    return TracePath(places=places_of(trace), begins=begins, restarts=restarts, held=held)
+    return TracePath(poses=places_of(trace), begins=begins, restarts=restarts, held=held)
 
 
 def recompute(trace: SimTrace, track: Track) -> RecomputedTrace:
@@ -85,7 +85,7 @@ def recompute(trace: SimTrace, track: Track) -> RecomputedTrace:
     """
     columns = trace.columns
     walked = trace_path(trace)
-    places, begins, held = walked.places, walked.begins, walked.held
+    places, begins, held = walked.poses, walked.begins, walked.held
     status = columns.get("episode_status", np.full(len(trace), ""))
     progress, backwards, waypoints = _along(trace, track, begins)
     gap = np.abs(progress - columns["progress"])
@@ -101,7 +101,7 @@ def recompute(trace: SimTrace, track: Track) -> RecomputedTrace:
     count_wheels(track.arrays(), places, wheels)
     judged = ~np.isin(status, NOT_JUDGED) & ("episode_status" in columns)
     return RecomputedTrace(
-        places=places,
+        poses=places,
         begins=begins,
         restarts=walked.restarts,
         held=held,

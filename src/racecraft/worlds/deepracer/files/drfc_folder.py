@@ -297,7 +297,7 @@ def _with_shell(env: RunEnv, shell: Mapping[str, str], digest: str) -> tuple[Run
     if shell.get(LOADED, digest) != digest:
         return env, (f"the files were changed since dr-update-env, so they count and not the shell: {names}",)
     places = {name: (SHELL, None) for name in differing}
-    changed = replace(env, values={**env.values, **differing}, places={**env.places, **places})
+    changed = replace(env, values={**env.values, **differing}, locations={**env.locations, **places})
     return changed, (f"set in the shell, which counts before the files: {names}",)
 
 

@@ -25,7 +25,7 @@ class EnvRow:
     """A key of STATUSES; "unknown" where nobody knows the name."""
     effect: str
     """What it does here, or why it does nothing."""
-    place: str = ""
+    location: str = ""
     """File and line; empty where it was not given."""
 
 
@@ -80,7 +80,7 @@ def _shown(name: str, env: RunEnv) -> str | None:
 
 
 def _place(env: RunEnv, name: str) -> str:
-    if name not in env.places:
+    if name not in env.locations:
         return ""
-    path, line = env.places[name]
+    path, line = env.locations[name]
     return f"{path.name}:{line}"

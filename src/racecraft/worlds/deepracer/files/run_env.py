@@ -54,7 +54,7 @@ class RunEnv:
 
     values: Mapping[str, str] = field(default_factory=dict)
     """Text by name, variables filled in. What is empty or was never filled in is not here."""
-    places: Mapping[str, tuple[Path, int | None]] = field(default_factory=dict)
+    locations: Mapping[str, tuple[Path, int | None]] = field(default_factory=dict)
     """File and line of each value; no line where it comes from no file."""
     notes: tuple[str, ...] = ()
     """What is worth telling the user, a clause each."""
@@ -109,7 +109,7 @@ class RunEnv:
         self, name: str, expected: str | Message, hint: str | Message = "", found: str | Message = ""
     ) -> RunEnvError:
         """Return the error about a value, with its file and line."""
-        path, line = self.places[name]
+        path, line = self.locations[name]
         return RunEnvError(
             path, found or Message("'{values}'", values=self.values[name]), expected, hint, line=line, key=name
         )
@@ -128,7 +128,7 @@ class EnvFolder:
         """Return the settings without the value that an error is about; the same where it is about none of them."""
 
         def left(env: RunEnv) -> RunEnv:
-            if env.places.get(error.key or "") != (error.path, error.line):
+            if env.locations.get(error.key or "") != (error.path, error.line):
                 return env
             dropped = (error.key, *_PART_OF.get(error.key or "", ()))
             return replace(env, values={name: value for name, value in env.values.items() if name not in dropped})

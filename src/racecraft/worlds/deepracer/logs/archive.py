@@ -65,8 +65,8 @@ def members(path: Path) -> Iterator[MemberFile]:
     kind = "a whole .tar.gz or .zip of logs"
     try:
         for member in archive.members(path, kind, LIMITS):
-            if _is_wanted(member.place.name):
-                yield MemberFile(path, str(member.place), member.read())
+            if _is_wanted(member.path.name):
+                yield MemberFile(path, str(member.path), member.read())
     except archive.ArchiveError as error:
         raise LogError(path, error.found, kind, error.hint) from error
 

@@ -42,7 +42,7 @@ class Course:
     """Whether each car drives one way in one episode and the other way in the next."""
     env: RunEnv | None = None
     """The file in which it was written, for letters."""
-    place: str = ""
+    location: str = ""
     """Where else it was said, for letters."""
     cars: int | None = None
     """How many cars drive there; None: as many as on any other that does not say."""
@@ -157,9 +157,9 @@ def _with_overrides(settings: Settings, course: Course) -> Settings:
     try:
         return apply_overrides(settings, overrides)
     except SettingError as error:
-        if not course.place:
+        if not course.location:
             raise
-        raise SettingError("{place}: {error}", place=course.place, error=error) from error
+        raise SettingError("{place}: {error}", place=course.location, error=error) from error
 
 
 def _way(course: LaidCourse) -> str:

@@ -145,7 +145,7 @@ def _courses(options: Mapping[str, str], track: str | None, place: str) -> list[
     overrides += [f"{word}={value}" for word, value in options.items() if "." in word]
     cars = _cars(options, place)
     _require_race_of(options, race, place)
-    course = Course(track=track, overrides=tuple(overrides), place=place, cars=cars)
+    course = Course(track=track, overrides=tuple(overrides), location=place, cars=cars)
     if ways is None:
         return [course]
     directions = DIRECTIONS[ways]

@@ -144,7 +144,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
         seed=seed,
         stops=planned.stops,
         evaluator=evaluator,
-        asked=request_values(planned),
+        request=request_values(planned),
         metadata={"model_metadata": as_aws_dict(planned.model.metadata), "track": planned.track.name},
         title=f"{_where(planned)}, car {settings.race.car}",
         folder_name=planned.track.name if len(_names(planned)) == 1 else f"{len(_names(planned))}-tracks",

@@ -89,7 +89,7 @@ class GymnasiumWorld:
             if self._parked[n]:
                 self._stand(n, buffers)
                 continue
-            seen, reward, terminated, truncated, _ = step_env(env, self._translation.tell(actions[n, 0]))
+            seen, reward, terminated, truncated, _ = step_env(env, self._translation.to_environment(actions[n, 0]))
             self._note(n, actions[n, 0])
             buffers.reward[n, 0] = reward_given(env, reward)
             buffers.terminated[n, 0] = terminated
@@ -130,7 +130,7 @@ class GymnasiumWorld:
         for n, env in enumerate(self._envs):
             seen = self._begin(n)
             for k in range(int(state["lengths"][n])):
-                seen = step_env(env, self._translation.tell(state["actions"][n, k]))[0]
+                seen = step_env(env, self._translation.to_environment(state["actions"][n, k]))[0]
                 self._note(n, state["actions"][n, k])
             self._show(seen, buffers.observations, n)
         buffers.active[:] = True

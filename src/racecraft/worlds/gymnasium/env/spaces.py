@@ -89,7 +89,7 @@ class ActionTranslation:
     """How an action of ours is told to an environment."""
 
     actions: SingleActions
-    tell: Callable[[Any], Any]
+    to_environment: Callable[[Any], Any]
     """From one agent's action to what `step` takes."""
 
 

@@ -182,7 +182,7 @@ def build_experiment(planned: GymPlan, on_message: MessageCallback) -> Iterator[
             evaluator=lambda learner, _: ReturnEvaluator(
                 judged, confirming, GreedyPolicy(learner), settings.evaluation.episodes, planned.threshold
             ),
-            asked={"environment": environment, **recipe.as_data()},
+            request={"environment": environment, **recipe.as_data()},
             metadata={"environment": environment},
             title=environment,
             folder_name=environment.replace("/", "-").replace(":", "-"),

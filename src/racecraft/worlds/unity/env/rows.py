@@ -28,7 +28,7 @@ class ProcessAgents:
     row_of: dict[tuple[str, int], int] = field(default_factory=dict)
     """Row by behavior and agent id."""
     last_row_of: dict[tuple[str, int], int] = field(default_factory=dict)
-    asked: dict[str, list[int]] = field(default_factory=dict)
+    waiting: dict[str, list[int]] = field(default_factory=dict)
     """Rows that wait for an action, by behavior, in the order in which they asked."""
     idle: dict[str, Choice] = field(default_factory=dict)
     """What agents of other behaviors are told."""
@@ -80,7 +80,7 @@ class Seats:
         guests = self._guests[process]
         acted = np.asarray(actions, self._spec.actions.dtype).reshape(self._rows, *self._spec.actions.shape)
         choices = dict(guests.idle)
-        for name, rows in guests.asked.items():
+        for name, rows in guests.waiting.items():
             if rows:
                 choices[name] = self._table.choice(acted[rows])
                 self._steps[rows] += 1
@@ -92,7 +92,7 @@ class Seats:
 
     def has_decisions(self, process: int) -> bool:
         """Tell whether an agent of the process waits for an action."""
-        return any(self._guests[process].asked.values())
+        return any(self._guests[process].waiting.values())
 
     def fill_rows(
         self,
@@ -164,7 +164,7 @@ class Seats:
             elif buffers is not None:
                 self._pay(row, asking, index, buffers)
             rows.append(row)
-        guests.asked[name] = rows
+        guests.waiting[name] = rows
         if not rows:
             return
         if len(set(rows)) != len(rows):

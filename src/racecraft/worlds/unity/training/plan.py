@@ -109,7 +109,7 @@ class UnityPlan:
     algorithm: Algorithm
     settings: Settings
     """The defaults and what was typed; a resumed run's own, whole."""
-    begun: RunFolder | None = None
+    resumed_run: RunFolder | None = None
     """The run to go on with."""
     notes: tuple[str, ...] = ()
 
@@ -302,7 +302,7 @@ def with_scene(plan: UnityPlan, behaviors: Sequence[Behavior]) -> UnityPlan:
     Raises:
         UserInputError: SAC cannot learn this scene.
     """
-    if plan.algorithm.name != SAC or plan.request.algorithm or plan.begun is not None:
+    if plan.algorithm.name != SAC or plan.request.algorithm or plan.resumed_run is not None:
         return plan
     if len(behaviors) > 1:
         why = "teaches one policy, and here several learn"

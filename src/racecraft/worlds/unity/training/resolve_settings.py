@@ -73,8 +73,8 @@ def resolve(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str
     """
     agents = {base: rows.stop - rows.start for base, rows in rows_of.items()}
     rows = sum(agents.values())
-    if plan.begun is not None:
-        return ResolvedSettings(_settings_of_started(plan, plan.begun, behaviors, rows), plan.notes)
+    if plan.resumed_run is not None:
+        return ResolvedSettings(_settings_of_started(plan, plan.resumed_run, behaviors, rows), plan.notes)
     notes = [*plan.config.notes, *plan.notes, *_notes_on(plan, behaviors, rows)]
     each = {}
     for behavior in behaviors:

@@ -71,7 +71,7 @@ def build_experiment(planned: UnityPlan, on_message: MessageCallback) -> Iterato
         planned = with_scene(planned, behaviors)
         settled = resolve(planned, behaviors, world.rows_of)
         stops = parse_stops(planned.request.stops, SCORE)
-        if planned.begun is None:
+        if planned.resumed_run is None:
             stops = stops_for(planned.request, settled.max_steps, planned.build_name)
         judged: UnityWorld | None = None
         if not planned.build.is_editor:
@@ -88,7 +88,7 @@ def build_experiment(planned: UnityPlan, on_message: MessageCallback) -> Iterato
             seed=planned.seed,
             stops=stops,
             evaluator=lambda learner, run: _evaluator(world, judged, learner, run, episodes, stops, curriculum),
-            asked=planned.request_values(behaviors),
+            request=planned.request_values(behaviors),
             metadata={
                 "build": planned.build_name, **card_for(behaviors, own_groups(settled, planned.algorithm)),
             },

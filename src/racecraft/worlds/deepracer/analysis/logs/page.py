@@ -78,7 +78,7 @@ class Extras:
     """The table of AWS's metrics files."""
     reward: Callable[[dict[str, Any]], Any] | None = None
     """Another reward function, to be tried on the same laps."""
-    own: Sequence[CustomPlot] = ()
+    plots: Sequence[CustomPlot] = ()
     """The racer's own plots."""
     advice: Sequence[Advice] = ()
     """What to change before the next training; `advice` finds it."""
@@ -137,7 +137,7 @@ def _parts(ticks: pl.DataFrame, track: Track | None, extras: Extras) -> Pieces:
     yield from _section("What was paid", main, _paid(track, extras.reward))
     yield from _section("Laps and sectors", main, _laps(track))
     yield from _evaluations(ticks, track)
-    yield from _own(ticks, track, extras.own)
+    yield from _own(ticks, track, extras.plots)
     yield from _damage(extras.damaged)
 
 
