@@ -237,7 +237,7 @@ one for another table: [The best known lap](../racing/best_lap.md). `scripts/pla
 
 def run_env_page() -> str:
     """Return every variable of run.env, and whether it is obeyed."""
-    from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS, STATUSES
+    from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS, VARIABLE_EFFECTS
 
     def table(status: str) -> str:
         rows = [
@@ -247,7 +247,7 @@ def run_env_page() -> str:
         ]
         return _table(("variable", "what it does here"), rows)
 
-    tables = "\n\n".join(f"## {title}\n\n{table(status)}" for status, title in STATUSES.items())
+    tables = "\n\n".join(f"## {title}\n\n{table(status)}" for status, title in VARIABLE_EFFECTS.items())
     spellings = [(f"`{other}`", f"`{name}`") for other, name in OTHER_SPELLINGS.items()]
     return f"""# run.env
 

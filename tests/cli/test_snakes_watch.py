@@ -106,7 +106,7 @@ def test_play_opens_the_board_page_that_was_asked_for_and_waits_for_it(tmp_path)
 
 
 def test_play_does_not_wait_for_ever_for_a_browser(racecraft, monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.battlesnake.serving.game_audience.SECONDS_FOR_A_BROWSER", 0.1)
+    monkeypatch.setattr("racecraft.worlds.battlesnake.serving.spectators.SECONDS_FOR_A_BROWSER", 0.1)
     monkeypatch.setattr("webbrowser.open", lambda address: False)
     said = racecraft("snakes", "play", *GAME, "--browser", "--most-turns", 2)
     assert said.code == 0

@@ -19,7 +19,7 @@ from racecraft.sagemaker.tuner_request import RANGES, folder_of, job_of, read_re
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
 
-STATUSES = {"complete": "Completed", "failed": "Failed", "pruned": "Stopped"}
+TRIAL_STATUS_NAMES = {"complete": "Completed", "failed": "Failed", "pruned": "Stopped"}
 
 
 class HyperparameterTuningJobAnalytics:
@@ -91,7 +91,7 @@ class HyperparameterTuningJobAnalytics:
         return {
             **one.values,
             "TrainingJobName": job,
-            "TrainingJobStatus": STATUSES.get(one.state, "InProgress"),
+            "TrainingJobStatus": TRIAL_STATUS_NAMES.get(one.state, "InProgress"),
             "FinalObjectiveValue": one.score,
             "TrainingStartTime": _moment(description["CreationTime"]),
             "TrainingEndTime": _moment(description["TrainingEndTime"]),

@@ -36,7 +36,7 @@ KIND = WorldKind(
             "racecraft.worlds.deepracer.adapter:deepracer_vector_env",
         )
     },
-    open_run="racecraft.worlds.deepracer.players.borrowed:open_run_or_model",
+    open_run="racecraft.worlds.deepracer.players.open_run:open_run_or_model",
     evaluate="racecraft.worlds.deepracer.evaluation.judged_run:judge_car",
     fresh_scores="racecraft.worlds.deepracer.evaluation.fresh_laps:fresh_laps",
     evaluate_words=("track", "tracks", "laps"),

@@ -10,7 +10,7 @@ from racecraft.worlds.deepracer.files.run_env import (
     read_run_env,
     run_env_text,
 )
-from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, OTHER_SPELLINGS, STATUSES
+from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, OTHER_SPELLINGS, VARIABLE_EFFECTS
 
 TEMPLATES = DATA / "models" / "drfc-defaults"
 
@@ -159,7 +159,7 @@ def test_a_new_file_reads_back_with_every_default(tmp_path, file):
 
 def test_every_variable_stands_once_with_a_sentence():
     assert len(BY_NAME) == len(ENV_VARIABLES) > 100
-    assert all(row.status in STATUSES and row.doc.endswith(".") for row in ENV_VARIABLES)
+    assert all(row.status in VARIABLE_EFFECTS and row.doc.endswith(".") for row in ENV_VARIABLES)
     assert set(OTHER_SPELLINGS.values()) <= set(BY_NAME)
 
 

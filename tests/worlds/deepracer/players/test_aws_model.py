@@ -20,7 +20,7 @@ from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpo
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, GraphError, Node, write_graph, write_meta_graph
 from racecraft.worlds.deepracer.files.trained_model import ForeignModelError
 from racecraft.worlds.deepracer.players.aws_model import import_model
-from racecraft.worlds.deepracer.players.borrowed import is_foreign
+from racecraft.worlds.deepracer.players.open_run import is_aws_model
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training.plan import plan_resume
 
@@ -84,14 +84,14 @@ def test_a_policy_is_loaded_from_any_form_of_it(model, tmp_path, form):
     }
     with tarfile.open(sources["archive"], "w:gz", compresslevel=1) as archive:
         archive.add(folder, "my-model")
-    assert is_foreign(sources[form])
+    assert is_aws_model(sources[form])
     np.testing.assert_allclose(load_policy(sources[form]).probabilities({CAMERA_NAME: FRAMES}), likely, atol=1e-5)
 
 
 def test_a_run_of_ours_is_opened_as_it_is(model, tmp_path):
     run = import_model(model[0], tmp_path / "run").run
     assert open_run(run.path).path == run.path
-    assert not is_foreign(tmp_path)
+    assert not is_aws_model(tmp_path)
 
 
 def test_a_graph_that_computes_more_than_its_layers_tell_is_refused(tmp_path):

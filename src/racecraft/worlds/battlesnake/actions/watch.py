@@ -13,7 +13,7 @@ from racecraft.settings.request import Request, argument, group, option
 from racecraft.worlds.battlesnake.actions.options import BoardOptions, check_folder, new_seed, take_seats
 
 if TYPE_CHECKING:
-    from racecraft.worlds.battlesnake.serving.game_audience import BoardPage
+    from racecraft.worlds.battlesnake.serving.spectators import BoardPage
 
 GAME = "A game from `snakes play --output`, or any file that `snakes import` reads."
 
@@ -103,7 +103,7 @@ def watch(request: WatchGameRequest, progress: Progress = quiet) -> WatchedGame:
         PlayerError: There is no such player, or both a game and `live` were given, or neither.
     """
     from racecraft.worlds.battlesnake.players.protocol import PlayerError
-    from racecraft.worlds.battlesnake.serving.game_audience import BoardPage
+    from racecraft.worlds.battlesnake.serving.spectators import BoardPage
 
     if request.live == (request.game is not None):
         raise PlayerError("expected either a recorded game or --live.")
@@ -145,7 +145,7 @@ def _film(game: Path, out: Path, speed: float) -> FilmedGame:
 
 def _watch_live(request: WatchGameRequest, page: BoardPage, progress: Progress) -> WatchedGame:
     from racecraft.worlds.battlesnake.evaluation.live import play_live
-    from racecraft.worlds.battlesnake.serving.game_audience import Browser
+    from racecraft.worlds.battlesnake.serving.spectators import Browser
 
     who = request.url or ("search", "area_control")
     seed = new_seed() if request.seed is None else request.seed

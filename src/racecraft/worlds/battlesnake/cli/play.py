@@ -44,7 +44,7 @@ def watched(request: WatchedPlayRequest, progress: Progress = quiet) -> PlayedGa
 
 
 def _observers(request: WatchedPlayRequest, in_terminal: bool, progress: Progress) -> list[StepObserver]:
-    from racecraft.worlds.battlesnake.serving.game_audience import BoardPage, Browser, Terminal
+    from racecraft.worlds.battlesnake.serving.spectators import BoardPage, Browser, Terminal
 
     observers: list[StepObserver] = []
     if request.browser or request.board_url:

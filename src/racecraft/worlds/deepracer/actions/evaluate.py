@@ -213,9 +213,9 @@ def _show(
 def _imported(run: Path, progress: Progress) -> Path:
     """Return a run folder as it is, and a new one for a model of AWS's."""
     from racecraft.worlds.deepracer.players.aws_model import import_model
-    from racecraft.worlds.deepracer.players.borrowed import is_foreign
+    from racecraft.worlds.deepracer.players.open_run import is_aws_model
 
-    if not is_foreign(run):
+    if not is_aws_model(run):
         return run
     done = import_model(run)
     for note in done.notes:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from racecraft.actions.settings import FolderSettings, FolderVariable
 from racecraft.worlds.deepracer.files.env_table import read_env_rows
-from racecraft.worlds.deepracer.files.run_env_variables import STATUSES
+from racecraft.worlds.deepracer.files.run_env_variables import VARIABLE_EFFECTS
 
 
 def folder_settings(folder: Path) -> FolderSettings:
@@ -16,7 +16,7 @@ def folder_settings(folder: Path) -> FolderSettings:
     Raises:
         UserInputError: The folder or a file in it cannot be used.
     """
-    rows, titles = read_env_rows(folder), {**STATUSES, "unknown": "Unknown"}
+    rows, titles = read_env_rows(folder), {**VARIABLE_EFFECTS, "unknown": "Unknown"}
     variables = [
         FolderVariable(row.name, title, row.default if row.value is None else row.value, row.effect, row.location or "")
         for status, title in titles.items()

@@ -9,7 +9,7 @@ from pathlib import Path
 from racecraft.contract.errors import UserInputError, nearest
 from racecraft.worlds.deepracer.files.drfc_folder import default_text
 from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv, read_env_folder
-from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, STATUSES
+from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, VARIABLE_EFFECTS
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def read_env_rows(folder: Path) -> list[EnvRow]:
 
 def env_rows(whole: EnvFolder) -> Iterator[EnvRow]:
     """Yield every variable: those that are obeyed first, those that do nothing last, then unknown ones."""
-    for status in STATUSES:
+    for status in VARIABLE_EFFECTS:
         for variable in ENV_VARIABLES:
             if variable.status == status:
                 default = default_text(variable.name, whole.run)

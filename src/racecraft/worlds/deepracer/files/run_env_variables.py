@@ -18,12 +18,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-USED, VERBS, TOLD, WITHOUT = "used", "verbs", "told", "without"
-STATUSES = {
+USED, COMMANDS, INFO_ONLY, NOT_APPLICABLE = "used", "verbs", "told", "without"
+VARIABLE_EFFECTS = {
     USED: "Obeyed",
-    VERBS: "Obeyed by the dr- commands",
-    TOLD: "Told on: written into AWS's files, changes no training",
-    WITHOUT: "Not applicable here",
+    COMMANDS: "Obeyed by the dr- commands",
+    INFO_ONLY: "Told on: written into AWS's files, changes no training",
+    NOT_APPLICABLE: "Not applicable here",
 }
 """What a status means, as a heading; by how much a variable does."""
 
@@ -92,7 +92,7 @@ def _rows(file: str, table: str) -> tuple[EnvVariable, ...]:
             name if name.startswith(_WHOLE_NAMES) else f"DR_{name}",
             file,
             default,
-            WITHOUT if status in REASONS else status,
+            NOT_APPLICABLE if status in REASONS else status,
             doc,
             REASONS.get(status, ""),
         )

@@ -20,7 +20,7 @@ from racecraft.formats.run_folder import MODEL_METADATA, REWARD_FUNCTION, TRACK,
 from racecraft.league.model_copy import copy_checkpoint, run_in_archive
 from racecraft.worlds.deepracer.league.rules import CarRules
 from racecraft.worlds.deepracer.players.aws_model import import_model
-from racecraft.worlds.deepracer.players.borrowed import is_foreign
+from racecraft.worlds.deepracer.players.open_run import is_aws_model
 from racecraft.worlds.deepracer.players.run_track import KIND
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar, load_trained_car
 
@@ -76,7 +76,7 @@ def _as_run(source: str) -> Iterator[tuple[RunFolder | None, str]]:
     if is_archive(path):
         with tempfile.TemporaryDirectory(prefix="racecraft-entry-", ignore_cleanup_errors=True) as place:
             yield run_in_archive(Path(path), Path(place), ARCHIVE_KIND), which
-    elif is_foreign(path):
+    elif is_aws_model(path):
         yield None, which
     else:
         yield RunFolder.open(path), which

@@ -22,7 +22,7 @@ from racecraft.worlds.deepracer.env.settings import TIME_TRIAL, CameraConfig, Ra
 from racecraft.worlds.deepracer.env.variation import VariationConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
-from racecraft.worlds.deepracer.players.borrowed import is_foreign
+from racecraft.worlds.deepracer.players.open_run import is_aws_model
 from racecraft.worlds.deepracer.players.run_track import KIND, track_of_run
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -93,7 +93,7 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         RunFolderError: No run folder, a model that must be imported first, or the run of another kind of world.
         CheckpointError: No such checkpoint, or a damaged one.
     """
-    if is_foreign(path):
+    if is_aws_model(path):
         raise RunFolderError(
             "{path}: is a model of AWS's trainer; expected a run folder. Make one of it: racecraft import {path}",
             path=path,

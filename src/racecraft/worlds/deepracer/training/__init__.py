@@ -9,6 +9,6 @@ race_rules.py        what it says of judging
 model_folder.py      a racer's folder
 evaluator.py         five starts
 recorder.py          every tick, for the episode files
-cloning.py           weights of an older run
+weight_transfer.py   weights of an older run
 aws/                 the same as AWS's files
 """

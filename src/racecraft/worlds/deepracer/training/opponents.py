@@ -19,9 +19,9 @@ from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.players.driver import Driver, league_in, load_driver
 from racecraft.worlds.deepracer.players.run_track import KIND
-from racecraft.worlds.deepracer.training.cloning import fit_critic, require_same_shape
 from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld, deal, own_actions
 from racecraft.worlds.deepracer.training.plan import ITSELF, CarPlan
+from racecraft.worlds.deepracer.training.weight_transfer import fit_critic, require_same_shape
 
 
 def models_among(against: Sequence[str]) -> list[Driver]:

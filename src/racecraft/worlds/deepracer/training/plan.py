@@ -31,7 +31,7 @@ from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 from racecraft.worlds.deepracer.files.run_env import RunEnv
-from racecraft.worlds.deepracer.players.borrowed import with_metadata
+from racecraft.worlds.deepracer.players.open_run import with_metadata
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, cars_on, courses_of_job, held_out_of_job, of_race
 from racecraft.worlds.deepracer.players.trained_car import KIND, track_of_run
 from racecraft.worlds.deepracer.tracks.catalogue import load_track

@@ -19,7 +19,7 @@ from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, RACE_TYPES, T
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder, default_text
 from racecraft.worlds.deepracer.files.racer_files import METADATA, REWARD
 from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv, RunEnvError, read_env_folder
-from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, USED, WITHOUT
+from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, NOT_APPLICABLE, USED
 from racecraft.worlds.deepracer.training.courses import Course, requested_courses, workers_asked
 from racecraft.worlds.deepracer.training.race_objects import belongs_to, objects_overrides
 from racecraft.worlds.deepracer.training.race_rules import requested_judging, whole_number
@@ -306,7 +306,7 @@ def _unused_notes(env: RunEnv, race: str) -> list[str]:
         return ", ".join(name for name in names if not _is_default(env, name))
 
     others = [name for name in env.values if not belongs_to(name, race) and not _is_default(env, name)]
-    without = named(WITHOUT)
+    without = named(NOT_APPLICABLE)
     notes = [f"{FILE}: kept, and of another race than {race}: {', '.join(others)}"] if others else []
     return notes + ([f"{FILE}: not applicable here: {without}; `racecraft settings FOLDER` says why"] * bool(without))
 

@@ -46,7 +46,6 @@ from racecraft.worlds.deepracer.players.run_courses import LaidCourse, of_race
 from racecraft.worlds.deepracer.tracks.importer import route_file, travels
 from racecraft.worlds.deepracer.training.aws.files import AwsFiles
 from racecraft.worlds.deepracer.training.aws.setup import aws_setup
-from racecraft.worlds.deepracer.training.cloning import fit_critic, require_same_shape
 from racecraft.worlds.deepracer.training.courses import both_ways, starts
 from racecraft.worlds.deepracer.training.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.worlds.deepracer.training.expectations import require_expectations
@@ -66,6 +65,7 @@ from racecraft.worlds.deepracer.training.plan import (
 from racecraft.worlds.deepracer.training.presets import default_settings
 from racecraft.worlds.deepracer.training.recorder import EpisodeRecorder
 from racecraft.worlds.deepracer.training.remote_live import RemoteLiveTicks
+from racecraft.worlds.deepracer.training.weight_transfer import fit_critic, require_same_shape
 
 KERNEL = "race.tick"
 """What a car's world compiles last and longest."""

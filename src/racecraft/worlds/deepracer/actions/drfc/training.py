@@ -43,8 +43,8 @@ def require_trainable(drfc: DrfcFolder, planned: Any) -> None:
     """Refuse what only comes to light when a training begins: what cannot be trained wipes nothing."""
     from racecraft.formats.checkpoint_ranking import load_weights, split_source
     from racecraft.players.open_run import open_run
-    from racecraft.worlds.deepracer.training.cloning import require_same_shape
     from racecraft.worlds.deepracer.training.trainer import KIND, load_reward
+    from racecraft.worlds.deepracer.training.weight_transfer import require_same_shape
 
     load_reward(planned.model.reward, planned.settings.race.reward_seconds).close()
     if planned.request.clone_from is None:

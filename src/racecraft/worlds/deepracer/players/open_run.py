@@ -14,7 +14,7 @@ from racecraft.worlds.deepracer.files.model_metadata import ModelMetadata, write
 from racecraft.worlds.deepracer.files.trained_model import looks_like_aws_model, metadata_beside
 
 
-def is_foreign(path: str | Path) -> bool:
+def is_aws_model(path: str | Path) -> bool:
     """Tell whether a path is no run of ours but may be a model of AWS's: archive, folder, graph or checkpoint."""
     path = Path(path)
     return not (path / JOB).is_file() and (is_archive(path) or looks_like_aws_model(path))
@@ -53,7 +53,7 @@ def open_run_or_model(source: str | Path, metadata: Path | None = None) -> RunFo
     Raises:
         UserInputError: It cannot be used.
     """
-    if not is_foreign(source):
+    if not is_aws_model(source):
         return None
     from racecraft.worlds.deepracer.players.aws_model import import_model, name_of
 

@@ -12,8 +12,8 @@ from racecraft.players.trained import load_policy
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.race import CRITIC_OBJECT_NUMBERS
 from racecraft.worlds.deepracer.export.car_model import export_to_car
-from racecraft.worlds.deepracer.training.cloning import CRITIC, fit_critic
 from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racecraft.worlds.deepracer.training.weight_transfer import CRITIC, fit_critic
 
 TWO_ACTIONS = """{"action_space": [{"steering_angle": -20, "speed": 1, "index": 0},
  {"steering_angle": 20, "speed": 1, "index": 1}], "sensor": ["FRONT_FACING_CAMERA"], "neural_network":
