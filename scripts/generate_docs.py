@@ -126,7 +126,7 @@ to use them.
 
 def episode_page() -> str:
     """Return every column of an episode file."""
-    from racecraft.formats.episodes import EPISODE_COLUMNS, STATUSES, episode_columns_markdown
+    from racecraft.formats.episodes import EPISODE_COLUMNS, STATUSES, columns_markdown
 
     assert EPISODE_COLUMNS
     return f"""# Episode columns
@@ -134,7 +134,7 @@ def episode_page() -> str:
 `episodes/N.parquet` in a run folder holds every tick of iteration N, one row a tick, ordered by car and then by time.
 Units are SI, angles are radians, a positive angle turns left. Read it by name with any Parquet reader.
 
-{episode_columns_markdown()}
+{columns_markdown()}
 
 A file of ours may lack the columns that time trials do not need; `status` is one of
 {", ".join(f"`{status}`" for status in STATUSES)}."""

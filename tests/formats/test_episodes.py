@@ -8,8 +8,8 @@ from racecraft.contract.errors import ContractError
 from racecraft.formats.episodes import (
     EPISODE_COLUMNS,
     EpisodeFileError,
+    columns_markdown,
     columns_of_all,
-    episode_columns_markdown,
     read_episodes,
     write_episodes,
 )
@@ -75,7 +75,7 @@ def test_files_that_cannot_be_read_get_letters(tmp_path):
 
 
 def test_every_column_stands_in_the_documentation():
-    text = episode_columns_markdown()
+    text = columns_markdown()
     assert all(f"| `{column.name}` | {column.dtype} |" in text for column in EPISODE_COLUMNS)
     assert all(column.doc.endswith(".") for column in EPISODE_COLUMNS)
 

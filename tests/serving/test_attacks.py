@@ -23,7 +23,7 @@ from racecraft.serving.endpoint_server import EndpointServer
 from racecraft.serving.metrics_server import MetricsServer
 from racecraft.serving.watch_server import watch_routes
 from racecraft.training.live_metrics import LiveMetrics
-from racecraft.web.access import ANYONE, Access, checked_form, opened
+from racecraft.web.access import ANYONE, Access, checked_fields, opened
 from racecraft.web.answers import json_answer
 from racecraft.web.application import make_application
 from racecraft.web.server import ServerThread
@@ -94,7 +94,8 @@ def of_console(stack, folder):
 
 def of_forms(stack):
     async def change(request: Request):
-        return json_answer(await checked_form(request))
+        async with request.form() as form:
+            return json_answer(checked_fields(request, form))
 
     return started(stack, make_application([Route("/", change, methods=["GET", "POST"])]))
 

@@ -10,7 +10,7 @@ import pytest
 from starlette.routing import Route
 
 from racecraft.contract.errors import UserInputError
-from racecraft.web.access import ANYONE, Access, checked_form, opened
+from racecraft.web.access import ANYONE, Access, checked_fields, opened
 from racecraft.web.answers import json_answer, page_answer
 from racecraft.web.errors import WebError
 
@@ -44,7 +44,8 @@ def broken(request):
 
 
 async def form(request):
-    return json_answer(await checked_form(request))
+    async with request.form() as form:
+        return json_answer(checked_fields(request, form))
 
 
 async def size(request):
@@ -125,7 +126,7 @@ def test_a_form_needs_the_token_of_its_page(served):
         assert name_of(client.ask("/form", "POST", "a=1&form_token=x", Content_Type=kind)) == (403, "forged_form")
         token = json.loads(client.ask("/token")[2])["token"]
         answer = client.ask("/form", "POST", f"a=1&form_token={token}", Content_Type=kind)
-        assert json.loads(answer[2]) == {"a": "1"}
+        assert json.loads(answer[2]) == {"a": ["1"]}
 
 
 def test_opened_to_others_a_token_becomes_a_cookie(served):

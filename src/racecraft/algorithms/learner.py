@@ -18,7 +18,6 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
@@ -184,11 +183,3 @@ class LearnerPolicy:
 def greedy_policy_of(learner: Learner) -> Policy:
     """Return a learner's greedy policy: with a memory of its own where it `RecurrentLearner`."""
     return learner.greedy_policy() if isinstance(learner, RecurrentLearner) else LearnerPolicy(learner)
-
-
-class RolloutLearner(Learner, Protocol):
-    """A learner that is fed the latest rollout."""
-
-    def update(self, experience: RolloutBatch) -> Mapping[str, float]:
-        """Learn from a rollout."""
-        ...

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hmac
 import time
 from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from typing import Any
 import psutil
 import sqlalchemy as sql
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import FormData, UploadFile
+from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
@@ -31,8 +30,8 @@ from racecraft.console.tasks import Tasks
 from racecraft.console.watcher import Watcher
 from racecraft.console.workspace import LEAGUE, Workspace
 from racecraft.jobs.job_paths import JobPaths
+from racecraft.web.access import checked_fields
 from racecraft.web.answers import json_answer, page_answer
-from racecraft.web.errors import WebError
 from racecraft.web.push import Topic
 
 TEMPLATES = "racecraft.console"
@@ -178,7 +177,7 @@ async def form_fields(request: Request) -> dict[str, list[str]]:
         WebError: The form lacks its page's token, so that it came from elsewhere.
     """
     async with request.form(max_files=0) as form:
-        return _checked(request, form)
+        return checked_fields(request, form)
 
 
 @contextlib.asynccontextmanager
@@ -193,22 +192,8 @@ async def form_with_file(request: Request, name: str) -> AsyncIterator[tuple[dic
         WebError: As from `form_fields`.
     """
     async with request.form(max_files=1) as form:
-        fields, file = _checked(request, form), form.get(name)
+        fields, file = checked_fields(request, form), form.get(name)
         yield fields, file if isinstance(file, UploadFile) and file.filename else None
-
-
-def _checked(request: Request, form: FormData) -> dict[str, list[str]]:
-    """Return the text values of a form whose token is right."""
-    found: dict[str, list[str]] = {}
-    for name, value in form.multi_items():
-        if isinstance(value, str):
-            found.setdefault(name, []).append(value)
-    shown_token = found.pop("form_token", [""])[0]
-    if not hmac.compare_digest(shown_token.encode(), str(request.scope.get("racecraft.form_token", "?")).encode()):
-        raise WebError(
-            403, "forged_form", "the form lacks its page's token; load the page again and send it once more."
-        )
-    return found
 
 
 def one(fields: Fields, name: str, default: str = "") -> str:

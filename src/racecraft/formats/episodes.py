@@ -195,9 +195,9 @@ def read_episodes(path: str | Path, columns: list[str] | None = None) -> pl.Data
         raise EpisodeFileError(path, Message("damaged or half written ({error})", error=error), expected) from error
 
 
-def episode_columns_markdown() -> str:
+def columns_markdown(columns: Sequence[Column] = EPISODE_COLUMNS) -> str:
     """Return the table of columns for the documentation."""
-    rows = [f"| `{column.name}` | {column.dtype} | {column.unit} | {column.doc} |" for column in EPISODE_COLUMNS]
+    rows = [f"| `{column.name}` | {column.dtype} | {column.unit} | {column.doc} |" for column in columns]
     return "\n".join(["| column | type | unit | meaning |", "|---|---|---|---|", *rows]) + "\n"
 
 

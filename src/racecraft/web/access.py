@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import FormData, Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -257,15 +257,17 @@ def _requested_page(scope: Scope) -> str:
     return f"/{scope['path'].lstrip('/')}" + (f"?{query}" if query else "")
 
 
-async def checked_form(request: Request) -> dict[str, str]:
-    """Return the text fields of a form that one of our pages sent.
+def checked_fields(request: Request, form: FormData) -> dict[str, list[str]]:
+    """Return the text values of a form that one of our pages sent, by field.
 
     Raises:
         WebError: The form lacks the token that our pages put in (form_token), so that it came from elsewhere.
     """
-    async with request.form(max_files=0) as form:
-        fields = {name: value for name, value in form.items() if isinstance(value, str)}
-    token = fields.pop("form_token", "")
+    fields: dict[str, list[str]] = {}
+    for name, value in form.multi_items():
+        if isinstance(value, str):
+            fields.setdefault(name, []).append(value)
+    token = fields.pop("form_token", [""])[0]
     if not _equal(token, request.scope.get("racecraft.form_token", "")):
         raise WebError(
             403, "forged_form", "the form lacks its page's token; load the page again and send it once more."

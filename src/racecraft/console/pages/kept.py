@@ -41,8 +41,6 @@ EXPORTING = "Exporting"
 REPORT, REPORT_PAGE = "report", "report.html"
 LOGGED = ("log.txt", "metrics.jsonl", "logs", "metrics", "training-simtrace", "evaluation-simtrace")
 """Files and folders of a run that tell how it went."""
-EXPORTS = "export"
-"""Folder of a run in which files for other programs lie."""
 
 
 def routes(console: Console) -> list[BaseRoute]:

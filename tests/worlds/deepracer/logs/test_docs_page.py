@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
+from racecraft.formats.episodes import columns_markdown
 from racecraft.worlds.deepracer.analysis import logs as analysis
-from racecraft.worlds.deepracer.logs.columns import TICK_COLUMNS, columns_markdown
+from racecraft.worlds.deepracer.logs.columns import TICK_COLUMNS
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "racing" / "logs.md"
 HELPERS = {

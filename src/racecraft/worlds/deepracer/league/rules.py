@@ -26,7 +26,6 @@ from racecraft.worlds.deepracer.files.sensor_names import CAMERAS, LIDARS
 
 GENERATIONS = ("v4", "v5-classic", "v6")
 """Cars that exist; `v6-unlimited` and `kinematic` are for experiments."""
-NO_LIDAR = "none"
 SENSORS = (*CAMERAS, *LIDARS)
 
 

@@ -76,9 +76,3 @@ def empty(columns: tuple[Column, ...]) -> pl.DataFrame:
     import polars as pl
 
     return pl.DataFrame(schema=schema(columns))
-
-
-def columns_markdown(columns: tuple[Column, ...] = TICK_COLUMNS) -> str:
-    """Return a table of columns for the documentation."""
-    rows = [f"| `{column.name}` | {column.dtype} | {column.unit} | {column.doc} |" for column in columns]
-    return "\n".join(["| column | type | unit | meaning |", "|---|---|---|---|", *rows]) + "\n"

@@ -82,8 +82,6 @@ _SAMPLERS = {
 _CRITERIA = (
     "measure", "behavior", "signal_smoothing", "min_lesson_length", "threshold", "require_reset",
 )  # fmt: skip
-_SILENT = ("keep_checkpoints", "even_checkpoints", "checkpoint_interval", "summary_freq", "threaded")
-"""Keys that change no learning and need no note."""
 
 
 def read_trainer_yaml(path: str | Path) -> TrainerConfig:
