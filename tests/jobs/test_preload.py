@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import pytest
 from tests.jobs.makers import home_in, turn_until, wait_until
+from tests.jobs.memory_store import MemoryStore
 
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.job import new_job
 from racecraft.jobs.preload import NOTE, READY, VARIABLE, WARM, WARM_NOTE, PreloadedProcess, is_awaited
 from racecraft.jobs.states import State
-from racecraft.jobs.store import MemoryStore
 from racecraft.jobs.supervisor import Supervisor
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")

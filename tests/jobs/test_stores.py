@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.jobs.makers import python, wait_until
+from tests.jobs.memory_store import MemoryStore
 
 from racecraft import database
 from racecraft.database.engine import DatabaseError
@@ -19,7 +20,7 @@ from racecraft.jobs.job import new_job
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.jobs.sql_store import SqlStore
 from racecraft.jobs.states import JobError, State
-from racecraft.jobs.store import MemoryStore, NameTakenError, change, get
+from racecraft.jobs.store import NameTakenError, change, get
 
 
 def opened(path):

@@ -9,13 +9,14 @@ import time
 import pytest
 from tests.forked import ran
 from tests.jobs.makers import add, home_in, kill_hard, python, running, script_job, state_of, turn_until, wait_until
+from tests.jobs.memory_store import MemoryStore
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_lock import RunLock
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.states import JobError, State
-from racecraft.jobs.store import MemoryStore, change
+from racecraft.jobs.store import change
 from racecraft.jobs.submit import request_stop, wait
 from racecraft.jobs.supervisor import Supervisor
 

@@ -1,4 +1,4 @@
-"""What a store of jobs promises, and the smallest one. Begin with `JobStore`.
+"""What a store of jobs promises. Begin with `JobStore`.
 
 A store's duties:
 
@@ -6,8 +6,7 @@ A store's duties:
 - `replace` takes a change only of the very job it holds. Of several that change one job at once, from whatever thread,
   process or machine, exactly one is told True; the others are told False and look again. Everything that must happen
   once (a supervisor takes a job) is built on that.
-- What `replace` or `add` has taken is seen by every later reader, and survives the process that wrote it (a store in
-  memory: as long as its process lives).
+- What `replace` or `add` has taken is seen by every later reader, and survives the process that wrote it.
 - It does not know what a job's life looks like: `Job` does.
 
 `tests/jobs/test_stores.py` examines every backend.
@@ -15,9 +14,7 @@ A store's duties:
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Protocol
 
 from racecraft.contract.errors import nearest
@@ -59,51 +56,6 @@ class JobStore(Protocol):
     def remove(self, job: Job) -> bool:
         """Take a job out; False: it has changed, or is gone."""
         ...
-
-
-class MemoryStore:
-    """Holds jobs as long as the process lives; for tests, and for trying things."""
-
-    def __init__(self) -> None:
-        self._jobs: dict[str, Job] = {}
-        self._one_at_a_time = threading.Lock()
-
-    def add(self, job: Job) -> None:
-        """Take a new job."""
-        with self._one_at_a_time:
-            if job.name in self._jobs:
-                raise name_taken(job.name)
-            self._jobs[job.name] = job
-
-    def find(self, name: str) -> Job | None:
-        """Return the job of a name."""
-        return self._jobs.get(name)
-
-    def jobs(self) -> list[Job]:
-        """Return all jobs, the oldest first."""
-        return sorted(self._jobs.values(), key=lambda job: (job.created, job.name))
-
-    def open_jobs(self) -> list[Job]:
-        """Return the jobs that have not ended, the oldest first."""
-        return [job for job in self.jobs() if not job.ended]
-
-    def replace(self, before: Job, after: Job) -> bool:
-        """Put `after` in the place of `before`."""
-        with self._one_at_a_time:
-            held = self._jobs.get(before.name)
-            if held is None or held.revision != before.revision:
-                return False
-            self._jobs[before.name] = replace(after, revision=before.revision + 1)
-            return True
-
-    def remove(self, job: Job) -> bool:
-        """Take a job out."""
-        with self._one_at_a_time:
-            held = self._jobs.get(job.name)
-            if held is None or held.revision != job.revision:
-                return False
-            del self._jobs[job.name]
-            return True
 
 
 def get(store: JobStore, name: str) -> Job:
