@@ -73,7 +73,7 @@ class Option(Setting):
     def args(self, value: Any) -> list[str]:
         """Return how a value of it is typed.
 
-        >>> Option("", "top_speed", float, None, "", "", None, None, ()).words(3.0)
+        >>> Option("", "top_speed", float, None, "", "", None, None, ()).args(3.0)
         ['--top-speed=3.0']
         """
         if isinstance(value, bool):

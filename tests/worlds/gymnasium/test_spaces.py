@@ -156,14 +156,14 @@ def test_actions_of_every_space():
     tuples = spaces.Tuple((spaces.MultiBinary(2), spaces.Box(-1, 2, (2, 1)), spaces.Discrete(3, start=-1)))
     found = action_translation(tuples, "x")
     assert found.actions == HybridActions(ContinuousActions((-1.0, -1.0), (2.0, 2.0)), MultiDiscreteActions((2, 2, 3)))
-    told = found.tell(np.float32([0.5, -1.0, 1, 0, 2]))
+    told = found.to_environment(np.float32([0.5, -1.0, 1, 0, 2]))
     assert [part.tolist() for part in told[:2]] == [[1, 0], [[0.5], [-1.0]]]
     assert told[2] == 1
     assert tuples.contains(told)
     assert action_translation(spaces.Discrete(4, start=-1), "x").actions == DiscreteActions(4)
-    assert action_translation(spaces.Discrete(4, start=-1), "x").tell(np.int64(3)) == 2
+    assert action_translation(spaces.Discrete(4, start=-1), "x").to_environment(np.int64(3)) == 2
     named = spaces.Dict(a=spaces.Discrete(2), b=spaces.MultiDiscrete([3], start=[5]))
-    assert action_translation(named, "x").tell(np.array([1, 2])) == {"a": 1, "b": np.array([7])}
+    assert action_translation(named, "x").to_environment(np.array([1, 2])) == {"a": 1, "b": np.array([7])}
     with pytest.raises(UserInputError, match="x: actions are Text"):
         action_translation(spaces.Text(3), "x")
 

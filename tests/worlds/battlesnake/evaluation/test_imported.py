@@ -114,7 +114,7 @@ def test_what_the_files_do_not_tell_is_as_ours_has_it(tmp_path):
     """A game without a name is called as its file, a snake without one as its id; half a second is the usual time."""
     plain = import_game([written(tmp_path / "spring.final.json", frames_of_one())]).played.card
     assert (plain.id, plain.timeout_ms, plain.source) == ("spring", 500, "")
-    assert (plain.names, plain.looks) == ({"one": "one"}, {"one": {}})
+    assert (plain.names, plain.appearances) == ({"one": "one"}, {"one": {}})
 
 
 @pytest.mark.parametrize(("told", "read"), [(0, 500), (-1, 500), ("9", 500), (1, 1), (750, 750)])

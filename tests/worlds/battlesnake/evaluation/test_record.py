@@ -61,7 +61,11 @@ def test_a_line_is_the_card_then_every_turn_then_the_verdict(tmp_path):
     assert ": " not in record_text(played), "dense, as the official program writes it"
     write_record(played, tmp_path / "game.jsonl")
     again = read_record(tmp_path / "game.jsonl")
-    assert (again.boards, again.card.names, again.card.looks) == (played.boards, played.card.names, played.card.looks)
+    assert (again.boards, again.card.names, again.card.appearances) == (
+        played.boards,
+        played.card.names,
+        played.card.appearances,
+    )
     assert (again.settings, again.over) == (SETTINGS, True)
 
 
@@ -125,7 +129,7 @@ def test_names_and_looks_are_those_that_are_told_else_the_id_and_none(tmp_path):
             snake.update({"a": {"name": ""}, "c": {"customizations": "green"}}.get(snake["id"], {}))
     card = read(lines, tmp_path).card
     assert card.names == {"a": "a", "b": "Bob", "c": "Cid"}
-    assert card.looks == {"a": LOOKS, "b": LOOKS, "c": {}}
+    assert card.appearances == {"a": LOOKS, "b": LOOKS, "c": {}}
     assert (card.id, card.timeout_ms) == ("g", 300)
 
 

@@ -158,7 +158,7 @@ def test_what_is_explained_is_what_was_driven(wall_rows):
     lap = look_at_lap(car, car.trained_on)
     world = car.world(car.trained_on, 1, [0.0], 1)
     x, y, yaw = car.trained_on.pose_at(0.0)
-    assert len(lap.series) == len(lap.place.xy) == len(lap.progress_percent)
+    assert len(lap.series) == len(lap.positions.xy) == len(lap.progress_percent)
     first = world.camera.render_grey(np.array([[x, y, yaw]]))[0]
     assert np.abs(lap.series.frames[0].astype(int) - first).mean() < 12.0
     assert np.abs(lap.series.frames[0].astype(int) - lap.series.frames[-1]).mean() > 0.5
