@@ -20,7 +20,7 @@ from racecraft.settings.request import Request, argument, group, option
 class Film(Request):
     PANEL = "Film and picture"
 
-    fps: int = option(30, "Pictures a second.", low=15)
+    fps: int = option(30, "Pictures a second.", low=15, unit="Hz")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +28,7 @@ class Drive(Request):
     run: str = argument("A run.", metavar="RUN[:which]")
     film: Film = group(Film)
     only: tuple[str, ...] = option((), "These alone.", "--only", "-o")
+    pace: tuple[float, ...] = option((), "Of each car.", low=0, high=1)
     pictures: bool = option(True, "Leave pictures.")
     output: Path | None = option(None, "A file.")
 
@@ -72,9 +73,11 @@ def typed(monkeypatch, capsys):
 
 
 def test_what_is_typed_and_what_python_names_make_the_same_request(typed):
-    code, out, _, shown = typed("r", "--fps", "60", "-o", "a", "--only", "b", "--no-pictures", "--output", "x")
+    code, out, _, shown = typed(
+        "r", "--fps", "60", "-o", "a", "--only", "b", "--no-pictures", "--output", "x", "--pace", "0.5", "--pace", "1"
+    )
     assert (code, out) == (0, "driving\n")
-    assert shown[0] == drive("r", fps=60, only=["a", "b"], pictures=False, output="x")
+    assert shown[0] == drive("r", fps=60, only=["a", "b"], pace=[0.5, 1], pictures=False, output="x")
 
 
 def test_json_owns_standard_output(typed):
@@ -83,11 +86,22 @@ def test_json_owns_standard_output(typed):
     assert json.loads(out)["request"]["film"] == {"fps": 30}
 
 
-@pytest.mark.parametrize(("words", "kind"), [(["wrong"], "SettingError"), (["r", "--fps", "3"], "UsageError")])
-def test_an_error_under_json_is_one_object_and_exit_code_2(typed, words, kind):
+@pytest.mark.parametrize(
+    ("words", "kind", "found"),
+    [
+        (["wrong"], "SettingError", None),
+        (["r", "--fps", "3"], "SettingError", {"setting": "--fps", "found": 3, "low": 15, "unit": "Hz"}),
+        (["r", "--fps", "many"], "SettingError", {"setting": "--fps", "found": "many", "expected": "a whole number"}),
+        (["r", "--pace", "0.5", "--pace", "1.5"], "SettingError", {"setting": "--pace", "found": 1.5, "high": 1}),
+        (["r", "--nothing"], "UsageError", None),
+    ],
+)
+def test_an_error_under_json_is_one_object_and_exit_code_2(typed, words, kind, found):
     code, out, err, _ = typed(*words, "--json")
-    assert (code, json.loads(out)["error"]["kind"]) == (2, kind)
-    assert json.loads(out)["error"]["message"] in err
+    error = json.loads(out)["error"]
+    assert (code, error["kind"]) == (2, kind)
+    assert error["message"] in err
+    assert found is None or found.items() <= error["fields"].items()
 
 
 def test_help_ends_before_the_sections_for_programmers(typed):
@@ -96,3 +110,4 @@ def test_help_ends_before_the_sections_for_programmers(typed):
     assert "Raises" not in out
     assert "--pictures" in out
     assert "--no-pictures" in out
+    assert "[15 or more Hz]" in out

@@ -21,7 +21,9 @@ import typer
 from racecraft.actions.action import Action, Served
 from racecraft.cli.output import counting, echo, print_json
 from racecraft.contract.progress import Count, Progress
+from racecraft.settings.describe import value_text
 from racecraft.settings.request import Option, make_request, option_names, options_of
+from racecraft.settings.table import parse_value
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
@@ -92,7 +94,7 @@ def command(
 
     def run(context: typer.Context, **typed: Any) -> None:
         json = typed.pop("json")
-        named = {**(context.obj or {}), **_given(context, typed)}
+        named = {**(context.obj or {}), **_given(context, action.request, typed)}
         request: Any = make_request(action.request, **named)
         progress = TerminalProgress(quiet_stdout=messages_aside, json=json)
         result = action(request, progress=progress)
@@ -115,17 +117,35 @@ def shared_options(of: type, help: str) -> Callable[..., None]:
     """Return the callback of a group of commands that share options, which are typed before the command's name."""
 
     def keep(context: typer.Context, **typed: Any) -> None:
-        context.obj = _given(context, typed)
+        context.obj = _given(context, of, typed)
 
     parameters = [inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)]
     return with_parameters(keep, [*parameters, *map(parameter_of, options_of(of))], help, of.__name__)
 
 
-def _given(context: typer.Context, typed: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that were typed or stand in the environment."""
+def _given(context: typer.Context, of: type, typed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that were typed or stand in the environment.
+
+    Raises:
+        SettingError: A number is none, or outside its option's range.
+    """
+    rows = {row.name: row for row in options_of(of)}
     sources = {name: context.get_parameter_source(name) for name in typed}
     given = ("COMMANDLINE", "ENVIRONMENT")
-    return {name: typed[name] for name, source in sources.items() if source is not None and source.name in given}
+    return {
+        name: _read(rows[name], typed[name])
+        for name, source in sources.items()
+        if source is not None and source.name in given
+    }
+
+
+def _read(row: Option, typed: Any) -> Any:
+    """Return a value as its option's type; Typer, which has messages of its own, gives numbers as texts."""
+    if not _is_number(row.kind):
+        return typed
+    if isinstance(typed, list):
+        return tuple(value for text in typed for value in parse_value(row, text))
+    return parse_value(row, typed)
 
 
 def with_parameters(
@@ -140,14 +160,18 @@ def with_parameters(
 
 
 def parameter_of(row: Option) -> inspect.Parameter:
-    """Return an option as a parameter of a command."""
+    """Return an option as a parameter of a command; a number is a text here, which `_read` reads."""
     kind, default = row.kind, row.default
-    if typing.get_origin(kind) is tuple:
-        kind = list[typing.get_args(kind)[0]]  # type: ignore[misc]
-        if not row.is_required:
-            kind, default = kind | None, list(row.default) or None
     shared: dict[str, Any] = {"help": row.doc, "metavar": row.metavar or None, "rich_help_panel": row.panel or None}
-    shared |= {"min": row.low, "max": row.high} if _is_number(kind) else {}
+    if _is_number(kind):
+        shared["metavar"] = row.metavar or ("<int>" if int in _kinds_in(kind) else "<float>")
+        shared["help"] = f"{row.doc} [{f'{row.range_text} {row.unit}'.strip()}]" if row.range_text else row.doc
+    if typing.get_origin(kind) is tuple:
+        kind = list[str if _is_number(kind) else typing.get_args(kind)[0]]  # type: ignore[misc]
+        if not row.is_required:
+            kind, default = kind | None, [str(one) for one in row.default] or None
+    elif _is_number(kind):
+        kind, default = str | None, default if row.is_required or default is None else value_text(default)
     told: Any
     if row.is_argument:
         told = typer.Argument(**shared)
@@ -167,4 +191,8 @@ def _spellings(row: Option) -> tuple[str, ...]:
 
 
 def _is_number(kind: Any) -> bool:
-    return bool({int, float} & {kind, *typing.get_args(kind)}) and kind is not bool
+    return bool({int, float} & _kinds_in(kind)) and bool not in _kinds_in(kind)
+
+
+def _kinds_in(kind: Any) -> set[Any]:
+    return {kind, *typing.get_args(kind)}
