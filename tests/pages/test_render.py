@@ -63,7 +63,9 @@ def test_a_style_leads_to_its_font_by_sum():
 
 
 def test_a_module_brings_what_it_imports():
-    assert imported(["chart.js"]) == [f"racecraft.pages/{name}.js" for name in ("chart", "texts", "tokens", "uplot")]
+    assert imported(["chart.js"]) == [
+        f"racecraft.pages/{name}.js" for name in ("ask", "chart", "texts", "tokens", "uplot")
+    ]
 
 
 def test_the_only_inline_script_that_runs_is_the_import_map_with_its_sum():

@@ -7,5 +7,8 @@ export async function ask(way) {
   return told;
 }
 
+const formats = /** @type {Intl.NumberFormat[]} */ ([]);   // by decimals: making one takes longer than a hundred numbers
+
 /* A number with its decimals; "–" for what is not known. */
-export const words = (value, digits = 0) => value == null ? "–" : value.toLocaleString("en", { maximumFractionDigits: digits, minimumFractionDigits: digits });
+export const words = (value, digits = 0) => value == null ? "–"
+  : (formats[digits] ??= new Intl.NumberFormat("en", { maximumFractionDigits: digits, minimumFractionDigits: digits })).format(value);

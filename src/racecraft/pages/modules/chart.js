@@ -3,6 +3,7 @@
    Inside it stand a figure with its caption and its table, which need no script, and the data as JSON.
    `element.show(plot)` draws other data, as a live page does; a click on a point sends `rc-choose` with its x.
    Keys: ← → move the cursor, with Shift by ten; + − zoom; 0 or Escape show all. */
+import { words as long } from "racecraft.pages/ask.js";
 import { t } from "racecraft.pages/texts.js";
 import { onTokens, token } from "racecraft.pages/tokens.js";
 import uPlot from "racecraft.pages/uplot.js";
@@ -50,16 +51,23 @@ class Chart extends HTMLElement {
     const { min, max } = this.zoomed ? this.plot.scales.x : {};
     this.told = told;
     this.arrange();
-    this.plot?.destroy();
-    this.plot = new uPlot(this.options(), this.columns, this.place);
+    const looks = looksOf(this);
+    if (this.plot && looks === this.looks) this.plot.setData(this.columns);   // values alone: a live page costs little
+    else this.build();
+    this.looks = looks;
     if (min !== undefined) this.plot.setScale("x", { min, max });
-    this.layTools();
-    this.layKey();
     this.nothing?.remove();
     if (!this.columns[0].length) {
       this.nothing = this.place.appendChild(document.createElement("p"));
       this.nothing.className = "nothing"; this.nothing.textContent = t("no values yet");
     }
+  }
+
+  build() {
+    this.plot?.destroy();
+    this.plot = new uPlot(this.options(), this.columns, this.place);
+    this.layTools();
+    this.layKey();
   }
 
   arrange() {   // all series on one x; what is missing there is no gap
@@ -264,6 +272,10 @@ class Chart extends HTMLElement {
   }
 }
 
+function looksOf({ told: { series, bands, marks, levels, ...axes }, drawn, isWhole }) {   // all but values
+  return JSON.stringify([axes, isWhole, drawn.map(({ x, y, low, high, ...look }) => look)]);
+}
+
 function inOrder(x, y) {
   if (x.every((value, k) => !k || value >= x[k - 1])) return [x, y];
   const order = x.map((_, k) => k).sort((a, b) => x[a] - x[b]);
@@ -290,9 +302,10 @@ function near(column, row) {   // a series without a value just there tells its 
   return null;
 }
 
-const long = (value, digits) => value.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
-const short = value => value == null ? "" : Math.abs(value) >= 10000 ? value.toLocaleString("en", { notation: "compact", maximumFractionDigits: 1 })
-  : value !== 0 && Math.abs(value) < 0.001 ? value.toExponential(0) : value.toLocaleString("en", { maximumFractionDigits: 4 });
+const compact = new Intl.NumberFormat("en", { notation: "compact", maximumFractionDigits: 1 });
+const plain = new Intl.NumberFormat("en", { maximumFractionDigits: 4 });
+const short = value => value == null ? "" : Math.abs(value) >= 10000 ? compact.format(value)
+  : value !== 0 && Math.abs(value) < 0.001 ? value.toExponential(0) : plain.format(value);
 
 customElements.define("rc-chart", Chart);
 export { Chart };

@@ -8,8 +8,10 @@ import { CarMap } from "racecraft.worlds.deepracer.pages/car_map.js";
 import { TICKS, follows, goOn, pose, standing } from "racecraft.worlds.deepracer.pages/reel.js";
 
 const PICTURES = 30, SLOW_PICTURES = 2;   // a second; slow where somebody wants little motion
+const LITTLE_MOTION = matchMedia("(prefers-reduced-motion: reduce)");
 const AHEAD = 2;                          // s: with less to play, more is asked for; a training leaves its next ticks then
-const FIGURES_MS = 250, CARS_MS = 1000; // between two changes of figures, of bars
+const ASK_MS = 500;                       // between two asks for ticks
+const FIGURES_MS = 250, FIGURES_BESIDE_TRAINING_MS = 500, CARS_MS = 1000;   // between two changes of figures, of bars
 const CAMERA_MS = 125, CAMERA_BESIDE_TRAINING_MS = 333;   // pictures take from the training
 const ENDINGS = { lap_complete: t("lap complete"), off_track: t("off track"), crashed: t("crashed"), immobilized: t("stood still"),
   reversed: t("drove backwards"), time_up: t("out of time"), in_progress: t("goes on") };
@@ -23,7 +25,7 @@ class Cars extends HTMLElement {
     this.tracks = /** @type {any[]} */ ([]); this.track = /** @type {any} */ (null);
     this.mode = ""; this.head = 0; this.playing = true; this.pace = 1; this.car = "0"; this.iteration = 0;
     this.episodes = []; this.kept = []; this.last = 0; this.courses = []; this.course = 0; this.seen = ""; this.times = {};
-    this.map = new CarMap(this.parts.ground, this.parts.map);
+    this.map = new CarMap(this.parts.map);
     this.feed = feedOf(this.from);
     this.feed.addEventListener("run", () => this.onRun());
     this.listen();
@@ -89,7 +91,7 @@ class Cars extends HTMLElement {
       if (this.mode === "live" && !told.training) return this.endLive();
       if (this.mode === "live" && told.reel) this.take(told.reel);
     } catch { /* the feed says that the server is gone */ }
-    setTimeout(() => { this.fetching = false; }, 250);
+    setTimeout(() => { this.fetching = false; }, ASK_MS);
   }
 
   take(reel) {
@@ -122,8 +124,8 @@ class Cars extends HTMLElement {
   observe() {
     this.inSight = true;
     new IntersectionObserver(([seen]) => { this.inSight = seen.isIntersecting; this.wake(); }).observe(this.parts.map);
-    new ResizeObserver(() => { if (this.track && this.map.place?.wide !== this.parts.ground.parentElement.clientWidth) this.map.lay(this.track); })
-      .observe(this.parts.ground.parentElement);
+    new ResizeObserver(() => { if (this.track && this.map.place?.wide !== this.parts.map.parentElement.clientWidth) this.map.lay(this.track); })
+      .observe(this.parts.map.parentElement);
     document.addEventListener("visibilitychange", () => this.wake());
   }
 
@@ -133,12 +135,14 @@ class Cars extends HTMLElement {
 
   turn(now) {
     if (!this.awake) { this.sleeping = true; return; }
-    const little = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    setTimeout(() => requestAnimationFrame(then => this.turn(then)), 1000 / (little ? SLOW_PICTURES : PICTURES) - 9);
+    const little = LITTLE_MOTION.matches;
+    const step = 1000 / (little ? SLOW_PICTURES : PICTURES), late = now - (this.due ?? now);
+    this.due = late < step ? now - late + step : now + step;   // an even pace; a frame of its own for each picture costs as much as drawing it
+    setTimeout(() => this.turn(performance.now()), this.due - now);
     const past = Math.min(little ? 0.6 : 0.1, (now - (this.turnedAt ?? now)) / 1000);
     this.turnedAt = now;
     this.goForward(past);
-    if (this.reel && this.map.place) { this.draw(); this.tellMoment(now); this.look(now); }
+    if (this.reel && this.map.place) { this.draw(); this.showView(); this.tellMoment(now); this.look(now); }
   }
 
   goForward(past) {
@@ -150,6 +154,15 @@ class Cars extends HTMLElement {
     if (this.head < end) this.head = Math.min(end, this.head + past * TICKS * this.pace);
     else if (this.mode === "iteration" && !this.turning) this.nextIteration();
     else if (this.mode === "episode") this.play(false);
+  }
+
+  showView() {   // with a picture of the map, so that both are one change of the page
+    const { view, parts: { eye } } = this;
+    if (!view) return;
+    this.view = null; eye.hidden = false;
+    if (eye.width !== view.width) { eye.width = view.width; eye.height = view.height; }
+    (this.eye ??= eye.getContext("2d", { alpha: false, desynchronized: true })).drawImage(view, 0, 0);
+    view.close();
   }
 
   draw() {
@@ -208,7 +221,7 @@ class Cars extends HTMLElement {
       const cars = this.here();
       [...this.parts.cars.children].forEach((button, c) => { if (cars[c]) fill(button.querySelector("i"), cars[c].progress[i] / 100); });
     }
-    if (!due("figures", FIGURES_MS)) return;
+    if (!due("figures", this.training ? FIGURES_BESIDE_TRAINING_MS : FIGURES_MS)) return;
     this.tellTime(i);
     const car = this.reel.cars.find(one => one.name === this.car), { parts } = this;
     if (!car || car.x[i] == null) return;
@@ -241,13 +254,8 @@ class Cars extends HTMLElement {
     if (way === this.seen) return;
     this.looking = true; this.seen = way; this.looked = now;
     try {
-      const { eye } = this.parts, answer = await fetch(way);
-      if (answer.ok) {
-        const old = eye.src;
-        eye.src = URL.createObjectURL(await answer.blob());
-        await eye.decode().then(() => { eye.hidden = false; }, () => { eye.hidden = true; });   // never a broken picture
-        if (old) URL.revokeObjectURL(old);
-      }
+      const answer = await fetch(way);
+      if (answer.ok) this.view = await createImageBitmap(await answer.blob());
     } catch { /* the feed says that the server is gone */ }
     this.looking = false;
   }
