@@ -612,7 +612,12 @@ def options_of(function: Callable[..., Any]) -> Iterator[tuple[str, str, str, st
         typed = _typed_name(name, kind, info, is_argument)
         required = parameter.default is inspect.Parameter.empty
         default = "required" if required else _default_text(parameter.default)
-        yield typed, "" if is_argument else _value_text(kind), default, str(info.help or "")
+        value = NUMBERS.get(info.metavar) or _value_text(kind)
+        yield typed, "" if is_argument else value, default, str(info.help or "")
+
+
+NUMBERS = {"<int>": "whole number", "<float>": "number"}
+"""What they are called, by what `--help` shows for them."""
 
 
 def _typed_name(name: str, kind: Any, info: Any, is_argument: bool) -> str:
