@@ -1,5 +1,7 @@
 """The position that search plays forward: held equal to the compiled rules, and its water to water poured by hand."""
 
+import itertools
+
 import numpy as np
 import pytest
 from tests.reference import DATA
@@ -78,9 +80,10 @@ def test_a_turn_is_that_of_the_compiled_rules(ruleset):
 
 @pytest.mark.parametrize("which", ["", "_more"])
 def test_a_turn_is_that_of_the_official_engine(which):
-    """Every recorded turn: who lives after it, where, how healthy, and which food is left."""
+    """Every turn of every third recorded game: who lives after it, where, how healthy, and which food is left."""
     turns, died = 0, 0
-    for game in read_games(DATA / "battlesnake" / f"official_engine_trajectories{which}.jsonl.gz"):
+    games = read_games(DATA / "battlesnake" / f"official_engine_trajectories{which}.jsonl.gz")
+    for game in itertools.islice(games, 0, None, 3):
         for step in game.steps:
             words = {one.id: default_move(one.body, *game_size(game)) for one in step.before.alive()}
             moves = {one: step.moves.get(one, "") for one in words}
@@ -90,8 +93,8 @@ def test_a_turn_is_that_of_the_official_engine(which):
             assert living == [(snake.id, snake.body, snake.health) for snake in after.alive()]
             assert food == sorted(after.food)
             turns, died = turns + 1, died + len(step.before.alive()) - len(living)
-    assert turns > 2000
-    assert died > 30
+    assert turns > 600
+    assert died > 10
 
 
 def game_size(game):
