@@ -155,7 +155,7 @@ def steady_table(compared: LapComparison) -> dict[str, Any]:
 
 
 def lap_table(compared: LapComparison, names: Sequence[str], shown: Sequence[int] | None = None) -> dict[str, Any]:
-    """Return laps with their sectors, each with whether it is the best of all.
+    """Return laps with their sectors, each with whether it is the best of all; they lead nowhere yet.
 
     Args:
         compared: All laps.
@@ -169,6 +169,7 @@ def lap_table(compared: LapComparison, names: Sequence[str], shown: Sequence[int
         {
             "name": names[row],
             "here": row == compared.row,
+            "href": "",
             "sectors": [(f"{one:.2f}", one <= least + 1e-9) for one, least in zip(sectors, best.tolist(), strict=True)],
             "time": f"{seconds[row]:.2f}",
             "gap": f"{seconds[row] - seconds.min():+.2f}",
