@@ -327,6 +327,14 @@ def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(
     browser.open(f"{address}/models")
     page = browser.page
     page.wait_for_selector("tr[data-row='a-1']")
+    page.evaluate("""() => {
+        const close = EventSource.prototype.close, later = setTimeout;
+        EventSource.prototype.close = function () { document.body.dataset.closed = ""; close.call(this); };
+        window.setTimeout = (act, milliseconds) => later(act, milliseconds / 100);
+        Object.defineProperty(document, "hidden", { value: true, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange")); }""")
+    page.wait_for_selector("body[data-closed]")  # a hidden page lets go of its stream, and goes on when it is shown
+    page.evaluate("delete document.hidden, document.dispatchEvent(new Event('visibilitychange'))")
     write_run(workspace.path / "runs/b-1")
     page.wait_for_selector("tr[data-row='b-1']", timeout=20_000)  # 5 s where nothing else runs
     page.check("input[value='a-1']")

@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
@@ -33,6 +34,7 @@ from racecraft.console.service import (
 from racecraft.console.workspace_file import restore_workspace, save_workspace
 from racecraft.console.workspace_settings import WorkspaceSettings, read_settings, write_settings
 from racecraft.contract.errors import SettingError
+from racecraft.jobs.preload import is_kept_warm
 from racecraft.pages.every_part import every_part
 from racecraft.training.notify import require_addresses
 from racecraft.web.answers import page_answer
@@ -132,11 +134,12 @@ def _page(console: Console, request: Request, told: Mapping[str, str], status: i
     )
 
 
-def _places(console: Console) -> dict[str, str]:
+def _places(console: Console) -> dict[str, Any]:
     return {
         "folder": str(console.workspace.path),
         "index": console.index.url,
         "jobs": str(console.home.path),
+        "is_warm": is_kept_warm(console.home),
         "starter": os.environ.get(STARTER_VARIABLE, ""),
     }
 
