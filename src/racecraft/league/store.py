@@ -139,7 +139,7 @@ class League:
         Raises:
             SettingError: There is none, or several have the title.
         """
-        if re.fullmatch(r"[a-z0-9-]+", id) and (file := self.folder(id) / RACE).is_file():
+        if re.fullmatch(r"[a-z0-9-]{1,100}", id) and (file := self.folder(id) / RACE).is_file():
             return self._kept(file, Race)
         races = self.races()
         named = [race for race in races if race.title.casefold() == id.casefold()]
