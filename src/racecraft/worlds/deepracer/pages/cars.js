@@ -12,7 +12,7 @@ const LITTLE_MOTION = matchMedia("(prefers-reduced-motion: reduce)");
 const AHEAD = 2;                          // s: with less to play, more is asked for; a training leaves its next ticks then
 const ASK_MS = 500;                       // between two asks for ticks
 const FIGURES_MS = 250, FIGURES_BESIDE_TRAINING_MS = 500, CARS_MS = 1000;   // between two changes of figures, of bars
-const CAMERA_MS = 125, CAMERA_BESIDE_TRAINING_MS = 333;   // pictures take from the training
+const CAMERA_MS = 125, CAMERA_BESIDE_TRAINING_MS = 500;   // pictures take from the training
 const ENDINGS = { lap_complete: t("lap complete"), off_track: t("off track"), crashed: t("crashed"), immobilized: t("stood still"),
   reversed: t("drove backwards"), time_up: t("out of time"), in_progress: t("goes on") };
 
