@@ -12,7 +12,8 @@ const WINDSCREEN = [[-0.12, -0.2], [0.04, -0.2], [0.04, 0.2], [-0.12, 0.2]];
 export class CarMap {
   constructor(canvas) {
     this.canvas = canvas; this.pen = canvas.getContext("2d", { alpha: false, desynchronized: true });
-    [this.ground, this.still] = [0, 1].map(() => document.createElement("canvas").getContext("2d", { alpha: false }));
+    const beside = () => document.createElement("canvas").getContext("2d", { alpha: false });
+    this.ground = beside(); this.still = beside();
     this.place = /** @type {any} */ (null); this.tick = /** @type {any[]} */ ([]);
   }
 

@@ -26,6 +26,7 @@ class Cars extends HTMLElement {
     this.mode = ""; this.head = 0; this.playing = true; this.pace = 1; this.car = "0"; this.iteration = 0;
     this.episodes = []; this.kept = []; this.last = 0; this.courses = []; this.course = 0; this.seen = ""; this.times = {};
     this.map = new CarMap(this.parts.map);
+    this.eye = this.parts.eye.getContext("2d", { alpha: false, desynchronized: true }); this.view = /** @type {any} */ (null);
     this.feed = feedOf(this.from);
     this.feed.addEventListener("run", () => this.onRun());
     this.listen();
@@ -161,7 +162,7 @@ class Cars extends HTMLElement {
     if (!view) return;
     this.view = null; eye.hidden = false;
     if (eye.width !== view.width) { eye.width = view.width; eye.height = view.height; }
-    (this.eye ??= eye.getContext("2d", { alpha: false, desynchronized: true })).drawImage(view, 0, 0);
+    this.eye.drawImage(view, 0, 0);
     view.close();
   }
 
