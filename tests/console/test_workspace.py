@@ -3,6 +3,8 @@
 import errno
 import os
 import stat
+import subprocess
+import sys
 
 import pytest
 
@@ -90,3 +92,14 @@ def test_a_damaged_note_says_nothing_and_loses_no_model(workspace):
     model = workspace.create("car", {})
     (model.path / "model.json").write_text("{")
     assert workspace.model("car").note() == Note()
+
+
+def test_a_console_opens_without_pytorch(tmp_path):
+    """Its first page waits for none of it: half of the time that the command would take."""
+    code = (
+        "import sys; from pathlib import Path; from racecraft.console.application import make_console\n"
+        "from racecraft.jobs.job_paths import JobPaths\n"
+        "make_console(Path('here'), JobPaths(Path('jobs'), 'sqlite:///jobs.sqlite')); print('torch' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

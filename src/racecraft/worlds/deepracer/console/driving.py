@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import shlex
 import shutil
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sql
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket
@@ -22,9 +24,11 @@ from racecraft.console.workspace import DRIVEN
 from racecraft.contract.errors import SettingError
 from racecraft.worlds.deepracer.console.car_form import TEMPLATES
 from racecraft.worlds.deepracer.driving.driven_laps import DrivenLaps
-from racecraft.worlds.deepracer.serving.hand_driving import DrivenTrack, DriveTracks
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.library import own_names
+
+if TYPE_CHECKING:
+    from racecraft.worlds.deepracer.serving.hand_driving import DrivenTrack, DriveTracks
 
 HERE = "/drive"
 LAPS = "laps.safetensors"
@@ -37,10 +41,15 @@ FIRST = ("reinvent_base", "Oval_track", "Bowtie_track", "2022_april_open", "2022
 
 def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of driving."""
-    tracks = DriveTracks(lambda name, reverse: driven_track(console, name))
+
+    @cache
+    def tracks() -> DriveTracks:
+        from racecraft.worlds.deepracer.serving.hand_driving import DriveTracks  # brings PyTorch along: a second
+
+        return DriveTracks(lambda name, reverse: driven_track(console, name))
 
     async def wheel(socket: WebSocket) -> None:
-        await tracks.answer(socket, socket.path_params["track"], reverse=False)
+        await (await run_in_threadpool(tracks)).answer(socket, socket.path_params["track"], reverse=False)
 
     return [
         *page_routes(console, HERE, choose_page),
@@ -102,6 +111,8 @@ def driven_track(console: Console, name: str) -> DrivenTrack:
     Raises:
         UserInputError: There is no such track, or its laps cannot be read.
     """
+    from racecraft.worlds.deepracer.serving.hand_driving import DrivenTrack
+
     track = load_track(name)
     laps = _laps(console, track.name)
     command = shlex.join(["racecraft", "train", f"--track={track.name}", f"--from={laps.path}"])

@@ -16,7 +16,7 @@ from racecraft.worlds.deepracer.driving.telemetry.laps import find_laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import compare_lap
 from racecraft.worlds.deepracer.driving.telemetry.reference import of_best_zones, of_lap
 from racecraft.worlds.deepracer.driving.telemetry.timing import LapTiming, time_laps
-from racecraft.worlds.deepracer.league.files import REPLAY
+from racecraft.worlds.deepracer.league.replay import REPLAY
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
