@@ -68,6 +68,13 @@ ACCELERATIONS = (
                  JUDGED, ALL, "import racecraft.algorithms.compiled_policy as m; m.compile_policy = lambda *_: None"),
 )  # fmt: skip
 
+READING = """
+Two rounds tell a half from nothing, not a tenth from nothing. Half precision and the written-out gradient clearly stay,
+threads probably. Tiles, kept memory, single threads and compiled judging gained nothing on this processor while nothing
+else ran: the first was worth a quarter on a Xeon, the third is for a machine that has other work, and the last does not
+apply to a car that sees three frames. They are the next to go, once more rounds and another processor say the same.
+"""
+
 
 def main() -> None:
     """Measure every acceleration by turns and write the table after each."""
@@ -111,13 +118,17 @@ def row_of(row: dict[str, Any]) -> str:
 def page(rows: list[dict[str, Any]], rounds: int) -> str:
     """Return the table as a page."""
     return (
-        "# What each acceleration is worth\n\n"
-        "`python benchmarks/accelerations.py`: a training with an acceleration and without it, a process each, "
-        f"{rounds} rounds by turns; milliseconds of an iteration, the first one left out. Medians; in brackets the "
-        f"smallest and the largest ratio. {machine()}.\n\n"
-        "| acceleration | module | what is waited for | with it, ms | without it, ms | ratio |\n"
-        "|---|---|---|---|---|---|\n"
-    ) + "".join(f"{row_of(row)}\n" for row in rows)
+        (
+            "# What each acceleration is worth\n\n"
+            "`python benchmarks/accelerations.py`: a training with an acceleration and without it, a process each, "
+            f"{rounds} rounds by turns; milliseconds of an iteration, the first one left out. Medians; in brackets the "
+            f"smallest and the largest ratio. {machine()}.\n\n"
+            "| acceleration | module | what is waited for | with it, ms | without it, ms | ratio |\n"
+            "|---|---|---|---|---|---|\n"
+        )
+        + "".join(f"{row_of(row)}\n" for row in rows)
+        + READING
+    )
 
 
 if __name__ == "__main__":
