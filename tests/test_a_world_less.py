@@ -21,6 +21,8 @@ import importlib, pkgutil, sys, racecraft
 for found in pkgutil.walk_packages(racecraft.__path__, "racecraft."):
     if found.name.split(".")[1] in ("__main__", "compat", "sagemaker"):
         continue  # they name worlds, and offer them under other packages' names
+    if found.name == "racecraft.database.migrations.env":
+        continue  # Alembic alone can run it
     try:
         importlib.import_module(found.name)
     except ImportError as error:
