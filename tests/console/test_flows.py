@@ -117,6 +117,11 @@ def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, b
     browser.page.wait_for_url("**/models/my-car")
     assert begun[2][0] == "my-car"
     assert f"--from={run}:last" in begun[2][1]
+    browser.page.goto(f"{address}/drafts/new?from=my-car")
+    browser.page.fill("[name=name]", "my-car")
+    browser.page.click("#create")
+    assert "my-car" in browser.page.inner_text(".notice.bad")
+    assert len(begun) == 3, "a clone by its model's name takes the place of nothing"
     shutil.copytree(TRACES / "drfc-1-worker/evaluation-20220709200242", run / "evaluation-20220709200242")
     monkeypatch.setattr(Helper, "ask", lambda helper, function, *arguments: "-20, 1\n20, 3")
     browser.page.goto(f"{address}/models/my-car/laps")

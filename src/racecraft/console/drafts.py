@@ -49,17 +49,14 @@ class Draft:
     """What the fields were in the model that is cloned; {}: none is."""
     cloned_from: str = ""
     """The model that is cloned; "": none."""
+    in_place: bool = False
+    """Whether that model goes on itself, changed; its name stays."""
     edits: int = 0
     """Counts the changes; a form that began from another count is told."""
     writer: str = ""
     """The page that changed it last: its own changes are no surprise to it."""
     changed: float = 0.0
     """Seconds since 1970."""
-
-    @property
-    def is_in_place(self) -> bool:
-        """Whether the model that is cloned goes on itself, changed."""
-        return bool(self.cloned_from) and self.name == self.cloned_from.partition(":")[0]
 
 
 class Drafts:
@@ -79,6 +76,7 @@ class Drafts:
         base: Mapping[str, Any] | None = None,
         cloned_from: str = "",
         typed: Mapping[str, Any] | None = None,
+        in_place: bool = False,
     ) -> Draft:
         """Return a new draft.
 
@@ -88,6 +86,7 @@ class Drafts:
             base: Values of the model that is cloned.
             cloned_from: That model.
             typed: Values that are chosen already.
+            in_place: Whether the model that is cloned goes on itself.
 
         Raises:
             OutputFileError: The folder cannot be written.
@@ -100,6 +99,7 @@ class Drafts:
             typed=known | dict(typed or {}),
             base=known,
             cloned_from=cloned_from,
+            in_place=in_place,
         )
         return self._write(draft)
 
@@ -111,7 +111,7 @@ class Drafts:
         """
         try:
             draft = json.loads(self._path(key).read_text(encoding="utf-8"))
-            known = {name: draft[name] for name in Draft.__dataclass_fields__}
+            known = {name: draft[name] for name in Draft.__dataclass_fields__ if name in draft}
             return Draft(**known)
         except (OSError, ValueError, KeyError, TypeError):
             raise DraftError("There is no draft {key!r}; begin a new model.", key=key[:20]) from None
@@ -135,7 +135,7 @@ class Drafts:
             }
             if others:
                 raise DraftChangedError(others)
-        changed = replace(draft, name=name[:64], typed={**draft.typed, **typed})
+        changed = replace(draft, name=draft.name if draft.in_place else name[:64], typed={**draft.typed, **typed})
         return draft if changed == draft else self._write(replace(changed, edits=draft.edits + 1, writer=writer))
 
     def remove(self, draft: Draft) -> None:

@@ -5,7 +5,7 @@ A world names its subclass in `WorldKind.console`; the console asks `parts_of`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -141,7 +141,7 @@ class WorldParts:
         return []
 
     def tab_page(
-        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Sequence[RaceDrive]
+        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Callable[[], Sequence[RaceDrive]]
     ) -> tuple[str, dict[str, Any]]:
         """Return a page of `tabs`: its template, which extends "racecraft.console/model_frame.html", and its data.
 
@@ -149,7 +149,7 @@ class WorldParts:
             row: The model's row.
             tab: The last word of its address.
             query: The words behind its address.
-            drives: What the model drove in races, the newest first.
+            drives: Reads what the model drove in races, the newest first.
 
         Raises:
             UserInputError: There is no such page, or the run cannot be read.

@@ -108,7 +108,7 @@ def clone_draft(
         )
     base = parts_of(row["kind"]).values_of(RunFolder(Path(row["run"])))
     new = model.name if in_place else console.workspace.free(model.name)
-    return _drafts(console).begin(row["kind"], new, base, _source(model.name, checkpoint), typed)
+    return _drafts(console).begin(row["kind"], new, base, _source(model.name, checkpoint), typed, in_place)
 
 
 def step_page(console: Console, request: Request) -> Page:
@@ -178,10 +178,10 @@ def _create(console: Console, draft: Draft) -> str:
     if draft.cloned_from and values.get("weights", True):
         source, _, checkpoint = draft.cloned_from.partition(":")
         row = console.index.row(console.workspace.model(source).name)
-        values["from"] = f"{row['run']}:{checkpoint or ('last' if draft.is_in_place else 'best')}"
+        values["from"] = f"{row['run']}:{checkpoint or ('last' if draft.in_place else 'best')}"
         parts.require_same_body(values, read_fields(steps, draft.base)[0])
     files = parts.files(values)
-    if draft.is_in_place:
+    if draft.in_place:
         model = _gone_on(console, draft, files)
     else:
         model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
@@ -220,7 +220,7 @@ def _page(
         f"{step.title}: {draft.name}",
         {
             "draft": asdict(draft),
-            "in_place": draft.is_in_place,
+            "in_place": draft.in_place,
             "writer": secrets.token_hex(8),
             "steps": [
                 {"key": one.key, "title": one.title, "wrong": sum(field.name in wrong for field in one.fields)}

@@ -95,7 +95,7 @@ def tab_page(console: Console, request: Request) -> Page:
     label = next((label for label, below in (parts.tabs(row) if parts else []) if below == f"/{tab}"), None)
     if parts is None or label is None:
         raise WebError(404, "no_such_page", f"{model.name} has no page {tab[:40]!r}; begin at its overview.")
-    template, data = parts.tab_page(row, tab, dict(request.query_params), drives_of(console, request, row))
+    template, data = parts.tab_page(row, tab, dict(request.query_params), lambda: drives_of(console, request, row))
     task = parts.tab_task(row, tab)
     context = {"task": console.tasks.of(model.name, task[0]) if task else None}
     return Page(template, f"{label}: {model.name}", {**frame(row, label, parts), **context, **data})

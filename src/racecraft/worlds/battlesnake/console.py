@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +70,7 @@ class SnakeParts(WorldParts):
         return [("Games", "/games")]
 
     def tab_page(
-        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Sequence[RaceDrive]
+        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Callable[[], Sequence[RaceDrive]]
     ) -> tuple[str, dict[str, Any]]:
         """Return the games that the snake played here, the latest first."""
         if tab != GAMES:

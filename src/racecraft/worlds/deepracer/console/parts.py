@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -88,7 +88,7 @@ class CarParts(WorldParts):
         return [("Laps", "/laps"), ("Why it fails", "/why"), ("Reward", "/reward")]
 
     def tab_page(
-        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Sequence[RaceDrive]
+        self, row: Mapping[str, Any], tab: str, query: Mapping[str, str], drives: Callable[[], Sequence[RaceDrive]]
     ) -> tuple[str, dict[str, Any]]:
         """Return one of those pages."""
         run = RunFolder(Path(row["run"]))
@@ -103,7 +103,7 @@ class CarParts(WorldParts):
         if tab == "laps":
             from racecraft.worlds.deepracer.console.laps import laps_page
 
-            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), query, drives)
+            return f"{TEMPLATES}/laps.html", laps_page(Path(row["run"]), query, drives())
         return super().tab_page(row, tab, query, drives)
 
     def tab_task(self, row: Mapping[str, Any], tab: str) -> tuple[str, list[str]] | None:
