@@ -240,7 +240,16 @@ CASES = {
     ),
     "showing an unknown track": (["Oval_track"], lambda t: ["tracks", "show", "Oval_trak"]),
     "an unknown Gymnasium id": (["CartPole-v7"], lambda t: ["gym", "train", "CartPole-v7"]),
-    "an unknown option": (["--trak"], lambda t: ["train", "--trak", "x"]),
+    "an unknown option": (
+        ["racecraft: `racecraft train` has no option '--trak'. Did you mean '--track'?"],
+        lambda t: ["train", "--trak", "x"],
+    ),
+    "an unknown command": (["has no command 'wach'. Did you mean 'watch'?"], lambda t: ["wach"]),
+    "an unknown command of a group": (
+        ["`racecraft jobs` has no command 'frobnicate'"],
+        lambda t: ["jobs", "frobnicate"],
+    ),
+    "a group without a command": (["`racecraft dr` has no command", "update-env"], lambda t: ["dr", "--folder", t]),
 }
 
 

@@ -7,10 +7,10 @@ The process of a training may import before it knows its words, a command that i
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from typing import NoReturn
 
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.training.signals import end_at_once_on_interrupt, forgotten_interrupts_return
@@ -35,14 +35,10 @@ def main() -> None:
 
 def print_errors(command: Callable[..., object]) -> None:
     """Run a command; an error of ours is printed and becomes an exit code, under --json as one JSON object as well."""
-    as_json = "--json" in sys.argv
     try:
-        code = command(standalone_mode=not as_json)
+        code = command(standalone_mode=False)
     except RacecraftError as error:
-        print("\n".join([f"racecraft: {error}", *getattr(error, "__notes__", ())]), file=sys.stderr)
-        if as_json:
-            _print_json_error(error)
-        sys.exit(2 if isinstance(error, UserInputError) else 1)
+        _end_with(error)
     except KeyboardInterrupt:
         end_at_once_on_interrupt()
         print("racecraft: stopped.", file=sys.stderr)
@@ -51,20 +47,36 @@ def print_errors(command: Callable[..., object]) -> None:
         sys.stderr.close()
         sys.exit(141)
     except Exception as error:
-        if not hasattr(error, "format_message"):
-            raise
-        print(f"racecraft: {error.format_message()}", file=sys.stderr)  # without --json Typer prints it itself
-        print(json.dumps({"error": {"kind": "UsageError", "message": error.format_message()}}))
-        sys.exit(2)
-    if as_json and isinstance(code, int):
+        _end_for_typer(error)
+        raise
+    if isinstance(code, int):
         sys.exit(code)
 
 
-def _print_json_error(error: RacecraftError) -> None:
-    """Print an error on standard output: {"error": {"kind": …, "message": …, "template": …, "fields": …}}."""
-    from racecraft.cli.output import print_json
+def _end_with(error: RacecraftError) -> NoReturn:
+    """Print an error, under --json on standard output too: {"error": {"kind": …, "message": …, "template": …, …}}."""
+    print("\n".join([f"racecraft: {error}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+    if "--json" in sys.argv:
+        from racecraft.cli.output import print_json
 
-    print_json({"error": error.as_data()})
+        print_json({"error": error.as_data()})
+    sys.exit(2 if isinstance(error, UserInputError) else 1)
+
+
+def _end_for_typer(error: Exception) -> None:
+    """End where Typer found no command line, printed its help or was answered no; else do nothing."""
+    kind = type(error).__name__
+    if kind == "NoArgsIsHelpError":
+        if help := str(error):  # Typer with Rich has printed it
+            print(help, file=sys.stderr)
+        sys.exit(2)
+    if kind == "Abort":
+        print("racecraft: stopped.", file=sys.stderr)
+        sys.exit(1)
+    if hasattr(error, "format_message"):
+        from racecraft.cli.usage import usage_error
+
+        _end_with(usage_error(error))
 
 
 def _become_a_job() -> None:
