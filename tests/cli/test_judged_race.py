@@ -29,9 +29,9 @@ def test_a_race_is_judged_filmed_and_written_for_aws(racecraft, run, tmp_path):
 
 
 WRONG = {
-    "number_of_trials is 0; expected 1 to 1000": ["--number-of-trials", "0"],
-    "max_resets is -1": ["--max-resets", "-1"],
-    "off_track_penalty is -2": ["--off-track-penalty", "-2"],
+    "--number-of-trials is 0; expected 1 to 1000": ["--number-of-trials", "0"],
+    "--max-resets is -1; expected 0 to 10000": ["--max-resets", "-1"],
+    "--off-track-penalty is -2.0; expected 0 to 600 s": ["--off-track-penalty", "-2"],
     "--laps and a race's own options": ["--laps", "2", "--max-resets", "1"],
     "no view 'side'": ["--video", "a.mp4", "--view", "side"],
     "90 pictures a second": ["--video", "a.mp4", "--view", "top", "--fps", "90"],

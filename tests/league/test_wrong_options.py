@@ -32,7 +32,7 @@ REFUSED = {
         rc.create_race, {"title": "A", "bot_speed": 0.1, "type": "OBJECT_AVOIDANCE"}, "--bot-speed is of",
     ),
     "cars that meet alone": (rc.create_race, {"title": "A", "type": "HEAD_TO_MODEL"}, "--format solo do not fit"),
-    "no number of actions": (rc.create_race, {"title": "A", "min_actions": 5, "max_actions": 3}, "min_actions is 5"),
+    "no number of actions": (rc.create_race, {"title": "A", "min_actions": 5, "max_actions": 3}, "--min-actions is 5"),
     "laps without a time": (rc.create_race, {"title": "A", "ranking": "laps"}, "--race-seconds go together"),
     "a title of two": (rc.show_race, {"race": "TWICE"}, "2 races are called"),
     "no new title": (rc.edit_race, {"race": "over", "title": ""}, "the title is empty"),

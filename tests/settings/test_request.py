@@ -7,7 +7,16 @@ from pathlib import Path
 import pytest
 
 from racecraft.contract.errors import SettingError
-from racecraft.settings.request import Option, Request, argument, group, make_request, option, options_of
+from racecraft.settings.request import (
+    Option,
+    Request,
+    argument,
+    group,
+    make_request,
+    option,
+    options_as_typed,
+    options_of,
+)
 from racecraft.settings.table import check_value
 
 
@@ -47,6 +56,20 @@ def test_plain_values_become_a_request_with_its_groups():
 def test_what_cannot_be_used_is_refused_by_its_spelling(values, message):
     with pytest.raises(SettingError, match=message):
         make_request(Drive, **{"tracks": ["a"], **values})
+
+
+@pytest.mark.parametrize(
+    ("setting", "found", "named"),
+    [("Rules.fps", 60, "--fps"), ("Rules.from", Path("b"), "--from"), ("Rules.tracks", "c", "TRACKS"),
+     ("Rules.fps", 61, "Rules.fps"), ("Rules.pace", 1.0, "Rules.pace"), ("Rules.size", 60, "Rules.size")],
+)  # fmt: skip
+def test_what_rules_refuse_is_named_as_it_was_typed_where_it_was(setting, found, named):
+    """What stood elsewhere keeps its own name, and a default was typed by nobody."""
+    request = make_request(Drive, tracks=["Oval_track", "c"], fps=60, **{"from": "b"})
+    with pytest.raises(SettingError) as caught, options_as_typed(request):
+        raise SettingError("{setting} is {found}; expected another.", setting=setting, found=found)
+    assert str(caught.value) == f"{named} is {found}; expected another."
+    assert caught.value.as_data()["fields"]["setting"] == named
 
 
 def test_a_missing_argument_is_named():

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from racecraft.contract.progress import Progress, quiet
-from racecraft.settings.request import make_request
+from racecraft.settings.request import make_request, options_as_typed
 
 Result = TypeVar("Result")
 
@@ -71,7 +71,8 @@ class Action(Generic[Result]):
             request = arguments[0]
         else:
             request = make_request(self.request, *arguments, **values)
-        return self._function(request, progress if isinstance(progress, Progress) else _Messages(progress))
+        with options_as_typed(request):
+            return self._function(request, progress if isinstance(progress, Progress) else _Messages(progress))
 
 
 def _named(function: Callable[..., Any], annotation: Any) -> list[type]:

@@ -15,6 +15,7 @@ is a group, made by `group`, and its options stand among the others:
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import shlex
 import typing
@@ -24,6 +25,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.message import Message
 from racecraft.settings.describe import value_text
 from racecraft.settings.table import Setting, check_value
 
@@ -225,6 +227,24 @@ def _built(request: type[T], values: dict[str, Any]) -> T:
     made = request(**own, **{name: _built(kind, values) for name, kind in groups_of(request).items()})
     object.__setattr__(made, "_names", frozenset(own))
     return made
+
+
+@contextlib.contextmanager
+def options_as_typed(request: Any) -> Iterator[None]:
+    """Let an error about a setting that took its value from an option name the option, as it is typed.
+
+    Rules check themselves, wherever they come from, and know their own name alone: "CarRules.max_resets".
+    """
+    try:
+        yield
+    except SettingError as error:
+        fields = error.message.fields
+        for row, value in request.named().items() if isinstance(request, Request) else ():
+            is_named = row.name.strip("_") == str(fields.get("setting")).rpartition(".")[2]
+            if is_named and fields.get("found") in (value if isinstance(value, tuple) else (value,)):
+                error.message = Message(error.message.template, **{**fields, "setting": row.full_name})
+                error.args = (error.message,)
+        raise
 
 
 def _accepted(row: Option, value: Any) -> Any:

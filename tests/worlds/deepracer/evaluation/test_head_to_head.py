@@ -290,7 +290,7 @@ def test_a_car_with_a_lidar_races_one_without_and_each_sees_by_its_own(is_first)
         ({"laps": 0}, "laps is 0; expected 1 to 1000"),
         ({"races": 0}, "races is 0; expected 1 to 10000"),
         ({"max_resets": -1}, "max_resets is -1; expected 0"),
-        ({"done_condition": "some"}, "done_condition is 'some'; expected any or all"),
+        ({"done_condition": "some"}, "done_condition is 'some'. Known: any, all"),
     ],
 )
 def test_what_no_race_can_be_is_named(rules, said):
@@ -316,7 +316,7 @@ def test_each_number_of_a_meeting_has_a_least_and_a_most(name, least, most):
     for taken in (least, most):
         HeadToHead(**{name: taken})
     for refused in (least - 1, most + 1):
-        with pytest.raises(SettingError, match=rf"{name} is {refused:g}; expected {least:g} to {most:g}\."):
+        with pytest.raises(SettingError, match=rf"{name} is {refused}; expected {least:g} to {most:g}\b"):
             HeadToHead(**{name: refused})
 
 

@@ -246,7 +246,7 @@ def test_each_number_of_a_race_has_a_least_and_a_most(name, least, most):
     for taken in (least, most):
         TrialRaceRules(**{name: taken})
     for refused in (least - 1, most + 1):
-        with pytest.raises(UserInputError, match=rf"{name} is {refused:g}; expected {least:g} to {most:g}\."):
+        with pytest.raises(UserInputError, match=rf"{name} is {refused}; expected {least:g} to {most:g}\b"):
             TrialRaceRules(**{name: refused})
 
 

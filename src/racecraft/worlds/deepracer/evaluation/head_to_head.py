@@ -20,12 +20,13 @@ import numpy as np
 
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, StepBuffers, allocate
+from racecraft.settings.table import setting
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import OwnActions
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, MAX_CARS, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import BODY_HALF_LENGTH_M, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS, MishapRules, check_ranges
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS, MishapRules
 from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
 from racecraft.worlds.deepracer.players.driver import Driver
 from racecraft.worlds.deepracer.players.seats import Seats
@@ -42,24 +43,14 @@ FINISHED, RETIRED, TIME_UP, CUT_SHORT = "finished", "retired", "time_up", "not_f
 class HeadToHead(MishapRules):
     """How races of several cars are judged; names are those of DeepRacer for Cloud."""
 
-    laps: int = 3
-    """Of every car, at least 1."""
-    races: int | None = None
-    """How many; None: as many as cars, so that each stands on every place of the grid once."""
-    done_condition: str = "all"
-    """"any": a race is over with the first car that finishes; "all": with the last."""
-
-    def __post_init__(self) -> None:
-        """Refuse what no race can be.
-
-        Raises:
-            SettingError: A number is out of its range, or the condition is none.
-        """
-        check_ranges(self, {"laps": (1, 1000), "races": (1, MAX_RACES)})
-        if self.done_condition not in DONE_CONDITIONS:
-            raise SettingError(
-                "done_condition is {done_condition!r}; expected any or all.", done_condition=self.done_condition
-            )
+    laps: int = setting(3, "Of every car.", low=1, high=1000)
+    races: int | None = setting(
+        None, "How many; None: as many as cars, so that each stands on every place of the grid once.",
+        low=1, high=MAX_RACES,
+    )  # fmt: skip
+    done_condition: str = setting(
+        "all", "A race is over with the first car that finishes, or with the last.", choices=DONE_CONDITIONS
+    )
 
 
 @dataclass

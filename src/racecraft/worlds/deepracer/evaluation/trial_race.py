@@ -19,20 +19,13 @@ import numpy as np
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, StepBuffers, allocate
+from racecraft.settings.table import setting
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.settings import RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS, MishapRules, check_ranges
+from racecraft.worlds.deepracer.evaluation.mishap_rules import MISHAPS, MishapRules
 from racecraft.worlds.deepracer.evaluation.reset_pose import BoxResets, set_down
-
-RANGES: Mapping[str, tuple[float, float]] = {
-    "number_of_trials": (1, 1000),
-    "reset_behind_dist": (0.0, 10.0),
-    "max_resets_after_crash": (1, 1000),
-    "reset_ahead_dist": (0.0, 10.0),
-}
-"""Least and most of each number of a TrialRaceRules that no MishapRules has."""
 
 
 @dataclass(frozen=True)
@@ -42,28 +35,23 @@ class TrialRaceRules(MishapRules):
     `max_resets` counts for each trial; continuous: for all trials together.
     """
 
-    number_of_trials: int = 3
-    """Laps that count, at least 1."""
-    is_continuous: bool = True
-    """Laps of one drive, instead of each from the start line."""
-    reset_behind_dist: float = 1.0
-    """m behind a box that a car is set down, in the other lane, where its own place would be too near to it."""
-    enable_mercy_reset: bool = False
-    """Whether a car that is set down at one box again and again goes on ahead of it (simapp ENABLE_MERCY_RESET)."""
-    max_resets_after_crash: int = 3
-    """At the how-manieth reset in a row at one box that is, with mercy (simapp MAX_RESETS_AFTER_CRASH)."""
-    reset_ahead_dist: float = 1.0
-    """m ahead of the box, with mercy (simapp RESET_AHEAD_DIST)."""
-    race_seconds: float | None = None
-    """s after which the race is over, waits in; None: trials alone end it."""
-
-    def __post_init__(self) -> None:
-        """Refuse what no race can be.
-
-        Raises:
-            SettingError: A number is out of its range.
-        """
-        check_ranges(self, RANGES)
+    number_of_trials: int = setting(3, "Laps that count.", low=1, high=1000)
+    is_continuous: bool = setting(True, "Laps of one drive, instead of each from the start line.")
+    reset_behind_dist: float = setting(
+        1.0, "How far behind a box a car is set down, in the other lane, where its own place would be too near to it.",
+        unit="m", low=0.0, high=10.0,
+    )  # fmt: skip
+    enable_mercy_reset: bool = setting(
+        False, "A car that is set down at one box again and again goes on ahead of it (simapp ENABLE_MERCY_RESET)."
+    )
+    max_resets_after_crash: int = setting(
+        3, "At the how-manieth reset in a row at one box that is, with mercy (simapp MAX_RESETS_AFTER_CRASH).",
+        low=1, high=1000,
+    )  # fmt: skip
+    reset_ahead_dist: float = setting(
+        1.0, "How far ahead of the box, with mercy (simapp RESET_AHEAD_DIST).", unit="m", low=0.0, high=10.0
+    )
+    race_seconds: float | None = setting(None, "When the race is over, waits in; None: trials alone end it.", unit="s")
 
     @property
     def laps_in_one(self) -> int:

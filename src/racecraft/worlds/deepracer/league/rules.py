@@ -8,7 +8,7 @@ from typing import Any
 
 from racecraft.contract.errors import Faults, SettingError, nearest
 from racecraft.league.world_part import require_known_rules
-from racecraft.settings.table import check_group, setting
+from racecraft.settings.table import setting
 from racecraft.worlds.deepracer.env.settings import (
     HEAD_TO_BOT,
     HEAD_TO_MODEL,
@@ -56,7 +56,7 @@ class CarRules(MishapRules):
     continuous: bool = setting(True, "Continuous action spaces may enter.")
 
     def __post_init__(self) -> None:
-        check_group(self)
+        super().__post_init__()
         for name in self.generations:
             if name not in (*GENERATIONS, "v6-unlimited", "kinematic"):
                 raise SettingError("there is no car {name!r}. {hint}", name=name, hint=nearest(name, GENERATIONS))
@@ -64,8 +64,8 @@ class CarRules(MishapRules):
             if name not in SENSORS:
                 raise SettingError("there is no sensor {name!r}. {hint}", name=name, hint=nearest(name, SENSORS))
         if self.max_actions is not None and self.max_actions < self.min_actions:
-            raise SettingError("min_actions is {least}, and max_actions {most}; expected at least as many.",
-                               least=self.min_actions, most=self.max_actions)  # fmt: skip
+            fields = {"setting": "CarRules.min_actions", "found": self.min_actions, "most": self.max_actions}
+            raise SettingError("{setting} is {found}; expected at most {most}, the most actions.", **fields)
         if self.type == OBJECT_AVOIDANCE:
             self.objects()
 

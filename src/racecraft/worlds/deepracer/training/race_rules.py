@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from racecraft.contract.message import Message
-from racecraft.worlds.deepracer.evaluation.mishap_rules import RANGES as MISHAP_RANGES
-from racecraft.worlds.deepracer.evaluation.trial_race import RANGES as TRIAL_RANGES
+from racecraft.settings.table import rows_of
+from racecraft.worlds.deepracer.evaluation.trial_race import TrialRaceRules
 from racecraft.worlds.deepracer.files.run_env import RunEnv
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 
@@ -21,7 +21,10 @@ AMOUNTS = {
     "DR_EVAL_COLLISION_PENALTY": "collision_penalty",
     "DR_EVAL_RESET_BEHIND_DIST": "reset_behind_dist",
 }
-RANGES = {**TRIAL_RANGES, **MISHAP_RANGES}
+RANGES = {
+    row.name: (row.low, row.high) for row in rows_of(TrialRaceRules) if row.low is not None and row.high is not None
+}
+"""Least and most of each number of a race."""
 VARIABLES = (TRIALS, CHECKPOINT, RESETS, *FLAGS, *AMOUNTS)
 
 Judging = dict[str, bool | int | float | str]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +35,7 @@ def race_opponent(drfc: DrfcFolder, model: Path, request: Mapping[str, Any], pro
         UserInputError: There is no such opponent, or trials are asked for that each begin at rest.
     """
     from racecraft.worlds.deepracer.evaluation.head_to_head import HeadToHead, race_head_to_head
-    from racecraft.worlds.deepracer.evaluation.mishap_rules import RANGES
+    from racecraft.worlds.deepracer.evaluation.mishap_rules import MishapRules
     from racecraft.worlds.deepracer.players.driver import driver_of, load_car
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -44,7 +44,7 @@ def race_opponent(drfc: DrfcFolder, model: Path, request: Mapping[str, Any], pro
     which = request["checkpoint"]
     cars = [load_trained_car(model, which), load_car(f"{drfc.opponent}:{which}")]
     drivers = [driver_of(car, name) for car, name in zip(cars, _names(drfc), strict=True)]
-    mishaps = {name: request[name] for name in RANGES if name in request}
+    mishaps = {name: request[name] for name in (one.name for one in fields(MishapRules)) if name in request}
     rules = HeadToHead(request["laps"], races=1, done_condition=DONE_CONDITION, **mishaps)
     named = drfc.env.run.values.get("DR_WORLD_NAME")
     circuit = load_track(named) if named else cars[0].trained_on
