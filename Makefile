@@ -1,6 +1,7 @@
 # One word per thing a person wants. `make` alone lists them.
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
+unexport PYTHONDONTWRITEBYTECODE  # a test file whose assertions were once rewritten is read, not rewritten, the next time
 
 .PHONY: help env console demo test quick bytecode check long pythons newest mutants likeness javascript bench docs format clean
 
@@ -19,7 +20,7 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it r
 test: bytecode  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
-quick: bytecode  ## the everyday loop: each package by itself; commands, trainings, jobs and slow tests are left to `make test`
+quick: env  ## the everyday loop: each package by itself; commands, trainings, jobs and slow tests are left to `make test`
 	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach part,cli compat docs jobs training worlds/deepracer/training worlds/battlesnake/training worlds/unity/training,--ignore=tests/$(part))
 
 bytecode: env

@@ -11,6 +11,8 @@ machine runs them. Each test begins with the processor as the first one found it
 No test cuts the power: neither files nor databases are forced onto the disk, which takes milliseconds each time, twenty
 times a training of two iterations.
 
+Servers look every 0.1 s whether they are to end, and wait as long again: here a tenth of it, two hundred times.
+
 A million objects are made while tests are collected, and stay: the search for garbage leaves them out.
 
 `--quick` leaves out the tests that `tests/slow.txt` names (see `scripts/list_slow_tests.py`).
@@ -19,6 +21,7 @@ Where no kernel is compiled yet, two workers would compile the same ones beside 
 `tests/first.txt` names the files that begin. Others follow in the order of their folders, so that short ones come last.
 """
 
+import asyncio
 import gc
 import os
 import signal
@@ -27,6 +30,7 @@ import sys
 from collections.abc import Generator
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -65,6 +69,13 @@ def pytest_configure(config: pytest.Config) -> None:
     config.option.loadscopereorder = False
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> Generator[None, object, object]:
+    """Search a file for examples in docstrings only where it holds one: most of two thousand hold none."""
+    parent.config.option.doctestmodules = b">>>" in file_path.read_bytes()
+    return (yield)
+
+
 def _listed(name: str) -> list[str]:
     """Return the lines of a list of tests."""
     lines = (Path(__file__).parent / "tests" / name).read_text(encoding="utf-8").splitlines()
@@ -82,9 +93,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """Search for garbage from now on, and only in what is made from now on."""
+    """Search for garbage from now on, and only in what is made from now on; let servers end soon."""
     gc.freeze()
     gc.enable()
+    if server := sys.modules.get("uvicorn.server"):
+        server.asyncio = SimpleNamespace(**{**vars(asyncio), "sleep": lambda seconds: asyncio.sleep(seconds / 10)})
 
 
 @pytest.hookimpl(wrapper=True)

@@ -45,31 +45,33 @@ def zipped(*members):
 
 JOB = json.dumps({"format": "racecraft run", "version": 1, "kind": "deepracer"}).encode()
 ARCHIVES = {
-    "leads up": tarred(plain("../../job.json", JOB)),
-    "leads up in the middle": tarred(plain("a/../../../b.pb")),
-    "absolute": tarred(plain("/etc/cron.d/job.json", JOB)),
-    "a drive of Windows": tarred(plain("C:\\job.json", JOB)),
-    "backslashes": tarred(plain("..\\..\\job.json", JOB)),
-    "a link out": tarred(("model.pb", b"", tarfile.SYMTYPE, "/etc/passwd")),
-    "a link to a folder": tarred(("job.json", b"", tarfile.SYMTYPE, "/etc"), plain("job.json/shadow")),
-    "a hard link": tarred(("job.json", b"", tarfile.LNKTYPE, "/etc/passwd")),
-    "a device": tarred(("model.pb", b"", tarfile.CHRTYPE, "")),
-    "a pipe": tarred(("job.json", b"", tarfile.FIFOTYPE, "")),
-    "two run folders": tarred(plain("a/job.json", JOB), plain("b/job.json", JOB)),
-    "nothing of a model": tarred(plain("readme.txt")),
-    "an empty archive": tarred(),
-    "cut off": tarred(plain("job.json", JOB))[:60],
-    "a zip that leads up": zipped(("../../job.json", JOB)),
-    "a zip that fills a disk": zipped(("model.pb", b"0" * 300_000_000)),
-    "no archive": b"#!/bin/sh\ntouch /tmp/racecraft-was-here\n",
-    "a pickle": pickle.dumps(Bomb()),
-    "a pickle as graph": tarred(plain("agent/model.pb", pickle.dumps(Bomb())), plain("model_metadata.json", b"{}")),
-    "metadata without end": tarred(plain("agent/model.pb"), plain("model_metadata.json", b"[" * 100_000)),
-    "metadata of megabytes": tarred(plain("agent/model.pb"), plain("model_metadata.json", b" " * 2_000_000)),
-    "a job without checkpoints": tarred(plain("run/job.json", JOB)),
-    "a job that is no JSON": tarred(plain("run/job.json", b"{")),
-    "a job of another world": tarred(plain("run/job.json", JOB.replace(b"deepracer", b"battlesnake"))),
-    "a job of an unknown world": tarred(plain("run/job.json", JOB.replace(b"deepracer", b"os"))),
+    "leads up": lambda: tarred(plain("../../job.json", JOB)),
+    "leads up in the middle": lambda: tarred(plain("a/../../../b.pb")),
+    "absolute": lambda: tarred(plain("/etc/cron.d/job.json", JOB)),
+    "a drive of Windows": lambda: tarred(plain("C:\\job.json", JOB)),
+    "backslashes": lambda: tarred(plain("..\\..\\job.json", JOB)),
+    "a link out": lambda: tarred(("model.pb", b"", tarfile.SYMTYPE, "/etc/passwd")),
+    "a link to a folder": lambda: tarred(("job.json", b"", tarfile.SYMTYPE, "/etc"), plain("job.json/shadow")),
+    "a hard link": lambda: tarred(("job.json", b"", tarfile.LNKTYPE, "/etc/passwd")),
+    "a device": lambda: tarred(("model.pb", b"", tarfile.CHRTYPE, "")),
+    "a pipe": lambda: tarred(("job.json", b"", tarfile.FIFOTYPE, "")),
+    "two run folders": lambda: tarred(plain("a/job.json", JOB), plain("b/job.json", JOB)),
+    "nothing of a model": lambda: tarred(plain("readme.txt")),
+    "an empty archive": lambda: tarred(),
+    "cut off": lambda: tarred(plain("job.json", JOB))[:60],
+    "a zip that leads up": lambda: zipped(("../../job.json", JOB)),
+    "a zip that fills a disk": lambda: zipped(("model.pb", b"0" * 300_000_000)),
+    "no archive": lambda: b"#!/bin/sh\ntouch /tmp/racecraft-was-here\n",
+    "a pickle": lambda: pickle.dumps(Bomb()),
+    "a pickle as graph": lambda: tarred(
+        plain("agent/model.pb", pickle.dumps(Bomb())), plain("model_metadata.json", b"{}")
+    ),
+    "metadata without end": lambda: tarred(plain("agent/model.pb"), plain("model_metadata.json", b"[" * 100_000)),
+    "metadata of megabytes": lambda: tarred(plain("agent/model.pb"), plain("model_metadata.json", b" " * 2_000_000)),
+    "a job without checkpoints": lambda: tarred(plain("run/job.json", JOB)),
+    "a job that is no JSON": lambda: tarred(plain("run/job.json", b"{")),
+    "a job of another world": lambda: tarred(plain("run/job.json", JOB.replace(b"deepracer", b"battlesnake"))),
+    "a job of an unknown world": lambda: tarred(plain("run/job.json", JOB.replace(b"deepracer", b"os"))),
 }
 
 
@@ -85,7 +87,7 @@ def league(tmp_path):
 
 @pytest.mark.parametrize("case", ARCHIVES)
 def test_an_archive_that_was_made_to_do_harm_is_refused(league, tmp_path, case):
-    (tmp_path / "entry.tar.gz").write_bytes(ARCHIVES[case])
+    (tmp_path / "entry.tar.gz").write_bytes(ARCHIVES[case]())
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(UserInputError):
         rc.enter_race("club", tmp_path / "entry.tar.gz", league=league)

@@ -114,7 +114,6 @@ GOOD = pngs(np.zeros((4, 5, 3), np.uint8))
         (GOOD[:8] + b"\xff\xff\xff\xffIHDR", ()),
         (GOOD[:50] + bytes([GOOD[50] ^ 0xFF]) + GOOD[51:], ()),
         (pngs(np.zeros((5, 4, 3), np.uint8)), ()),
-        (pngs(np.zeros((4000, 5000, 3), np.uint8)), ()),
         (GOOD, (0, 1)),
         (GOOD, (0, 1, 3)),
         (GOOD, (0, 1, -2)),
