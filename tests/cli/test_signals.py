@@ -67,6 +67,50 @@ main()
 """
 """The signal comes while Python calls back for a weak reference, and forgets the exceptions that come of it."""
 
+PRESSED_WHILE_COMPILING = """\
+import signal, sys, time
+import typer
+from numba.core import caching
+from numba.core.registry import cpu_target
+from racecraft.actions.action import action
+from racecraft.cli import table
+from racecraft.cli.entry import main
+from racecraft.cli.from_request import command
+from racecraft.contract.progress import quiet
+from racecraft.kernels import kernel
+from racecraft.settings.request import Request
+from racecraft.training.signals import sigterm_interrupts
+
+@kernel
+def one_more(number):
+    return number + 1
+
+def press(*_):
+    if not pressed:
+        pressed.append(number)
+        signal.raise_signal(int(number))
+
+pressed = []
+moment, number = sys.argv[1:]
+if moment == "machine code":
+    cpu_target.target_context.codegen()._engine.set_object_cache(press, lambda module: None)
+if moment == "saving":
+    caching.IndexDataCacheFile._save_data = press
+
+@action
+def compile_it(request: Request, progress=quiet):
+    with sigterm_interrupts():
+        print(one_more(1), flush=True)
+        time.sleep(300 if moment != "warm" else 0)
+
+app = typer.Typer()
+app.command()(command(compile_it, str))
+del sys.argv[1:]
+table.app_for = lambda words: app
+main()
+"""
+"""The signal comes while a kernel is compiled: in a callback of LLVM's, or before the kernel is on disk."""
+
 
 def begin(place, *words, way_in=("-m", "racecraft")):
     """Start a training, and wait until it has written an iteration."""
@@ -128,4 +172,18 @@ def test_a_signal_in_a_callback_that_forgets_exceptions_ends_the_command_too(num
     command = [sys.executable, "-c", PRESSED_IN_A_CALLBACK, str(int(number))]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert ended.stderr == "racecraft: stopped.\n"
-    assert ended.returncode == 130
+    assert ended.returncode == 128 + number
+
+
+def test_a_signal_while_a_kernel_is_compiled_ends_with_our_word_and_leaves_no_half_kernel(tmp_path):
+    script = tmp_path / "compiles.py"
+    script.write_text(PRESSED_WHILE_COMPILING)
+
+    def end(moment, number):
+        words = [sys.executable, script, moment, str(int(number))]
+        ended = subprocess.run(words, capture_output=True, text=True, timeout=120)
+        return ended.returncode, ended.stdout, ended.stderr
+
+    assert end("saving", signal.SIGTERM) == (128 + signal.SIGTERM, "", "racecraft: stopped.\n")
+    assert end("machine code", signal.SIGINT)[::2] == (128 + signal.SIGINT, "racecraft: stopped.\n")
+    assert end("warm", 0) == (0, "2\n", "")

@@ -7,13 +7,19 @@ The process of a training may import before it knows its words, a command that i
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from racecraft.contract.errors import RacecraftError, UserInputError
-from racecraft.training.signals import end_at_once_on_interrupt, forgotten_interrupts_return
+from racecraft.training.signals import (
+    StoppedError,
+    end_at_once_on_interrupt,
+    forgotten_interrupts_return,
+    interrupts_stop,
+)
 
 
 def main() -> None:
@@ -25,24 +31,30 @@ def main() -> None:
         _become_a_job()
     words = sys.argv[1:]
     with forgotten_interrupts_return(), _head_start(words):
-        from racecraft.cli.table import app_for
-
         try:
-            print_errors(app_for(words))
+            print_errors(functools.partial(_imported, words))
         finally:
             end_at_once_on_interrupt()
+
+
+def _imported(words: list[str], **options: Any) -> object:
+    """Import the command that the words name, and run it."""
+    from racecraft.cli.table import app_for
+
+    return app_for(words)(**options)
 
 
 def print_errors(command: Callable[..., object]) -> None:
     """Run a command; an error of ours is printed and becomes an exit code, under --json as one JSON object as well."""
     try:
-        code = command(standalone_mode=False)
+        with interrupts_stop():
+            code = command(standalone_mode=False)
     except RacecraftError as error:
         _end_with(error)
-    except KeyboardInterrupt:
+    except StoppedError as stopped:
         end_at_once_on_interrupt()
-        print("racecraft: stopped.", file=sys.stderr)
-        sys.exit(130)
+        print(f"racecraft: {stopped}", file=sys.stderr)
+        sys.exit(stopped.exit_code)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(141)

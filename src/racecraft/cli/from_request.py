@@ -24,6 +24,7 @@ from racecraft.contract.progress import Count, Progress
 from racecraft.settings.describe import value_text
 from racecraft.settings.request import Option, make_request, option_names, options_of
 from racecraft.settings.table import parse_value
+from racecraft.training.signals import interrupts_stop
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
@@ -97,12 +98,13 @@ def command(
         named = {**(context.obj or {}), **_given(context, action.request, typed)}
         request: Any = make_request(action.request, **named)
         progress = TerminalProgress(quiet_stdout=messages_aside, json=json)
-        result = action(request, progress=progress)
 
         def ready() -> None:
             print_json(result) if json else show(result)
 
-        result.serve(ready, progress) if isinstance(result, Served) else ready()
+        with interrupts_stop():  # Typer would end without a word
+            result = action(request, progress=progress)
+            result.serve(ready, progress) if isinstance(result, Served) else ready()
         if code := getattr(result, "exit_code", 0):
             raise typer.Exit(code)
 

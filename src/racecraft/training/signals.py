@@ -16,14 +16,35 @@ from collections.abc import Iterator
 from types import FrameType
 
 SIGTERM = "SIGTERM"
-TERMINATED = 128 + signal.SIGTERM
-"""Exit code of a process that SIGTERM ended, as shells report it."""
+INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
+"""Exit codes of a process that Ctrl-C or SIGTERM ended, as shells report it."""
 SECONDS_TO_RESEND = 0.01
 """After which a forgotten signal is sent again: by then Python has left the callback that forgot it."""
 
 
 class TerminatedError(KeyboardInterrupt):
     """SIGTERM was received; its text is `SIGTERM`, where that of Ctrl-C is empty."""
+
+
+class StoppedError(Exception):
+    """A command was ended by a signal; unlike KeyboardInterrupt, Typer hands it on.
+
+    Args:
+        interrupt: What the signal raised.
+    """
+
+    def __init__(self, interrupt: KeyboardInterrupt) -> None:
+        super().__init__("stopped.")
+        self.exit_code = TERMINATED if isinstance(interrupt, TerminatedError) else INTERRUPTED
+
+
+@contextlib.contextmanager
+def interrupts_stop() -> Iterator[None]:
+    """Raise `StoppedError` where a signal interrupts."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        raise StoppedError(interrupt) from interrupt
 
 
 @contextlib.contextmanager
