@@ -43,6 +43,32 @@ def test_every_part_is_read_by_everybody(browser, tmp_path):
     assert [rule for rule, _ in browser.shut_out()] == ["button-name"], "the test can fail"
 
 
+ON_PAPER = """(() => {
+  const all = name => [...document.querySelectorAll(name)].filter(one => one.checkVisibility());
+  const right = one => one.getBoundingClientRect().right;
+  return {
+    ground: getComputedStyle(document.body).backgroundColor,
+    axis: document.querySelector("rc-chart").plot.axes[0].stroke(),
+    seen: all(".bar-side, .tabs, .toast, main button:not(.key *), details:not([open])").length,
+    wide: all("canvas, table").filter(one => right(one) > right(one.closest(".card"))).length,
+    cut: all(".scroll, pre").filter(one => one.scrollHeight > one.clientHeight + 1).length,
+  };
+})()"""
+
+
+def test_on_paper_every_part_is_light_and_whole_without_what_is_for_a_hand(browser, tmp_path):
+    (tmp_path / "parts.html").write_text(render_file("every_part.html", **every_part()), encoding="utf-8")
+    browser.show(1440, 900, dark=True)
+    browser.open((tmp_path / "parts.html").as_uri())
+    browser.until(f"{CHART}.plot")
+    browser.value("document.querySelectorAll('rc-chart details').forEach(one => { one.open = true; })")
+    browser.page.emulate_media(media="print")
+    browser.show(718)
+    found = browser.value(ON_PAPER)
+    browser.page.emulate_media(media="screen")
+    assert found == {"ground": "rgb(255, 255, 255)", "axis": "#5c6770", "seen": 0, "wide": 0, "cut": 0}
+
+
 def test_a_chart_answers_hand_and_keyboard(browser, tmp_path):
     x = list(range(100))
     lines = [Series("a", x, [k % 7 for k in x]), Series("b", [0, 50, 50], [1, 2, 3], "dots")]

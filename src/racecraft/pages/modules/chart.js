@@ -100,7 +100,7 @@ class Chart extends HTMLElement {
       return [told.low != null && low >= told.low ? told.low : soft0, told.high != null && high <= told.high ? told.high : soft1];
     };
     return {
-      width: this.place.clientWidth || 320, height: this.place.clientHeight || 230, padding: [8, 10, 0, 0],
+      width: this.place.clientWidth || 320, height: this.place.clientHeight || 230, padding: [8, told.right ? 10 : 18, 0, 0],   // half a figure stands beyond the last line of the grid
       legend: { show: false },
       cursor: { sync: { key: `x ${told.x}`, scales: ["x", null] }, drag: { x: true, y: false, setScale: true, dist: 8 },
         points: { size: 8, fill: (plot, k) => plot.series[k].stroke(plot, k) }, focus: { prox: 24 } },
