@@ -25,6 +25,7 @@ def test_runs_that_differ_in_seed_and_threads_alone_are_one_group(tmp_path):
     groups = group_runs(paths)
     assert [group.name for group in groups] == ["a-1, a-2", "b-1, b-2"]
     assert [(one.name, one.values) for one in differences(groups)] == [("ppo.learning_rate", (1e-3, 1e-4))]
+    assert group_runs([made(tmp_path / "models/fast-car/runs/2", 1)])[0].name == "fast-car/2"
 
 
 def test_a_reward_and_a_checkpoint_are_settings_too(tmp_path):

@@ -31,7 +31,11 @@ from kept_run import BOXES, drive, make_courses, make_run, make_world  # noqa: E
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    return make_run(tmp_path_factory.mktemp("runs") / "my-run")
+    """A run; another one stands beside it."""
+    runs = tmp_path_factory.mktemp("runs")
+    other = RunFolder.create(runs / "other", {"kind": "deepracer", "title": "re:Invent 2018", "asked": {"stops": []}})
+    other.append_metrics({"iteration": 1, "training_score": 12.0, "mean_reward": 2.0})
+    return make_run(runs / "my-run")
 
 
 @pytest.fixture
@@ -207,6 +211,15 @@ def test_other_runs_show_their_curves(tmp_path):
         assert told(address, "api/curves")["rows"] == [{"iteration": 1, "mean_reward": 20.0}]
         with pytest.raises(urllib.error.HTTPError):
             ask(address, "api/track")
+        for name, kind in (("same", "gymnasium"), ("car", "deepracer")):
+            beside = RunFolder.create(tmp_path / name, {"kind": kind, "title": name, "asked": {"stops": []}})
+            beside.append_metrics({"iteration": 2, "mean_reward": 30.0})
+        page = ask(address, "")[1].decode()
+        assert ('value="same"' in page, 'value="car"' in page, 'value="r"' in page) == (True, False, False)
+        assert told(address, "api/curves?run=same")["rows"] == [{"iteration": 2, "mean_reward": 30.0}]
+        for name in ("car", "..", "../r", ""):
+            with pytest.raises(urllib.error.HTTPError, match="404"):
+                ask(address, f"api/curves?run={name}")
     finally:
         server.close()
 
@@ -335,6 +348,11 @@ def test_behind_the_last_kept_iteration_comes_live_and_the_page_goes_on(address,
 def test_the_page_is_read_on_a_phone_and_shuts_nobody_out(address, browser):
     browser.open(address)
     browser.waits_for("cars.mode === 'iteration' && parts.eye.width === 320")
+    browser.click("#beside summary")
+    browser.click("#beside label")
+    browser.until("document.getElementById('scores').columns.length === 5")
+    assert browser.page.url.endswith("?with=other")
+    assert browser.value("document.querySelector('#rewards .key').innerText").split() == ["training", "other"]
     for width, dark in ((390, False), (390, True), (1280, True), (1280, False)):
         browser.show(width, 844, dark)
         assert browser.sideways() == 0

@@ -62,7 +62,7 @@ def compare_data(compared: Compared) -> dict[str, Any]:
         "reasons": compared.verdict.sentences[1:],
         "groups": _groups(compared),
         "curves": _curves(compared).shown(),
-        "dots": _dots(compared),
+        "dots": dots([(group.name, [one.values for one in group.scores]) for group in compared.scored], first.name),
         "differing": _differing(compared),
     }
 
@@ -82,15 +82,20 @@ def _groups(compared: Compared) -> dict[str, Any]:
 
 
 def _curves(compared: Compared) -> Chart:
-    """Return the evaluations while training: thin each seed, bold their median, a band between the quartiles."""
     is_lap = compared.scored[0].scores[0].less_is_better
-    column = CURVES[0] if is_lap and not compared.verdict.measure.by_fallback else CURVES[1]
+    if is_lap and not compared.verdict.measure.by_fallback:
+        return curves_chart(compared.groups, "While training", "best lap, s", CURVES[0])
+    return curves_chart(compared.groups, "While training", "evaluation score", CURVES[1])
+
+
+def curves_chart(groups: Sequence[SeedGroup], title: str, unit: str, column: str) -> Chart:
+    """Return a column of the metrics by steps: thin each seed, bold their median, a band between the quartiles."""
     series, bands = [], []
-    for number, group in enumerate(compared.groups, 1):
+    for number, group in enumerate(groups, 1):
         named = [(one.name, *curve_of(one.run, column)) for one in group.runs]
         curves = [(steps, values) for _, steps, values in named if len(steps)]
         series += [
-            Series(name, steps.tolist(), values.tolist(), colour=number, faint=True)
+            Series(name, steps.tolist(), values.tolist(), colour=number, faint=len(curves) > 1)
             for name, steps, values in named
             if len(steps)
         ]
@@ -99,8 +104,7 @@ def _curves(compared: Compared) -> Chart:
             series.append(Series(f"{group.name}: median", steps, middle, colour=number))
             if len(curves) >= MIN_BAND:
                 bands.append(Band(f"{group.name}: middle half", steps, low, high, colour=number))
-    name = "best lap, s" if column == CURVES[0] else "evaluation score"
-    return Chart("While training", "steps", name, series, bands=bands)
+    return Chart(title, "steps", unit, series, bands=bands)
 
 
 def curve_of(run: RunFolder, column: str) -> tuple[Array, Array]:
@@ -118,11 +122,17 @@ def _together(curves: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, Arra
     return steps, low, middle, high
 
 
-def _dots(compared: Compared) -> dict[str, Any]:
-    """Return every fresh start as a dot, a row a group, each seed on a line of its own."""
-    values = [
-        value for group in compared.scored for one in group.scores for value in one.values if math.isfinite(value)
+def dots(groups: Sequence[tuple[str, Sequence[Sequence[float | None]]]], unit: str) -> dict[str, Any]:
+    """Return every fresh start as a dot, a row a group, each seed on a line of its own.
+
+    Args:
+        groups: Name, and of each seed a score a start; None or infinite where the goal was not reached.
+        unit: What a score is.
+    """
+    finished = [
+        [[one for one in seed if one is not None and math.isfinite(one)] for seed in seeds] for _, seeds in groups
     ]
+    values = [one for seeds in finished for seed in seeds for one in seed]
     if not values:
         return {"rows": [], "ticks": [], "height": 0, "width": WIDTH, "unit": ""}
     least, most = min(values), max(values)
@@ -132,22 +142,16 @@ def _dots(compared: Compared) -> dict[str, Any]:
         return round(20.0 + (WIDTH - 40.0) * (value - least) / span, 1)
 
     rows = []
-    for number, group in enumerate(compared.scored):
-        top = number * ROW
-        dots = [
-            (place(value), round(top + ROW * (0.22 + 0.56 * (k + 0.5) / len(group.scores)), 1))
-            for k, one in enumerate(group.scores)
-            for value in one.values
-            if math.isfinite(value)
-        ]
-        scores = [value for one in group.scores for value in one.values if math.isfinite(value)]
+    for number, ((name, _), seeds) in enumerate(zip(groups, finished, strict=True)):
+        top, scores = number * ROW, [one for seed in seeds for one in seed]
+        lines = [round(top + ROW * (0.22 + 0.56 * (k + 0.5) / len(seeds)), 1) for k in range(len(seeds))]
         rows.append({
-            "name": group.name, "colour": number % 6 + 1, "dots": dots, "top": top + 6, "bottom": top + ROW - 6,
+            "name": name, "colour": number % 6 + 1, "top": top + 6, "bottom": top + ROW - 6,
+            "dots": [(place(one), line) for seed, line in zip(seeds, lines, strict=True) for one in seed],
             "median": place(float(np.median(scores))) if scores else None,
         })  # fmt: skip
     ticks = [(place(value), f"{value:.2f}") for value in np.linspace(least, most, 5)]
-    measure = compared.scored[0].scores[0].name
-    return {"rows": rows, "ticks": ticks, "height": ROW * len(rows), "width": WIDTH, "unit": measure}
+    return {"rows": rows, "ticks": ticks, "height": ROW * len(rows), "width": WIDTH, "unit": unit}
 
 
 def _differing(compared: Compared) -> dict[str, Any]:

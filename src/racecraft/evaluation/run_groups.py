@@ -28,8 +28,10 @@ class NamedRun:
 
     @property
     def name(self) -> str:
-        """The folder's name."""
-        return self.run.path.resolve().name
+        """The folder's name; of a numbered run of a model, as models/fast-car/runs/2, the model's too: "fast-car/2"."""
+        path = self.run.path.resolve()
+        is_of_model = path.name.isdigit() and path.parent.name == "runs"
+        return f"{path.parents[1].name}/{path.name}" if is_of_model else path.name
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
     GET /                 the page (`pages/templates/watch.html`, or the template of the run's world)
     GET /api/run          what is trained, and whether it still is
-    GET /api/curves?after=12   the figures of each iteration behind 12
+    GET /api/curves?after=12   the figures of each iteration behind 12; run=NAME: of another run of the same folder
     GET /api/events       the same as /api/run whenever it changes, as Server-Sent Events
 
 What else there is to look at, the run's kind of world answers (`WorldKind.watch`). Everything comes from the run
@@ -19,8 +19,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from racecraft.analysis.watching.facts import curves, run_facts
-from racecraft.contract.errors import UserInputError
+from racecraft.analysis.watching.facts import curves, run_facts, runs_beside
+from racecraft.contract.errors import UserInputError, nearest
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.web.access import ONLY_HERE, Access
@@ -70,7 +70,8 @@ def watch_routes(run: RunFolder, base: str = "/") -> list[Route]:
     news = Topic("run", facts.read, LOOK_SECONDS)
 
     def page(request: Request) -> Response:
-        context: dict[str, Any] = {"from": base, "instead": facts.read()["instead"]}
+        context: dict[str, Any] = {"from": base, "instead": facts.read()["instead"], "beside": list(runs_beside(run))}
+        context["with"] = request.query_params.getlist("with")
         return page_answer(request, source.template, title=run.path.name, **context)
 
     async def events(request: Request) -> Response:
@@ -78,11 +79,22 @@ def watch_routes(run: RunFolder, base: str = "/") -> list[Route]:
 
     answers = {
         "api/run": lambda request: facts.read(),
-        "api/curves": lambda request: {"rows": curves(run, whole_number(request, "after", 0))},
+        "api/curves": lambda request: {"rows": curves(_named(run, request), whole_number(request, "after", 0))},
         **source.answers,
     }
     routes = [Route(base, page), Route(f"{base}api/events", events)]
     return routes + [Route(base + path, _endpoint(answer)) for path, answer in answers.items()]
+
+
+def _named(run: RunFolder, request: Request) -> RunFolder:
+    """Return the run whose curves are asked for."""
+    name = request.query_params.get("run")
+    beside = {} if name is None else runs_beside(run)
+    if name is not None and name not in beside:
+        raise WebError(
+            404, "no_such_run", f"There is no run {name[:80]!r} beside this one. {nearest(name[:80], beside)}"
+        )
+    return run if name is None else beside[name]
 
 
 class _Facts:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
+from racecraft.contract.errors import RunFolderError
 from racecraft.contract.kinds import find_kind
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.run_folder import RunFolder, last_stops
+from racecraft.formats.run_folder import JOB, RunFolder, last_stops
 from racecraft.formats.tensor_file import CheckpointError
 
 CURVES_ONLY = "Its curves are here."
 """What stands in the map's place, for worlds that say nothing themselves."""
+MOST_BESIDE = 50
+"""Runs, the newest, whose curves a page offers beside its own."""
 
 
 def run_facts(run: RunFolder, job: dict[str, Any]) -> dict[str, Any]:
@@ -49,6 +53,18 @@ def curves(run: RunFolder, after: int = 0) -> list[dict[str, float | None]]:
         for row in run.read_metrics()
         if row.get("iteration", 0) > after
     ]
+
+
+def runs_beside(run: RunFolder) -> dict[str, RunFolder]:
+    """Return the runs of the same kind of world in the same folder by name, the newest first; not the run itself."""
+    path, kind = run.path.absolute(), run.read_job().get("kind")
+    found = []
+    for job in path.parent.glob(f"*/{JOB}"):
+        with suppress(RunFolderError):
+            other = RunFolder(job.parent)
+            found.append((str(other.read_job_of(str(kind)).get("started", "")), other))
+    found.sort(key=lambda one: one[0], reverse=True)
+    return {other.path.name: other for _, other in found[:MOST_BESIDE] if other.path != path}
 
 
 def _best(run: RunFolder) -> int | None:

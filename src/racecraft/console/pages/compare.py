@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
@@ -12,14 +11,12 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute
 
 from racecraft.console.index_tables import MODELS
-from racecraft.console.parts import parts_of
+from racecraft.console.parts import WorldParts, parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, page_routes
 from racecraft.console.verdicts import JUDGING, begin_judging, kept_verdict
 from racecraft.contract.errors import RacecraftError, SettingError
-from racecraft.evaluation.run_groups import differences, group_runs
-from racecraft.formats.run_folder import RunFolder
-from racecraft.pages.chart import Chart, Series
+from racecraft.evaluation.run_groups import SeedGroup, differences, group_runs
 
 MOST = 12
 """Models on one page: seeds of a few groups."""
@@ -44,7 +41,7 @@ def compare_page(console: Console, request: Request) -> Page:
         wrong = "A model that was never trained has nothing to compare."
     groups: list[dict[str, Any]] = []
     differing: list[dict[str, Any]] = []
-    charts: list[tuple[str, dict[str, Any]]] = []
+    charts: list[dict[str, Any]] = []
     if not wrong:
         try:
             found = group_runs([row["run"] for row in rows])
@@ -52,9 +49,10 @@ def compare_page(console: Console, request: Request) -> Page:
             differing = [
                 {"name": one.name, "values": [_shown(value) for value in one.values]} for one in differences(found)
             ]
-            charts = [(chart.title, chart.shown()) for chart in _charts(rows)]
+            charts = _charts(found, parts_of(rows[0]["kind"]))
         except RacecraftError as error:
             wrong = str(error)
+    verdict = kept_verdict(console, COMMAND, rows)
     return Page(
         "compare.html",
         "Compare",
@@ -66,7 +64,8 @@ def compare_page(console: Console, request: Request) -> Page:
             "groups": groups,
             "differing": differing,
             "charts": charts,
-            "verdict": kept_verdict(console, COMMAND, rows),
+            "verdict": verdict,
+            "dots": _dots(verdict) if verdict else None,
             "task": console.tasks.of(_key(rows), JUDGING),
             "command": "racecraft " + " ".join(_words(rows)) if rows else "",
         },
@@ -97,20 +96,18 @@ def _key(rows: list[dict[str, Any]]) -> str:
     return " ".join(sorted(row["name"] for row in rows))
 
 
-def _charts(rows: list[dict[str, Any]]) -> list[Chart]:
-    """Return how each model's score and its world's own figure went."""
-    metrics = [RunFolder(Path(row["run"])).read_metrics() for row in rows]
-    kind = parts_of(rows[0]["kind"])
-    charts = []
-    for title, unit, column in kind.compared():
-        series = []
-        for row, lines in zip(rows, metrics, strict=True):
-            known = [line for line in lines if line.get(column) is not None]
-            series.append(
-                Series(row["name"], [line["iteration"] for line in known], [line[column] for line in known], "both")
-            )
-        charts.append(Chart(title, "iteration", unit, series))
-    return charts
+def _charts(groups: list[SeedGroup], kind: WorldParts) -> list[dict[str, Any]]:
+    """Return how the score of each model and its world's own figure went."""
+    from racecraft.analysis.compare_page import curves_chart
+
+    return [curves_chart(groups, title, unit, column).shown() for title, unit, column in kind.compared()]
+
+
+def _dots(verdict: dict[str, Any]) -> dict[str, Any]:
+    from racecraft.analysis.compare_page import dots
+
+    groups = [(group["name"], [seed["values"] for seed in group["seeds"]]) for group in verdict["groups"]]
+    return dots(groups, verdict["measure"])
 
 
 def _shown(value: Any) -> str:

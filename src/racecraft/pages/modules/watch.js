@@ -1,11 +1,12 @@
 /* The page of `racecraft watch`: where a run stands, its figures and its curves, as they come. */
-import { words } from "racecraft.pages/ask.js";
+import { ask, words } from "racecraft.pages/ask.js";
 import "racecraft.pages/chart.js";
 import { t } from "racecraft.pages/texts.js";
 import { feedOf } from "racecraft.pages/run_feed.js";
 
 const $ = id => document.getElementById(id);
 const feed = feedOf($("watch").dataset.from);
+const beside = new Map();   // the figures of other runs that lie over this one's, by name
 const SHOWN = new Set(["iteration", "training_score", "evaluation_score", "mean_reward"]);
 
 function tellState() {
@@ -48,13 +49,32 @@ function drawCurves() {
 }
 
 function draw(id, label, lines) {
-  const { rows } = feed;
-  const series = lines.map(([key, name, look, colour]) => {
-    const told = rows.filter(row => row[key] != null);
-    return { name, look, colour, right: false, faint: false, x: told.map(row => row.iteration), y: told.map(row => row[key]) };
+  const series = lines.map(([key, name, look, colour]) => line(feed.rows, key, name, look, colour));
+  [...beside].forEach(([run, rows], k) => {   // in one colour, what is drawn first of several stands back
+    for (const [at, [key, name, look]] of lines.entries())
+      series.push({ ...line(rows, key, lines.length > 1 ? `${run}: ${name}` : run, look, 3 + k), faint: at < lines.length - 1 });
   });
   $(id).show({ x: t("iteration"), y: label, right: "", low: null, high: null, log: false, logX: false, names: [], smooth: true, digits: 2, series, bands: [], marks: [], levels: [] });
   $(id).writeTable();
+}
+
+function line(rows, key, name, look, colour) {
+  const told = rows.filter(row => row[key] != null);
+  return { name, look, colour, right: false, faint: false, x: told.map(row => row.iteration), y: told.map(row => row[key]) };
+}
+
+/* Other runs of the folder, as they are when they are chosen; the address keeps which. */
+async function layBeside() {
+  const chosen = () => [...document.querySelectorAll("#beside input:checked")].map(box => box.value);
+  history.replaceState(null, "", `?${new URLSearchParams(chosen().map(name => ["with", name]))}${location.hash}`);
+  let wrong = "";
+  try {
+    for (const name of chosen()) if (!beside.has(name)) beside.set(name, (await ask(`${feed.from}api/curves?run=${encodeURIComponent(name)}`)).rows);
+  } catch (error) { wrong = error.message; }
+  say($("beside-wrong"), wrong);
+  $("beside-wrong").hidden = !wrong;
+  for (const name of beside.keys()) if (!chosen().includes(name)) beside.delete(name);
+  if (feed.run) drawCurves();
 }
 
 const say = (part, text) => { if (part.textContent !== text) part.textContent = text; };
@@ -63,3 +83,5 @@ feed.addEventListener("rows", () => { tellRun(); drawCurves(); });
 feed.addEventListener("lost", tellState);
 feed.addEventListener("found", () => feed.run && tellState());
 $("figure").onchange = drawCurves;
+$("beside")?.addEventListener("change", layBeside);
+if ($("beside")?.open) layBeside();
