@@ -15,6 +15,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,11 +28,13 @@ HERE = Path(__file__).resolve().parent
 UNJUDGED = "--set", "evaluation.every=100"
 AWS = "train", "--preset", "aws", "--stop", "iterations=3", *UNJUDGED
 CARS = "train", "--preset", "race", "--stop", "iterations=12", *UNJUDGED
-JUDGED = "train", "--preset", "race", "--stop", "iterations=12", "--set", "evaluation.every=1"
+JUDGED = "train", "--preset", "fast", "--stop", "iterations=12", "--set", "evaluation.every=1"
 CARTPOLE = "gym", "train", "CartPole-v1", "--stop", "iterations=30", *UNJUDGED
 LEARN = ("seconds_learn",)
 WORK = "seconds_collect", *LEARN
 ALL = *WORK, "seconds_judge"
+SPIN_LONG = "import os; os.environ['GOMP_SPINCOUNT'] = '300000'"  # libgomp's own
+MANY_THREADS = "import racecraft.algorithms.torch_threads as m; m.LIGHT = -1"
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,8 @@ class Acceleration:
     """Python that switches it off before the command begins."""
     option: tuple[str, ...] = ()
     """What switches it off, where it is a setting."""
+    busy: int = 0
+    """Programs beside it that never rest."""
 
 
 ACCELERATIONS = (
@@ -62,9 +68,15 @@ ACCELERATIONS = (
                  CARTPOLE, WORK, "import racecraft.algorithms.ppo_steps as m; m.closed_form_of = lambda *given: None"),
     Acceleration("freed memory kept", "training/processor.py", "default car: collecting, learning",
                  CARS, WORK, "import racecraft.training.processor as m; m.keep_freed_memory = lambda: None"),
+    Acceleration("threads that wait sleep soon", "__init__.py", "default car: collecting, learning",
+                 CARS, WORK, SPIN_LONG),
+    Acceleration("threads that wait sleep soon", "__init__.py", "default car beside three busy programs",
+                 CARS, WORK, SPIN_LONG, busy=3),
     Acceleration("one thread for small work", "algorithms/torch_threads.py", "default car: collecting, learning",
-                 CARS, WORK, "import racecraft.algorithms.torch_threads as m; m.LIGHT = -1"),
-    Acceleration("laps judged in compiled code", "algorithms/compiled_policy.py", "default car judged each time: all",
+                 CARS, WORK, MANY_THREADS),
+    Acceleration("one thread for small work", "algorithms/torch_threads.py", "default car beside three busy programs",
+                 CARS, WORK, MANY_THREADS, busy=3),
+    Acceleration("laps judged in compiled code", "algorithms/compiled_policy.py", "fast car judged each time: all",
                  JUDGED, ALL, "import racecraft.algorithms.compiled_policy as m; m.compile_policy = lambda *_: None"),
 )  # fmt: skip
 
@@ -80,10 +92,11 @@ def main() -> None:
     """Measure every acceleration by turns and write the table after each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--only", default="", help="those whose name holds this")
     parser.add_argument("--out", type=Path, default=HERE)
     options = parser.parse_args()
     rows = []
-    for one in ACCELERATIONS:
+    for one in (one for one in ACCELERATIONS if options.only in one.name):
         turns = [(seconds(one, False, seed), seconds(one, True, seed)) for seed in range(1, options.rounds + 1)]
         rows.append({"name": one.name, "where": one.where, "case": one.case, "on_off_seconds": turns})
         print(row_of(rows[-1]), flush=True)
@@ -98,12 +111,27 @@ def seconds(one: Acceleration, is_off: bool, seed: int) -> float:
     environment = {**os.environ, "PYTHONPATH": str(HERE.parent / "src")}
     with tempfile.TemporaryDirectory() as folder:
         code = f"{one.off}\n{begin}" if is_off else begin
-        done = subprocess.run([sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True)
+        with busy_programs(one.busy):
+            done = subprocess.run(
+                [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True
+            )
         metrics = Path(folder) / "run" / "metrics.jsonl"
         if not metrics.exists():
             raise SystemExit(f"{one.name}: nothing was trained:\n{done.stderr}")
         _, *rows = map(json.loads, metrics.read_text(encoding="utf-8").splitlines())
     return statistics.mean(sum(row[name] for name in one.counted) for row in rows)
+
+
+@contextmanager
+def busy_programs(count: int) -> Iterator[None]:
+    """So many run beside."""
+    programs = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for program in programs:
+            program.kill()
+            program.wait()
 
 
 def row_of(row: dict[str, Any]) -> str:

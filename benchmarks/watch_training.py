@@ -38,8 +38,9 @@ from typing import Any
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
 STEADY = ("ppo.learning_rate=1e-8", "evaluation.every=1000000")
-PERIOD_SECONDS, SETTLE_SECONDS = 7.5, 0.5
-"""How long somebody looks, or nobody; and how long after each change an open wish may still be answered."""
+PERIOD_SECONDS, SETTLE_SECONDS = 10.0, 3.0
+"""How long somebody looks, or nobody; and how long after each change is not counted: a page is loaded, a wish of the
+page before is still answered."""
 LOOK_SECONDS, PICTURE_SECONDS, CURVES_SECONDS, AHEAD_TICKS = 0.25, 0.125, 1.5, 30
 """How often the page asks for ticks, while it wants some, for pictures and for the rest, and with how many ticks left
 it wants more."""

@@ -30,9 +30,14 @@ A world adds names of its own (`WorldKind.names`), DeepRacer these::
 from __future__ import annotations
 
 import importlib
+import os
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+# Threads that wait for each other spin briefly and then sleep: beside other busy programs long spinning costs ten
+# times what it saves. OpenMP reads this when PyTorch and Numba load it.
+os.environ.setdefault("GOMP_SPINCOUNT", "5000")
 
 if TYPE_CHECKING:
     from racecraft.actions.checkpoints import checkpoints

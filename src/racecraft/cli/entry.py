@@ -24,9 +24,6 @@ from racecraft.training.signals import (
 
 def main() -> None:
     """Run the command line."""
-    # Threads that wait shall spin briefly and then sleep: beside another busy program long spinning costs many times
-    # what it saves. OpenMP reads this when torch and Numba load it, which no import has done yet.
-    os.environ.setdefault("GOMP_SPINCOUNT", "5000")
     if "RACECRAFT_LIFELINE" in os.environ:  # a job's process; everybody else is spared the imports
         _become_a_job()
     words = sys.argv[1:]

@@ -8,6 +8,7 @@ import { CarMap } from "racecraft.worlds.deepracer.pages/car_map.js";
 import { TICKS, follows, goOn, pose, standing } from "racecraft.worlds.deepracer.pages/reel.js";
 
 const PICTURES = 30, SLOW_PICTURES = 2;   // a second; slow where somebody wants little motion
+const PICTURES_BESIDE_TRAINING = 20, FEW_PROCESSORS = 2;   // where a training has no third processor to go to
 const LITTLE_MOTION = matchMedia("(prefers-reduced-motion: reduce)");
 const AHEAD = 2;                          // s: with less to play, more is asked for; a training leaves its next ticks then
 const ASK_MS = 500;                       // between two asks for ticks
@@ -137,7 +138,7 @@ class Cars extends HTMLElement {
   turn(now) {
     if (!this.awake) { this.sleeping = true; return; }
     const little = LITTLE_MOTION.matches;
-    const step = 1000 / (little ? SLOW_PICTURES : PICTURES), late = now - (this.due ?? now);
+    const step = 1000 / (little ? SLOW_PICTURES : this.training && navigator.hardwareConcurrency <= FEW_PROCESSORS ? PICTURES_BESIDE_TRAINING : PICTURES), late = now - (this.due ?? now);
     this.due = late < step ? now - late + step : now + step;   // an even pace; a frame of its own for each picture costs as much as drawing it
     setTimeout(() => this.turn(performance.now()), this.due - now);
     const past = Math.min(little ? 0.6 : 0.1, (now - (this.turnedAt ?? now)) / 1000);
