@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
-from toy_world import CopyTheNumber, Walk
+from toy_world import CopyTheNumber, Expert, Walk
 
 from racecraft.algorithms.behaviour_cloning import BcConfig, BcLearner, DemonstrationBatch, cloning_loss, to_raw
 from racecraft.algorithms.distributions import Categorical, distribution_for
@@ -31,16 +31,6 @@ from racecraft.rollout.episodes import play_episodes
 from racecraft.rollout.statistics import summarise
 
 NETWORK = NetworkConfig(hidden_units=(16,), activation="tanh")
-
-
-class Expert:
-    """Says the number it sees."""
-
-    def act(self, observations, action_mask=None):
-        return observations["number"].argmax(axis=1) if observations["number"].ndim > 1 else observations["number"]
-
-    def reset_state(self, rows):
-        pass
 
 
 class Up:

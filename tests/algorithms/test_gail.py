@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 import torch
-from toy_world import CopyTheNumber, Walk
+from toy_world import CopyTheNumber, Expert, Unpaid, Walk
 
 from racecraft.algorithms import gail as page
 from racecraft.algorithms.building import build_learner, signal_groups
@@ -28,24 +28,6 @@ from racecraft.settings.composition import Settings
 from racecraft.training.settings import RuntimeConfig
 
 SMALL = Architecture(trunk_units=(8,))
-
-
-class Expert:
-    """Says the number it sees."""
-
-    def act(self, observations, action_mask=None):
-        return observations["number"].argmax(axis=1)
-
-    def reset_state(self, rows):
-        pass
-
-
-class Unpaid(CopyTheNumber):
-    """The same world, and nobody pays."""
-
-    def step(self, actions, buffers):
-        super().step(actions, buffers)
-        buffers.reward[:] = 0.0
 
 
 def model(config=None, shown=None, world=None):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 import torch
-from toy_world import CopyTheNumber, Walk
+from toy_world import CopyTheNumber, Expert, Unpaid, Walk
 
 from racecraft.algorithms.building import build_learner, signal_groups
 from racecraft.algorithms.imitation import ImitationConfig, ImitationWrapper
@@ -21,24 +21,6 @@ from racecraft.rollout.episodes import play_episodes
 from racecraft.rollout.statistics import summarise
 from racecraft.settings.composition import Settings
 from racecraft.training.settings import RuntimeConfig
-
-
-class Expert:
-    """Says the number it sees."""
-
-    def act(self, observations, action_mask=None):
-        return observations["number"].argmax(axis=1)
-
-    def reset_state(self, rows):
-        pass
-
-
-class Unpaid(CopyTheNumber):
-    """The same world, and nobody pays."""
-
-    def step(self, actions, buffers):
-        super().step(actions, buffers)
-        buffers.reward[:] = 0.0
 
 
 @pytest.fixture

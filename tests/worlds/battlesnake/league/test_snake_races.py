@@ -5,16 +5,15 @@ import shutil
 
 import av
 import pytest
+from tests.league.in_process import InProcess
 from tests.worlds.battlesnake.training.test_snake_training import run  # noqa: F401
 
 import racecraft as rc
 from racecraft.contract.errors import UserInputError
 from racecraft.isolation.layers import can_isolate
 from racecraft.league import auditing, judging
-from racecraft.league.drive_process import DriveError
 from racecraft.league.race import Drive, Outcome, Result
 from racecraft.league.store import League
-from racecraft.league.world_part import league_world, no_progress
 from racecraft.web.server import ServerThread
 from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
 from racecraft.worlds.battlesnake.players.find import find_player
@@ -22,31 +21,6 @@ from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
 isolated = pytest.mark.skipif(not can_isolate(), reason="this system isolates no code")
 SMALL = {"width": 7, "height": 7, "most_turns": 40, "timeout_ms": 2000, "meetings": 2}
-
-
-class InProcess:
-    """Plays here: what a fresh process gives is tested once, below."""
-
-    layers = ()
-
-    def __init__(self, kind, readable=()):
-        self.kind = kind
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self.close()
-
-    def close(self):
-        pass
-
-    def drive(self, order, recorded=None, on_progress=no_progress):
-        world = league_world(self.kind)
-        try:
-            return world.drive(order, on_progress) if recorded is None else world.redrive(order, recorded)
-        except UserInputError as error:
-            raise DriveError(str(error)) from error
 
 
 @pytest.fixture

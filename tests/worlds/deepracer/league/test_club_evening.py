@@ -7,6 +7,7 @@ import av
 import numpy as np
 import pytest
 from tests.cli.conftest import TINY, typed
+from tests.league.in_process import InProcess
 from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 import racecraft as rc
@@ -16,7 +17,7 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.isolation.layers import can_isolate
 from racecraft.league import auditing, judging
 from racecraft.league.store import League
-from racecraft.league.world_part import league_world, no_progress
+from racecraft.league.world_part import league_world
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.actions.telemetry import telemetry
 from racecraft.worlds.deepracer.analysis.films import film, moments
@@ -32,28 +33,6 @@ def run(tmp_path_factory):
     place = tmp_path_factory.mktemp("cars") / "mint"
     request = RaceRequest(preset="fast", run=place, stops=("iterations=1",), overrides=TINY[1::2])
     return train(request, Silence(), lambda text: None).run.path
-
-
-class InProcess:
-    """Drives here: what a fresh process gives is tested once, below."""
-
-    layers = ()
-
-    def __init__(self, kind, readable=()):
-        self.kind = kind
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self.close()
-
-    def close(self):
-        pass
-
-    def drive(self, order, recorded=None, on_progress=no_progress):
-        world = league_world(self.kind)
-        return world.drive(order, on_progress) if recorded is None else world.redrive(order, recorded)
 
 
 @pytest.fixture

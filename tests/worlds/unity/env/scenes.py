@@ -162,10 +162,8 @@ class DotScene:
         return [eye, ObservationMessage(np.array([self.signs[i]], np.float32), "sign")] if self.with_sign else [eye]
 
 
-class MaskScene:
-    """Three doors, of which one is forbidden each time; behind the highest allowed one lies +1, behind the other -1."""
-
-    behaviors = {"Door?team=0": UnityActionSpec(branches=(3,))}
+class DrawnScene:
+    """Agents who are shown something drawn anew each time; one answer is an episode."""
 
     def __init__(self, agents=16):
         self.agents = agents
@@ -173,10 +171,16 @@ class MaskScene:
 
     def begin(self, seed):
         self.rng = np.random.default_rng(seed)
-        self.shut = self.rng.integers(0, 3, self.agents)
+        self._draw()
 
     def reset(self):
         self.ended.clear()
+
+
+class MaskScene(DrawnScene):
+    """Three doors, of which one is forbidden each time; behind the highest allowed one lies +1, behind the other -1."""
+
+    behaviors = {"Door?team=0": UnityActionSpec(branches=(3,))}
 
     def infos(self):
         told = [*self.ended]
@@ -193,13 +197,16 @@ class MaskScene:
                 raise AssertionError(f"agent {i} went through the door that was shut")
             best = 1 if self.shut[i] == 2 else 2
             self.ended.append(Info(i, [self._seen(i)], 1.0 if door == best else -1.0, done=True))
+        self._draw()
+
+    def _draw(self):
         self.shut = self.rng.integers(0, 3, self.agents)
 
     def _seen(self, i):
         return ObservationMessage(np.eye(3, dtype=np.float32)[self.shut[i]], "sight")
 
 
-class TellScene:
+class TellScene(DrawnScene):
     """Each agent sees a number in [-1, 1] and a bit, and tells both at once: hybrid actions, with a choice forbidden.
 
     It earns 1 less how far its number is away, or -1 where the bit is wrong; the third choice is never allowed. One
@@ -207,17 +214,6 @@ class TellScene:
     """
 
     behaviors = {"Teller?team=0": UnityActionSpec(continuous=1, branches=(3,))}
-
-    def __init__(self, agents=16):
-        self.agents = agents
-        self.ended = []
-
-    def begin(self, seed):
-        self.rng = np.random.default_rng(seed)
-        self._draw()
-
-    def reset(self):
-        self.ended.clear()
 
     def infos(self):
         told = list(self.ended)
@@ -243,24 +239,13 @@ class TellScene:
         return ObservationMessage(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
 
 
-class AimScene:
+class AimScene(DrawnScene):
     """Each agent sees a number in [-1, 1] and should tell it: numbers alone. It earns 1 less how far it is away.
 
     One telling is an episode.
     """
 
     behaviors = {"Aim?team=0": UnityActionSpec(continuous=1)}
-
-    def __init__(self, agents=16):
-        self.agents = agents
-        self.ended = []
-
-    def begin(self, seed):
-        self.rng = np.random.default_rng(seed)
-        self._draw()
-
-    def reset(self):
-        self.ended.clear()
 
     def infos(self):
         told = list(self.ended)
@@ -281,7 +266,7 @@ class AimScene:
         return ObservationMessage(np.array([self.numbers[i]], np.float32), "sight")
 
 
-class LeverScene:
+class LeverScene(DrawnScene):
     """Two levers of two and three places; each agent sees where both should stand: several branches.
 
     Both right earn 1, one of them 0, none -1. Of the second lever a place that is wrong is forbidden each time. One
@@ -289,17 +274,6 @@ class LeverScene:
     """
 
     behaviors = {"Lever?team=0": UnityActionSpec(branches=(2, 3))}
-
-    def __init__(self, agents=16):
-        self.agents = agents
-        self.ended = []
-
-    def begin(self, seed):
-        self.rng = np.random.default_rng(seed)
-        self._draw()
-
-    def reset(self):
-        self.ended.clear()
 
     def infos(self):
         told = list(self.ended)
