@@ -152,6 +152,12 @@ def test_continuous_samples_are_stretched_linearly_and_cut_at_the_bounds():
     np.testing.assert_allclose(got, [[0, 2.5], [0.5, 1.0], [-0.5, 4.0], [0.25, 2.8]], rtol=1e-6)
 
 
+def test_numbers_are_first_drawn_as_widely_as_is_set():
+    learner = a_learner(actions=ContinuousActions((-2.0, 1.0), (2.0, 3.0)), initial_std=0.2)
+    drawn = learner.act({"state": np.zeros((4000, 5), np.float32)}).actions
+    np.testing.assert_allclose(drawn.std(axis=0), (0.4, 0.2), rtol=0.05)
+
+
 def test_the_likelihood_of_a_command_is_that_of_the_sample_as_drawn():
     kind = DiagGaussian(ContinuousActions((-1.0,), (1.0,)))
     mean, log_std = torch.tensor([[0.5]]), torch.tensor([math.log(2.0)])

@@ -10,6 +10,7 @@ Results are bit-identical on the same machine, threads and versions: all chance 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
@@ -95,6 +96,8 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
     ) -> None:
         distribution = distribution_for(spec.actions, config.probability_floor, config.distribution)
         super().__init__(spec, network, config, seed, device, distribution)
+        if self.network.log_std is not None:
+            torch.nn.init.constant_(self.network.log_std, math.log(config.initial_std))
         self.now = config
         """The settings as the schedules have them by now."""
         self.steps = GradientSteps(self.network, distribution, config)

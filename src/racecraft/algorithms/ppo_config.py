@@ -46,6 +46,11 @@ class PpoConfig:
         "How numbers are drawn: `gaussian` and cut to their bounds, as at AWS, or `squashed` into them by a tanh.",
         choices=("gaussian", "squashed"),
     )
+    initial_std: float = setting(
+        1.0,
+        "How widely numbers are drawn at the beginning: standard deviation, in halves of their range.",
+        low=1e-3, high=10.0,
+    )  # fmt: skip
     learning_rate_schedule: str = setting(
         "constant",
         "How the learning rate goes on: as it is, or in a straight line to 1e-10 at the stop `steps=`.",

@@ -24,7 +24,7 @@ from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
 TINY = (
     "camera.width=16", "camera.height=12", "race.max_episode_seconds=4", "rollout.num_worlds=6", "rollout.horizon=60",
     "evaluation.episodes=2", "ppo.epochs=1", "runtime.threads=1", "network.conv_filters=4", "network.conv_kernels=4",
-    "network.conv_strides=2", "network.hidden_units=16",
+    "network.conv_strides=2", "network.hidden_units=16", "ppo.initial_std=1",
 )  # fmt: skip
 METADATA = {
     "action_space": {"steering_angle": {"low": -20, "high": 25}, "speed": {"low": 1, "high": 2}},
