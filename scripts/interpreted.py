@@ -28,26 +28,23 @@ def interpret() -> None:
     """Make decorators of kernels hand functions back as they are; call it before any kernel is imported."""
     from racecraft.kernels import compile as kernels
 
-    vars(kernels).update(njit=_left_alone, _njit=_left_alone)
+    vars(kernels).update(compiled_whole=_left_alone)
 
 
-def _left_alone(**_options: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        @functools.wraps(function)
-        def entered(*arrays: Any) -> Any:
-            if getattr(_within, "kernel", False):
-                return function(*arrays)
-            _within.kernel = True
-            try:
-                with np.errstate(all="ignore"):
-                    return function(*(_as_numba_reads(one) for one in arrays))
-            finally:
-                _within.kernel = False
+def _left_alone(function: Callable[..., Any], **_options: Any) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def entered(*arrays: Any) -> Any:
+        if getattr(_within, "kernel", False):
+            return function(*arrays)
+        _within.kernel = True
+        try:
+            with np.errstate(all="ignore"):
+                return function(*(_as_numba_reads(one) for one in arrays))
+        finally:
+            _within.kernel = False
 
-        vars(entered)["py_func"] = function  # as a compiled one has it
-        return entered
-
-    return decorate
+    vars(entered)["py_func"] = function  # as a compiled one has it
+    return entered
 
 
 class Widening(np.ndarray[Any, Any]):

@@ -9,6 +9,8 @@ Numba keeps it by the path of that file as well, so that each copy of one packag
 beside another, a fresh clone, an environment that is made again. The folder's name says already what the code was made
 of, so here a file is known by its place in the package (`KeptByContents`).
 
+What is optimised and translated is a whole: a kernel that Python calls, with all that it calls (`whole.py`).
+
 Importing this module points Numba's cache at that folder (unless `NUMBA_CACHE_DIR` is set); it compiles nothing.
 """
 
@@ -25,19 +27,18 @@ from typing import Any
 
 import numba
 import numba.core.caching as numba_caching
-from numba import njit
 from numba import prange as prange
 
 import racecraft
 from racecraft.contract.user_cache import user_cache
+from racecraft.kernels.whole import compiled_whole
 
 _config: Any = numba.config
-_njit: Any = njit  # its types do not know `_nrt`
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function for one core; other kernels may call it. Results are plain IEEE, the same everywhere."""
-    return njit(cache=True, nogil=True, error_model="numpy")(function)
+    return compiled_whole(function)
 
 
 def lean_kernel(function: Callable[..., Any]) -> Any:
@@ -49,7 +50,7 @@ def lean_kernel(function: Callable[..., Any]) -> Any:
     compile ("NRT required but not enabled"), a copy from slice to slice among it: write a loop. A slice returned would
     be a reference that nobody holds. The bits are the same.
     """
-    return _njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+    return compiled_whole(function, _nrt=False)
 
 
 def inner_kernel(function: Callable[..., Any]) -> Any:
@@ -58,7 +59,7 @@ def inner_kernel(function: Callable[..., Any]) -> Any:
     To call a kernel costs seven numbers an array, handed over on the stack; with ten arrays that is more than most of
     these functions do. The bits are the same.
     """
-    return _njit(cache=True, nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function)
+    return compiled_whole(function, forceinline=True, _nrt=False)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
@@ -69,7 +70,7 @@ def parallel_kernel(function: Callable[..., Any]) -> Any:
     The loop's number is signed while Numba looks at the types and unsigned in the shared body: every kernel that is
     given it would be compiled for both. `n = np.int64(world)` at the head of the loop spares the user that.
     """
-    return njit(cache=True, nogil=True, error_model="numpy", parallel=True)(function)
+    return compiled_whole(function, parallel=True)
 
 
 def set_threads(count: int) -> None:

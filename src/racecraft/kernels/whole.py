@@ -1,0 +1,180 @@
+"""Optimise and translate a kernel once, in the whole that Python calls. Begin with `compiled_whole`.
+
+Numba brings each function to machine code by itself and lays it into each caller, where it is optimised and translated
+again, and again in that one's caller; a loop that threads share adds four copies of all that it calls. Half of what the
+first training compiled were such copies. Here a kernel that is compiled because another calls it is a part, until
+Python calls it as well:
+
+    part     compiled for a caller: types and LLVM code, linked, not optimised, not translated; on disk as bitcode
+    whole    compiled for Python: optimised and translated with all of its parts, as Numba does it
+
+Results have the same bits: nothing here changes what LLVM may do to numbers.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from llvmlite import binding
+from numba import _dynfunc
+from numba.core import codegen, cpu
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.environment import lookup_environment
+from numba.core.registry import CPUDispatcher, cpu_target
+from numba.core.sigutils import normalize_signature
+
+_config: Any = numba.config
+SHARED_LOOP = "__numba_parfor_gufunc"
+"""How the names begin of what threads share."""
+PART = "part"
+"""What a part is called on disk, beside Numba's own "object" and "bitcode"."""
+ENVIRONMENT = "_ZN08NumbaEnv"
+"""How the names begin of what a function knows of Python."""
+
+
+def compiled_whole(function: Callable[..., Any], **options: Any) -> Any:
+    """Return a function compiled to plain IEEE and kept on disk; `options` are further ones of Numba's.
+
+    Nobody takes it for a function of C, which would be a second way in to compile.
+    """
+    if _config.DISABLE_JIT:
+        return function
+    shared = {"nopython": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    made = Kernel(function, targetoptions={**shared, **options})
+    made.enable_caching()
+    return made
+
+
+class _Compiling(threading.local):
+    """What this thread compiles."""
+
+    def __init__(self) -> None:
+        self.kernels: list[str] = []
+        """By name; Python called the first, which calls the second, and so on."""
+
+
+_compiling = _Compiling()
+
+
+class Kernel(CPUDispatcher):
+    """A function that is compiled for each kind of arguments: a whole where Python calls it, else a part."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile it for a signature, or fetch it from the disk; return what Python calls."""
+        with global_compiler_lock:
+            _compiling.kernels.append(self.py_func.__qualname__)
+            try:
+                super().compile(sig)
+                cres = self.overloads[tuple(normalize_signature(sig)[0])]
+                if len(_compiling.kernels) == 1:
+                    cres = self._as_whole(sig, cres)
+                return cres.entry_point
+            finally:
+                _compiling.kernels.pop()
+
+    def add_overload(self, cres: Any) -> None:
+        """Take up what was compiled; a part is nothing that Python may call."""
+        if cres.library.is_translated:
+            super().add_overload(cres)
+        else:
+            self.overloads[tuple(cres.signature.args)] = cres
+
+    def _as_whole(self, sig: Any, cres: Any) -> Any:
+        """Return what was compiled as a whole, which knows of Python what its parts know."""
+        if not cres.library.is_translated:
+            cres = cres._replace(entry_point=self.targetctx.get_executable(cres.library, cres.fndesc, cres.environment))
+            self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, [cres.library])
+            self.add_overload(cres)
+        if cres.library.was_part:
+            cres.library.was_part = False
+            self._cache.save_overload(sig, cres)
+        for variable in cres.library._final_module.global_variables:
+            known = lookup_environment(variable.name) if variable.name.startswith(ENVIRONMENT) else None
+            if known is not None:
+                cres.library.codegen.set_env(variable.name, known)
+        return cres
+
+
+class Library(codegen.JITCodeLibrary):
+    """Code that is optimised and translated when its address is wanted, and not when it is linked to other code."""
+
+    was_part = False
+    """Whether it lies on disk as a part."""
+    is_translated = False
+    """Whether there is machine code."""
+
+    def finalize(self) -> None:
+        """Link what it calls; `get_pointer_to_function` does the rest."""
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return where the machine code of a function begins; 0 where there is no such function."""
+        self._ensure_finalized()
+        if not self.is_translated:
+            self._codegen._check_llvm_bugs()
+            self._shared_module = None
+            self._optimize_final_module()
+            self._final_module.verify()
+            self._finalize_final_module()
+            self.is_translated = True
+        return int(super().get_pointer_to_function(name))
+
+    def serialize_using_object_code(self) -> tuple[str, str, Any]:
+        """Return what is kept on disk."""
+        self._ensure_finalized()
+        if self.is_translated:
+            return super().serialize_using_object_code()
+        self.was_part = True
+        return self.name, PART, self._final_module.as_bitcode()
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: tuple[str, str, Any]) -> Any:
+        name, kind, data = state
+        if kind != PART:
+            made = super()._unserialize(codegen, state)
+            made.is_translated = True
+            return made
+        made = codegen.create_library(name)
+        made.enable_object_caching()
+        made._final_module = binding.parse_bitcode(data)
+        made._finalized = made.was_part = True
+        return made
+
+
+class Code(codegen.JITCPUCodegen):
+    """What makes libraries, and tells a function what it knows of Python."""
+
+    _library_class = Library
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Tell machine code where an environment is; a part has none, and its whole is told."""
+        if self._engine.is_symbol_defined(env_name):
+            super().set_env(env_name, env)
+
+
+class Context(cpu.CPUContext):
+    """Numba's context, in which a part has no way in from Python."""
+
+    def get_executable(self, library: Any, fndesc: Any, env: Any) -> Any:
+        """Return what Python calls; of a part, what stands for it and keeps alive what it knows of Python."""
+        if _is_part(library):
+            return _dynfunc.make_function(fndesc.lookup_module(), fndesc.qualname, "", 0, env, (library,))
+        return super().get_executable(library, fndesc, env)
+
+
+def _is_part(library: Any) -> bool:
+    """Tell whether a library is compiled for a kernel that calls it: another kernel, or the body of a shared loop."""
+    _, *parts = _compiling.kernels or [""]
+    return library.name in parts or library.name.startswith(SHARED_LOOP)
+
+
+cpu_target.target_context.__class__ = Context
+cpu_target.target_context.codegen().__class__ = Code
