@@ -105,13 +105,21 @@ class Library(codegen.JITCodeLibrary):
     """Whether it lies on disk as a part."""
     is_translated = False
     """Whether there is machine code."""
+    is_part = False
+    """Whether it was compiled for a kernel that calls it."""
 
     def finalize(self) -> None:
-        """Link what it calls; `get_pointer_to_function` does the rest."""
+        """Link what it calls; `get_pointer_to_function` does the rest.
+
+        A part that calls no other is optimised by itself, too: loops are best laid out before they stand in a caller.
+        """
         self._raise_if_finalized()
         for library in dict.fromkeys(self._linking_libraries):
             self._reload_init.update(library._reload_init)
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self.is_part = _is_part(self)
+        if self.is_part and not any(getattr(library, "is_part", False) for library in self._linking_libraries):
+            self._optimize_final_module()
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -145,7 +153,7 @@ class Library(codegen.JITCodeLibrary):
         made = codegen.create_library(name)
         made.enable_object_caching()
         made._final_module = binding.parse_bitcode(data)
-        made._finalized = made.was_part = True
+        made._finalized = made.was_part = made.is_part = True
         return made
 
 
@@ -165,7 +173,7 @@ class Context(cpu.CPUContext):
 
     def get_executable(self, library: Any, fndesc: Any, env: Any) -> Any:
         """Return what Python calls; of a part, what stands for it and keeps alive what it knows of Python."""
-        if _is_part(library):
+        if _is_part(library) and not library.is_translated:
             return _dynfunc.make_function(fndesc.lookup_module(), fndesc.qualname, "", 0, env, (library,))
         return super().get_executable(library, fndesc, env)
 
