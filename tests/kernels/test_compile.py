@@ -12,7 +12,7 @@ import pytest
 from numba.core.errors import NumbaError
 
 import racecraft
-from racecraft.kernels import inner_kernel, kernel, lean_kernel
+from racecraft.kernels import inner_kernel, kernel, lean_kernel, parallel_kernel, prange
 from racecraft.kernels.compile import cache_folder, is_warm, sources
 from racecraft.worlds.battlesnake.env.kernels import begin, food_and_hazards, observe, outlook, rules, steps
 from racecraft.worlds.deepracer.training.trainer import KERNEL
@@ -108,6 +108,37 @@ def test_lean_kernels_count_no_holders_and_hold_none(compiled, counts, tmp_path,
     assert total(table) == 66.0
     assert sys.getrefcount(table) == held
     assert any("NRT_decref" in code for code in total.inspect_asm().values()) == counts
+
+
+def test_a_kernel_is_machine_code_in_the_whole_that_python_calls_and_by_itself_once_python_calls_it(
+    tmp_path, monkeypatch
+):
+    """Compiled at first; then from the disk as a part, and as a whole, by callers that the disk does not know."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+
+    def halved(number):
+        if number < 0.0:
+            raise ValueError("below zero")  # for which code must know of Python
+        return 0.5 * number
+
+    for callers in range(3):
+        half = kernel(halved)
+
+        @parallel_kernel
+        def halve(numbers, halves):
+            for place in prange(numbers.shape[0]):
+                halves[place] = half(numbers[place]) + callers  # noqa: B023
+
+        halves = np.zeros(3)
+        halve(np.arange(3.0), halves)
+        assert halves.tolist() == [callers, callers + 0.5, callers + 1.0]
+        (part,) = half.overloads.values()
+        assert part.library.is_translated == (callers == 2)
+        assert (sum(half.stats.cache_misses.values()) > 0) == (callers == 0)
+        if callers:
+            assert half(3.0) == 1.5
+            with pytest.raises(ValueError, match="below zero"):
+                half(-1.0)
 
 
 def test_a_lean_kernel_that_makes_an_array_does_not_compile(tmp_path, monkeypatch):

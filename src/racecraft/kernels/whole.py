@@ -18,8 +18,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-from llvmlite import binding
-from numba import _dynfunc
+from numba import _dynfunc  # type: ignore[attr-defined]
 from numba.core import codegen, cpu
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment
@@ -62,13 +61,15 @@ _compiling = _Compiling()
 class Kernel(CPUDispatcher):
     """A function that is compiled for each kind of arguments: a whole where Python calls it, else a part."""
 
+    _cache: Any
+
     def compile(self, sig: Any) -> Any:
         """Compile it for a signature, or fetch it from the disk; return what Python calls."""
         with global_compiler_lock:
             _compiling.kernels.append(self.py_func.__qualname__)
             try:
                 super().compile(sig)
-                cres = self.overloads[tuple(normalize_signature(sig)[0])]
+                cres: Any = self.overloads[tuple(normalize_signature(sig)[0])]
                 if len(_compiling.kernels) == 1:
                     cres = self._as_whole(sig, cres)
                 return cres.entry_point
@@ -144,15 +145,15 @@ class Library(codegen.JITCodeLibrary):
         return self.name, PART, self._final_module.as_bitcode()
 
     @classmethod
-    def _unserialize(cls, codegen: Any, state: tuple[str, str, Any]) -> Any:
+    def _unserialize(cls, maker: Any, state: tuple[str, str, Any]) -> Any:
         name, kind, data = state
         if kind != PART:
-            made = super()._unserialize(codegen, state)
+            made = super()._unserialize(maker, state)
             made.is_translated = True
             return made
-        made = codegen.create_library(name)
+        made = maker.create_library(name)
         made.enable_object_caching()
-        made._final_module = binding.parse_bitcode(data)
+        made._final_module = codegen.ll.parse_bitcode(data)
         made._finalized = made.was_part = made.is_part = True
         return made
 
