@@ -360,7 +360,7 @@ def open_log(run: RunFolder) -> TextIO:
 def warm_up(worlds: Sequence[RaceWorld | MultiCourseWorld | OpponentWorld], on_message: MessageCallback) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm(KERNEL):
-        on_message("First run on this machine: compiling the simulator (once, a minute or two) …")
+        on_message("First run on this machine: compiling the simulator (once, about half a minute) …")
     for one in _courses_of(worlds):
         reward, one.reward = one.reward, None
         buffers = allocate(one.spec)
