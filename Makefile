@@ -20,7 +20,7 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it r
 test: bytecode  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
-quick: env  ## the everyday loop: what takes longer than 0.15 s (tests/slow.txt) is left to `make test`
+quick: env  ## the everyday loop: what takes longer than 0.1 s (tests/slow.txt) is left to `make test`
 	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile
 
 bytecode: env

@@ -16,7 +16,7 @@ from pathlib import Path
 
 HOME = Path(__file__).parents[1]
 SLOW = HOME / "tests" / "slow.txt"
-LONGEST_S = 0.15
+LONGEST_S = 0.1
 _LINE = re.compile(r"(\d+\.\d+)s (?:call|setup|teardown) +(\S+?::[^\[\s]+)")
 
 
