@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+import tarfile
 import urllib.error
 import urllib.request
 
@@ -49,7 +50,16 @@ def test_a_trace_alone_opens_its_laps(console):
     assert "sandbox" in laps.headers["Content-Security-Policy"]
     assert "<title>" in laps.read().decode()
     assert {path.name for path in (workspace / "logs/trace.csv").iterdir()} == {"trace.csv", "laps.html"}
-    assert dropped(address, "trace.csv", LOG.read_bytes())[0] == f"{address}/logs/2-trace.csv"
+
+
+def test_logs_in_an_archive_of_a_long_name_say_why_they_are_no_model(console, tmp_path):
+    """The console named its archives by model, kind and job: more letters than a model's name may have."""
+    name = f"my-model-{55 * 'x'}_logs.tar.gz"
+    with tarfile.open(tmp_path / name, "w:gz") as archive:
+        archive.add(LOG, "id/sim-trace/training/training-simtrace/0-iteration.csv")
+    led_to, page = dropped(console[0], name, (tmp_path / name).read_bytes())
+    assert led_to == f"{console[0]}/logs/{name}"
+    assert f"{name}: it holds no file of a model" in page
 
 
 def test_what_is_neither_leaves_nothing(console):

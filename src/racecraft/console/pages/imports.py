@@ -29,6 +29,10 @@ UPLOADS = "uploads"
 PIECE = 2**20
 LAPS = "laps.html"
 """The page about a log that came without a model."""
+NO_MODEL = "no-model.txt"
+"""Beside it: why what came with the log is no model."""
+LONGEST_NAME = 60
+"""Letters of a model's name that are taken from its file's; a number may follow."""
 ENDS_OF_LOGS = (".csv", ".log", ".txt", ".jsonl", ".json")
 """Files that hold no weights."""
 
@@ -86,18 +90,20 @@ def _taken(console: Console, place: Path, file: str) -> str:
         return _imported(console, place, file)
     except CommandError as no_model:
         try:
-            return _logged(console, place, file)
+            return _logged(console, place, file, str(no_model).replace(str(place), file))
         except CommandError:
             raise no_model from None
 
 
-def _logged(console: Console, place: Path, file: str) -> str:
-    """Keep a log and the page about its laps, or nothing."""
+def _logged(console: Console, place: Path, file: str, no_model: str = "") -> str:
+    """Keep a log, the page about its laps and why it is no model, or nothing."""
     folder = console.workspace.free_folder(LOGS, file)
     folder.mkdir(parents=True)
     try:
         log = Path(shutil.copy(place, folder / file))
         run_command(_log_words(log, folder / LAPS), folder)
+        if no_model:
+            (folder / NO_MODEL).write_text(no_model, encoding="utf-8")
     except CommandError:
         shutil.rmtree(folder)
         raise
@@ -115,9 +121,12 @@ def log_page(console: Console, request: Request) -> Page:
     """Return where a log lies that came without a model, and the way to its laps."""
     name = _log_of(console, request)
     folder = console.workspace.path / LOGS / name
-    file = next(path for path in folder.iterdir() if path.name != LAPS)
+    file = next(path for path in folder.iterdir() if path.name not in (LAPS, NO_MODEL))
+    no_model = (folder / NO_MODEL).read_text(encoding="utf-8") if (folder / NO_MODEL).is_file() else ""
     words = shlex.join(_log_words(file, folder / LAPS))
-    return Page("log.html", name, {"name": name, "file": str(file), "command": f"racecraft {words}"})
+    return Page(
+        "log.html", name, {"name": name, "file": str(file), "no_model": no_model, "command": f"racecraft {words}"}
+    )
 
 
 def _log_of(console: Console, request: Request) -> str:
@@ -134,7 +143,8 @@ def _log_of(console: Console, request: Request) -> str:
 
 
 def _imported(console: Console, place: Path, file: str) -> str:
-    name = console.workspace.free(re.sub(r"(\.tar)?\.(gz|bz2|zip|tar|tgz|pb)$", "", file).strip("-. ") or "imported")
+    name = re.sub(r"(\.tar)?\.(gz|bz2|zip|tar|tgz|pb)$", "", file)[:LONGEST_NAME].strip("-._+ ")
+    name = console.workspace.free(name or "imported")
     model = console.workspace.create(name, {}, Note())
     try:
         result = run_command(_import_command(place, model.path / model.next_run()), model.path)

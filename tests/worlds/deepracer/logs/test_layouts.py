@@ -1,6 +1,7 @@
 """Whatever a racer has on the disk, `read` finds the rows and says where they come from."""
 
 import json
+import re
 
 import polars as pl
 import pytest
@@ -133,6 +134,10 @@ def test_the_text_of_a_simulation_log(tmp_path):
     ]  # fmt: skip
     assert logs.about["world"] == "reinvent_base"
     assert path.read_text().splitlines()[frame["line"][0] - 1].startswith("SIM_TRACE_LOG:0,1,")
+    text = makers.log_text(makers.iteration(range(6), continuous=True))
+    path.write_text(re.sub(r"\[(\S+) (\S+)\]", r"[\1, \2]", text))  # as the console wrote continuous actions in 2023
+    continuous = read(path).ticks.collect()
+    assert (continuous.height, continuous["action"].unique().to_list()) == (frame.height, [-1])
 
 
 @pytest.mark.parametrize("has_traces", [False, True])

@@ -33,6 +33,8 @@ _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
 _HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})", re.DOTALL)
 _ROS_1 = re.compile(r"/rosdistro: |started roslaunch server|ROS_DISTRO=(?:kinetic|melodic|noetic)")
 _ROS_2 = re.compile(r"\bros2 launch\b|\[INFO\] \[launch\]|ros_gz_bridge")
+_PAIR = re.compile(rb"\[([^\[\],]*),([^\[\],]*)\]")
+"""A continuous action with a comma between angle and speed, as the console's logs of 2023 have it."""
 _METADATA_VERSION = re.compile(r"simapp_version (\d+)")
 _JOB_TYPE = re.compile(r"JOB_TYPE'?: '?(TRAINING|EVALUATION)")
 _ACTIONS = re.compile(r"ction space from file: (.+)")
@@ -115,7 +117,7 @@ def _texts(place: int, source: Source, header: tuple[str, ...], others: list[byt
             if not mark:
                 others.append(before)
                 continue
-            rows.append(row.split(b"\t", 1)[0].rstrip(b"\n") + b"\n")
+            rows.append(_fields(row).rstrip(b"\n") + b"\n")
             lines.append(number)
             size += len(row)
             if size >= CHUNK_BYTES:
@@ -125,11 +127,17 @@ def _texts(place: int, source: Source, header: tuple[str, ...], others: list[byt
         yield Text(place, source.name, header, b"".join(rows), np.array(lines, np.int32))
 
 
+def _fields(row: bytes) -> bytes:
+    """Return the values of a row with commas between values alone."""
+    fields = row.split(b"\t", 1)[0]
+    return _PAIR.sub(rb"[\1\2]", fields) if b"[" in fields else fields
+
+
 def _header(source: Source) -> tuple[str, ...]:
     """Return AWS's names of a log's columns, by how many values most of its first rows have; () where it has no row."""
     counts: Counter[int] = Counter()
     for line in itertools.islice(_lines_with_rows(source), SAMPLED_ROWS):
-        counts[line.split(_MARK, 1)[1].split(b"\t", 1)[0].count(b",") + 1] += 1
+        counts[_fields(line.split(_MARK, 1)[1]).count(b",") + 1] += 1
     fields = counts.most_common(1)[0][0] if counts else 0
     return _VERSIONS.get(fields, ("",) * fields)
 
