@@ -221,6 +221,8 @@ def test_the_logs_of_a_training_are_one_file_and_its_report_a_page(console, brow
     page.click("text=Write a report")
     page.click("text=The report, as one page")
     assert page.inner_text("h1") == "How a-1 went"
+    browser.open(f"{address}/import/a-1")
+    assert "Missing: reward function, hyperparameters" in page.inner_text("main")
 
 
 SEEDS = [{"run": "a-1", "score": 6.6, "values": [6.5, None, 6.7]}]

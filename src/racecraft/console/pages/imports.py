@@ -23,6 +23,8 @@ from racecraft.console.service import Console, Page, form_with_file, in_frame, p
 from racecraft.console.workspace import LOGS, Note
 from racecraft.contract.errors import SettingError
 from racecraft.contract.kinds import kinds
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
 from racecraft.web.errors import WebError
 
 UPLOADS = "uploads"
@@ -169,11 +171,18 @@ def imported_page(console: Console, request: Request) -> Page:
     """Return what an import brought, what is missing, and what can be done with it."""
     model = console.workspace.model(request.path_params["name"])
     row = console.index.row(model.name)
-    return Page(
-        "imported.html",
-        model.name,
-        {"row": row, "notes": row["text"].splitlines(), "path": address(model.name)},
-    )
+    holds, missing = _held(RunFolder(Path(row["run"]))) if row["run"] else ([], [])
+    data = {"row": row, "holds": holds, "missing": missing, "notes": row["text"].splitlines()}
+    return Page("imported.html", model.name, {**data, "path": address(model.name)})
+
+
+def _held(run: RunFolder) -> tuple[list[str], list[str]]:
+    """Return what a run holds of a model, and what it lacks."""
+    files = {"reward function": run.reward_function, "hyperparameters": run.hyperparameters}
+    missing = [name for name, file in files.items() if not file.is_file()]
+    count = len(Checkpoints(run.checkpoints).entries())
+    kept = f"{count} checkpoint" if count == 1 else f"{count} checkpoints"
+    return [kept, *(name for name in files if name not in missing)], missing
 
 
 SECTION = Section(routes=routes)

@@ -136,6 +136,7 @@ MIB = 2**20
 LIMITS = {  # MiB; a console's checkpoint of the largest network has some 500
     "model_metadata.json": 1, "hyperparameters.json": 1, "deepracer_checkpoints.json": 1, "reward_function.py": 1,
     ".coach_checkpoint": 1, "checkpoint": 1, "training_params.yaml": 10, "training_params.yml": 10, "model.pb": 2048,
+    "training_params_b080e2d4-1823.yaml": 10,
     "model_12.pb": 2048, "3_Step-9.ckpt.index": 64, "3_Step-9.ckpt.meta": 512,
     "3_Step-9.ckpt.data-00000-of-00001": 4096,
 }  # fmt: skip

@@ -72,7 +72,7 @@ def test_files_lie_five_folders_deep_at_most(tmp_path):
     assert not looks_like_aws_model(laid_out(tmp_path / "far", "1/2/3/4/5/6/model.pb"))
 
 
-SIDES = ("model_metadata.json", "reward_function.py", "hyperparameters.json", "training_params.yaml")
+SIDES = ("model_metadata.json", "reward_function.py", "hyperparameters.json", "training_params_b080e2d4-1823.yaml")
 
 
 def test_what_lies_nearest_to_the_last_weights_is_theirs(tmp_path):

@@ -10,13 +10,14 @@ import re
 from pathlib import Path, PurePosixPath
 
 from racecraft.formats.archive import ArchiveError, unpack
+from racecraft.worlds.deepracer.files.trained_model import PARAMS
 
 KIND = "an archive of a DeepRacer model (.tar.gz or .zip): a car's, a console's or DeepRacer for Cloud's"
 MB = 2**20
 WANTED: tuple[tuple[str, int], ...] = (
     (r"model_metadata\.json|hyperparameters\.json|deepracer_checkpoints\.json", MB),
     (r"reward_function\.py|\.?coach_checkpoint|checkpoint", MB),
-    (r"training_params\.ya?ml", 10 * MB),
+    (PARAMS.pattern, 10 * MB),
     (r"model(_\d+)?\.pb", 2048 * MB),
     (r".+\.ckpt\.index", 64 * MB),
     (r".+\.ckpt\.meta", 512 * MB),

@@ -18,7 +18,9 @@ from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD
 from racecraft.worlds.deepracer.files.model_folder import CheckpointMark, read_checkpoint_marks
 
 KIND = "a model of AWS DeepRacer: model_metadata.json with a frozen graph (.pb) or TensorFlow checkpoints (.ckpt)"
-MARKS, PARAMS = "deepracer_checkpoints.json", ("training_params.yaml", "training_params.yml")
+MARKS = "deepracer_checkpoints.json"
+PARAMS = re.compile(r"training_params(_[\w-]+)?\.ya?ml")
+"""The console put the training's id into the name."""
 DEEPEST = 5
 """Folders below the one that is named in which files are looked for."""
 _CHECKPOINT = re.compile(r"(?:(\d+)_Step-(\d+)|.+)\.ckpt\.index")
@@ -104,7 +106,7 @@ def find_model(path: str | Path, metadata: str | Path | None = None) -> ForeignM
         best.iteration if best is not None and any(best.iteration == one.iteration for one in weights) else None,
         found[REWARD_FUNCTION],
         found[HYPERPARAMETERS],
-        _nearest(files, set(PARAMS), weights[-1].path),
+        _nearest(files, {file.name for file in files if PARAMS.fullmatch(file.name)}, weights[-1].path),
     )
 
 
