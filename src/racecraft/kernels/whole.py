@@ -6,7 +6,8 @@ first training compiled were such copies. Here a kernel that is compiled because
 Python calls it as well:
 
     part     compiled for a caller: types and LLVM code, linked, not optimised, not translated; on disk as bitcode
-    whole    compiled for Python: optimised and translated with all of its parts, as Numba does it
+    whole    compiled for Python: optimised and translated with all of its parts, as Numba does it, and with a way in
+             that reads Python's arguments; where it was a part before, it is compiled anew
 
 Results have the same bits: nothing here changes what LLVM may do to numbers.
 """
@@ -42,7 +43,8 @@ def compiled_whole(function: Callable[..., Any], **options: Any) -> Any:
     if _config.DISABLE_JIT:
         return function
     shared = {"nopython": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-    made = Kernel(function, targetoptions={**shared, **options})
+    made: Any = Kernel(function, targetoptions={**shared, **options})
+    made._compiler._customize_flags = _flags
     made.enable_caching()
     return made
 
@@ -58,52 +60,53 @@ class _Compiling(threading.local):
 _compiling = _Compiling()
 
 
+def _flags(flags: Any) -> Any:
+    """Leave out of a part what reads Python's arguments."""
+    flags.no_cpython_wrapper = len(_compiling.kernels) > 1
+    return flags
+
+
 class Kernel(CPUDispatcher):
     """A function that is compiled for each kind of arguments: a whole where Python calls it, else a part."""
 
     _cache: Any
+    _compiler: Any
 
     def compile(self, sig: Any) -> Any:
         """Compile it for a signature, or fetch it from the disk; return what Python calls."""
         with global_compiler_lock:
             _compiling.kernels.append(self.py_func.__qualname__)
             try:
-                super().compile(sig)
-                cres: Any = self.overloads[tuple(normalize_signature(sig)[0])]
-                if len(_compiling.kernels) == 1:
-                    cres = self._as_whole(sig, cres)
-                return cres.entry_point
+                entry = super().compile(sig)
+                return self._as_whole(sig) if len(_compiling.kernels) == 1 else entry
             finally:
                 _compiling.kernels.pop()
 
     def add_overload(self, cres: Any) -> None:
         """Take up what was compiled; a part is nothing that Python may call."""
-        if cres.library.is_translated:
-            super().add_overload(cres)
-        else:
+        if cres.library.is_part:
             self.overloads[tuple(cres.signature.args)] = cres
+        else:
+            super().add_overload(cres)
 
-    def _as_whole(self, sig: Any, cres: Any) -> Any:
-        """Return what was compiled as a whole, which knows of Python what its parts know."""
-        if not cres.library.is_translated:
-            cres = cres._replace(entry_point=self.targetctx.get_executable(cres.library, cres.fndesc, cres.environment))
-            self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, [cres.library])
+    def _as_whole(self, sig: Any) -> Any:
+        """Return what Python calls; see that its code knows of Python what its parts know."""
+        arguments, returned = normalize_signature(sig)
+        cres: Any = self.overloads[tuple(arguments)]
+        if cres.library.is_part:
+            cres = self._compiler.compile(arguments, returned)
             self.add_overload(cres)
-        if cres.library.was_part:
-            cres.library.was_part = False
             self._cache.save_overload(sig, cres)
         for variable in cres.library._final_module.global_variables:
             known = lookup_environment(variable.name) if variable.name.startswith(ENVIRONMENT) else None
             if known is not None:
                 cres.library.codegen.set_env(variable.name, known)
-        return cres
+        return cres.entry_point
 
 
 class Library(codegen.JITCodeLibrary):
     """Code that is optimised and translated when its address is wanted, and not when it is linked to other code."""
 
-    was_part = False
-    """Whether it lies on disk as a part."""
     is_translated = False
     """Whether there is machine code."""
     is_part = False
@@ -139,10 +142,9 @@ class Library(codegen.JITCodeLibrary):
     def serialize_using_object_code(self) -> tuple[str, str, Any]:
         """Return what is kept on disk."""
         self._ensure_finalized()
-        if self.is_translated:
-            return super().serialize_using_object_code()
-        self.was_part = True
-        return self.name, PART, self._final_module.as_bitcode()
+        if self.is_part:
+            return self.name, PART, self._final_module.as_bitcode()
+        return super().serialize_using_object_code()
 
     @classmethod
     def _unserialize(cls, maker: Any, state: tuple[str, str, Any]) -> Any:
@@ -154,7 +156,7 @@ class Library(codegen.JITCodeLibrary):
         made = maker.create_library(name)
         made.enable_object_caching()
         made._final_module = codegen.ll.parse_bitcode(data)
-        made._finalized = made.was_part = made.is_part = True
+        made._finalized = made.is_part = True
         return made
 
 
@@ -174,7 +176,8 @@ class Context(cpu.CPUContext):
 
     def get_executable(self, library: Any, fndesc: Any, env: Any) -> Any:
         """Return what Python calls; of a part, what stands for it and keeps alive what it knows of Python."""
-        if _is_part(library) and not library.is_translated:
+        library._ensure_finalized()
+        if library.is_part:
             return _dynfunc.make_function(fndesc.lookup_module(), fndesc.qualname, "", 0, env, (library,))
         return super().get_executable(library, fndesc, env)
 
