@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from racecraft.contract.kinds import kind_names
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.training import evaluator
@@ -39,12 +40,6 @@ REQUESTS = {
 }
 
 
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
-
-
 def test_every_kind_is_tried():
     assert set(REQUESTS) == set(kind_names())
 
@@ -54,7 +49,7 @@ def test_a_run_records_what_it_was_trained_on(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(evaluator, "GAMES_AMONG_ANCHORS", 1)  # what the rating is worth is no matter here
     torch.set_num_threads(2)
     request = REQUESTS[kind](threads=("runtime.threads=1",), stops=("iterations=1",), run=tmp_path / "run", seed=5)
-    job = train(request, Silence(), lambda _: None).run.read_job()
+    job = train(request, NullCallback(), lambda _: None).run.read_job()
     assert job["kind"] == kind
     assert job["seed"] == 5
     assert job["threads"] == 1, "those it ran with, not those there were"
@@ -68,10 +63,10 @@ def test_a_run_records_what_it_was_trained_on(kind, tmp_path, monkeypatch):
 
 def test_only_groups_that_have_a_say_stand_in_a_cars_job(tmp_path):
     request = REQUESTS["deepracer"](threads=("runtime.threads=1",), stops=("iterations=1",), run=tmp_path / "run")
-    job = train(request, Silence(), lambda _: None).run.read_job()
+    job = train(request, NullCallback(), lambda _: None).run.read_job()
     assert set(job["settings"]) == {
         "race", "variation", "camera", "rollout", "network", "ppo", "curiosity", "rnd", "gail", "imitation",
         "evaluation", "runtime",
     }  # fmt: skip
-    again = resume(tmp_path / "run", ("iterations=2",), Silence(), lambda _: None)
+    again = resume(tmp_path / "run", ("iterations=2",), NullCallback(), lambda _: None)
     assert again.run.read_job()["machine"] == job["machine"]

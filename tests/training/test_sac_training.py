@@ -11,6 +11,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
@@ -24,12 +25,6 @@ CONTINUOUS = {
     "version": "5",
 }
 SAC = find_algorithm("sac")
-
-
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
 
 
 def folder(place, hyperparameters=None, **changes):
@@ -82,12 +77,12 @@ TINY = (
 
 def pendulum(run, steps):
     request = GymRequest("Pendulum-v1", algorithm="sac", stops=(f"steps={steps}",), run=run, overrides=TINY)
-    return train(request, Silence(), lambda line: None).run
+    return train(request, NullCallback(), lambda line: None).run
 
 
 def test_a_training_that_was_broken_off_goes_on_to_the_same_bits(tmp_path):
     whole, broken = pendulum(tmp_path / "whole", 320), pendulum(tmp_path / "broken", 160)
-    resume(broken.path, ("steps=320",), Silence(), lambda line: None)
+    resume(broken.path, ("steps=320",), NullCallback(), lambda line: None)
     one, other = (Checkpoints(RunFolder.open(run.path).checkpoints).load_policy("last")[0] for run in (whole, broken))
     assert one.keys() == other.keys()
     for name, weights in one.items():

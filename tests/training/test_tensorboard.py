@@ -6,16 +6,10 @@ import types
 import pytest
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.training.callbacks import Callbacks, EvaluationResult, IterationReport
+from racecraft.training.callbacks import Callbacks, EvaluationResult, IterationReport, NullCallback
 from racecraft.training.tensorboard import FOLDER, TensorBoard
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
-
-
-class Silence:
-    """Watches and says nothing."""
-
-    begin = iteration = end = lambda self, *_: None
 
 
 class Writer:
@@ -105,7 +99,7 @@ def test_a_training_writes_where_it_is_asked_to_and_only_there(tmp_path, written
 
     def trained(name, *more):
         request = GymRequest("CartPole-v1", stops=("iterations=2",), run=tmp_path / name, overrides=(*asked, *more))
-        return train(request, Silence(), str)
+        return train(request, NullCallback(), str)
 
     trained("plain")
     assert not written
@@ -121,7 +115,7 @@ def test_without_the_package_the_lack_is_said_before_anything_is_made(tmp_path, 
     monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
     request = GymRequest("CartPole-v1", run=tmp_path / "run", overrides=("runtime.tensorboard=true",))
     with pytest.raises(MissingExtraError, match="pip install tensorboard"):
-        train(request, Silence(), str)
+        train(request, NullCallback(), str)
     assert not (tmp_path / "run").exists()
 
 

@@ -13,20 +13,12 @@ from racecraft.contract.world import (
     MultiDiscreteActions,
     allocate,
 )
-from racecraft.training.callbacks import TrainingCallback
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.env import from_gymnasium
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 from racecraft.worlds.gymnasium.env.spaces import Part, action_translation, parts_of
 from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
-
-
-class Quiet(TrainingCallback):
-    """Watches nothing."""
-
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
 
 
 class Toy(gymnasium.Env):
@@ -97,7 +89,7 @@ def test_a_toy_of_every_kind_of_space_is_learned(tmp_path, toy):
         f"{__name__}:{toy.__name__}", run=tmp_path / "run", stops=("score=0.9", "steps=20000"),
         overrides=("evaluation.every=4", "ppo.epochs=4", "ppo.batch_size=256", "rollout.horizon=64"),
     )  # fmt: skip
-    trained = train(request, Quiet(), on_message=lambda _: None)
+    trained = train(request, NullCallback(), on_message=lambda _: None)
     assert trained.outcome.last.score >= 0.9
     assert trained.outcome.steps < 20_000
 
@@ -109,7 +101,7 @@ def test_an_episode_without_an_end_holds_nothing_up(tmp_path, monkeypatch):
         f"{__name__}:Endless", run=tmp_path / "run", stops=("iterations=3",),
         overrides=("rollout.horizon=32", "evaluation.episodes=2"),
     )  # fmt: skip
-    trained = train(request, Quiet(), on_message=lambda _: None)
+    trained = train(request, NullCallback(), on_message=lambda _: None)
     assert trained.outcome.last.score == 300.0
     world = GymnasiumWorld(Endless, 2)
     buffers = allocate(world.spec)
@@ -130,7 +122,7 @@ def test_minutes_hold_within_an_evaluation(tmp_path, monkeypatch):
         f"{__name__}:Endless", run=tmp_path / "run", stops=("minutes=0.01",),
         overrides=("evaluation.share=1000", "rollout.horizon=32"),
     )  # fmt: skip
-    trained = train(request, Quiet(), on_message=lambda _: None)
+    trained = train(request, NullCallback(), on_message=lambda _: None)
     assert trained.outcome.reason == "minutes=0.01"
     assert trained.outcome.seconds < 60
 

@@ -14,6 +14,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec, allocate
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.overrides import with_values
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.observation import observe_board
@@ -202,18 +203,14 @@ SMALL = (
 )  # fmt: skip
 
 
-class Quiet:
+class Quiet(NullCallback):
     """A listener that keeps the figures."""
 
     def __init__(self):
         self.told = []
 
-    def begin(self, title, stops, score_name): ...
-
     def iteration(self, report):
         self.told.append((report.steps, report.losses))
-
-    def end(self, reason): ...
 
 
 def asked(path, *stops, **more):

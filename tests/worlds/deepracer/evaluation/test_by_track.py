@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 from tests.worlds.deepracer.training.test_courses import FOUR_CARS
-from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 from racecraft.contract.errors import SettingError
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.evaluation import by_track
 from racecraft.worlds.deepracer.evaluation.by_track import (
@@ -80,7 +80,7 @@ def car(tmp_path_factory):
         groups=("track=Oval_track direction=reverse cars=2", "track=Vegas_track race=HEAD_TO_BOT bots.number=2 cars=2"),
         hold_out=("LGSWide",),
     )
-    return load_trained_car(train(request, Silence(), lambda _: None).run.path)
+    return load_trained_car(train(request, NullCallback(), lambda _: None).run.path)
 
 
 def test_every_track_is_judged_as_it_is_alone(car):

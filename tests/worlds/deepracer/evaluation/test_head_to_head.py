@@ -8,10 +8,10 @@ from unittest import mock
 import numpy as np
 import pytest
 from tests.worlds.deepracer.training.test_courses import FOUR_CARS
-from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 from racecraft.contract.errors import SettingError
 from racecraft.evaluation.rating import Result, rate, wilson
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
 from racecraft.worlds.deepracer.env.camera import MOUNT_V2, MOUNT_V3
@@ -97,7 +97,7 @@ def test_a_trained_network_is_level_with_itself(tmp_path, stop):
     A car of two iterations is soon out; one of a minute laps, and meets itself.
     """
     asked = RaceRequest(run=tmp_path / "run", stops=(stop,), overrides=FOUR_CARS if stop == "iterations=2" else ())
-    trained = train(asked, Silence(), lambda text: None)
+    trained = train(asked, NullCallback(), lambda text: None)
     drivers = [replace(load_driver(f"{trained.run.path}:last"), name=name) for name in "ab"]
     rules = HeadToHead(laps=1, races=20, max_resets=2)
     races = race_head_to_head(drivers, load_track("reinvent_base"), rules).races

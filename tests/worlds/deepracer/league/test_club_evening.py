@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from tests.cli.conftest import TINY, typed
 from tests.league.in_process import InProcess
-from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 import racecraft as rc
 from racecraft.console.parts import parts_of
@@ -18,6 +17,7 @@ from racecraft.isolation.layers import can_isolate
 from racecraft.league import auditing, judging
 from racecraft.league.store import League
 from racecraft.league.world_part import league_world
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.actions.telemetry import telemetry
 from racecraft.worlds.deepracer.analysis.films import film, moments
@@ -32,7 +32,7 @@ from racecraft.worlds.deepracer.training.plan import RaceRequest
 def run(tmp_path_factory):
     place = tmp_path_factory.mktemp("cars") / "mint"
     request = RaceRequest(preset="fast", run=place, stops=("iterations=1",), overrides=TINY[1::2])
-    return train(request, Silence(), lambda text: None).run.path
+    return train(request, NullCallback(), lambda text: None).run.path
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ import shutil
 
 import pytest
 from tests.cli.conftest import TINY
-from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training.plan import RaceRequest
@@ -18,7 +18,7 @@ from racecraft.worlds.deepracer.training.plan import RaceRequest
 def run(tmp_path_factory):
     place = tmp_path_factory.mktemp("cars") / "car"
     request = RaceRequest(preset="fast", run=place, stops=("iterations=1",), overrides=TINY[1::2])
-    return train(request, Silence(), lambda text: None).run.path
+    return train(request, NullCallback(), lambda text: None).run.path
 
 
 def exchanged(run, place, change):

@@ -22,7 +22,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
 from racecraft.training import run_writer
-from racecraft.training.callbacks import EvaluationResult, IterationReport
+from racecraft.training.callbacks import EvaluationResult, IterationReport, NullCallback
 from racecraft.training.loop import TrainingLoop
 from racecraft.training.run_writer import RunWriter
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
@@ -50,12 +50,6 @@ EPISODES = 4
 """Of one of AWS's iterations here."""
 
 
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
-
-
 class TinyTraining:
     """A real training of a tiny car, put together by hand."""
 
@@ -76,7 +70,7 @@ class TinyTraining:
         judge = CarEvaluator(judged, GreedyPolicy(self.learner))
         settings = plan.settings
         self.loop = TrainingLoop(
-            self.collector, self.learner, judge, self.keeper, callback or Silence(), settings.rollout,
+            self.collector, self.learner, judge, self.keeper, callback or NullCallback(), settings.rollout,
             settings.evaluation, plan.stops,
         )  # fmt: skip
 

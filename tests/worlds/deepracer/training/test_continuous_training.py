@@ -12,6 +12,7 @@ import pytest
 from racecraft.analysis.report import write_report
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import carry_out, resume
 from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
 from racecraft.worlds.deepracer.env.actions import ActionBox
@@ -44,12 +45,6 @@ def reward_function(params):
 """Pays double for an angle that is exactly one of those that the metadata names."""
 
 
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
-
-
 def brought(folder, **changes):
     folder.mkdir()
     (folder / "model_metadata.json").write_text(json.dumps({**METADATA, **changes}))
@@ -59,7 +54,7 @@ def brought(folder, **changes):
 
 def train(folder, run, iterations):
     plan = plan_car(RaceRequest(folder, overrides=TINY, stops=(f"iterations={iterations}",), run=run))
-    return carry_out("deepracer", plan, Silence(), lambda line: None)
+    return carry_out("deepracer", plan, NullCallback(), lambda line: None)
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +108,7 @@ def test_its_report_shows_bands_of_angles(trained, tmp_path):
 def test_a_training_that_was_broken_off_goes_on_to_the_same_bits(trained, tmp_path):
     run = tmp_path / "run"
     train(brought(tmp_path / "car"), run, 1)
-    resume(run, ("iterations=3",), Silence(), lambda line: None)
+    resume(run, ("iterations=3",), NullCallback(), lambda line: None)
     at_once, resumed = (Checkpoints(one.checkpoints).load_policy("last")[0] for one in (trained, RunFolder.open(run)))
     assert at_once.keys() == resumed.keys()
     for name, weights in at_once.items():
@@ -142,7 +137,7 @@ def test_a_space_beyond_the_car_trains_and_is_said_once(tmp_path):
     plan = plan_car(RaceRequest(folder, overrides=TINY, stops=("iterations=1",), run=tmp_path / "run"))
     (said,) = [note for note in plan.notes if "beyond" in note]
     assert said.startswith("model_metadata.json: actions from -45 to 45° and 0 to 8 m/s reach beyond")
-    run = carry_out("deepracer", plan, Silence(), lambda line: None).run
+    run = carry_out("deepracer", plan, NullCallback(), lambda line: None).run
     episodes = pl.concat([pl.read_parquet(path) for path in sorted(run.episodes.iterdir())])
     assert episodes["steering_rad"].max() == math.radians(30), "what is driven"
     assert episodes["speed_mps"].min() == 0.1

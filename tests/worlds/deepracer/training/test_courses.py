@@ -4,9 +4,10 @@ import json
 
 import polars
 import pytest
-from tests.worlds.deepracer.training.test_run_env_effects import SMALL, Silence
+from tests.worlds.deepracer.training.test_run_env_effects import SMALL
 
 from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.run_env import RunEnvError
 from racecraft.worlds.deepracer.players.run_courses import shares
@@ -36,7 +37,7 @@ MULTI = ("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2", "DR_WORLD_NAME=reinvent_b
 
 def test_a_worker_file_s_cars_drive_on_its_own_track_and_the_run_goes_on_there(tmp_path):
     folder = folder_with(tmp_path, *MULTI, worker_2="DR_WORLD_NAME=Oval_track\nDR_TRAIN_REVERSE_DIRECTION=True\n")
-    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), NullCallback(), lambda _: None)
     lengths = [load_track(name).as_filed().length for name in ("reinvent_base", "Oval_track")]
     ticks = polars.read_parquet(trained.run.episodes / "1.parquet")
     driven = dict(ticks.group_by("world").agg(polars.col("track_length_m").first()).iter_rows())
@@ -47,14 +48,14 @@ def test_a_worker_file_s_cars_drive_on_its_own_track_and_the_run_goes_on_there(t
         ("reinvent_base", False),
         ("Oval_track", True),
     ]
-    again = resume(tmp_path / "run", ("iterations=2",), Silence(), lambda _: None)
+    again = resume(tmp_path / "run", ("iterations=2",), NullCallback(), lambda _: None)
     ticks = polars.read_parquet(again.run.episodes / "2.parquet")
     assert set(ticks["track_length_m"].round(3)) == {round(length, 3) for length in lengths}
 
 
 def test_a_course_that_has_changed_since_is_not_driven_on(tmp_path):
     folder = folder_with(tmp_path, *MULTI, worker_2="DR_WORLD_NAME=Oval_track\n")
-    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), NullCallback(), lambda _: None)
     job = trained.run.read_job()
     job["courses"][1]["hash"] = "another"
     trained.run.write_job(job)
@@ -66,7 +67,7 @@ def test_each_car_drives_one_episode_one_way_and_the_next_the_other_where_direct
     folder = folder_with(tmp_path, "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=True", "RACECRAFT_STOP=iterations=1")
     trained = train(
         RaceRequest(folder, run=tmp_path / "run", overrides=(*FOUR_CARS, "race.max_training_seconds=1")),
-        Silence(),
+        NullCallback(),
         lambda _: None,
     )
     ticks = polars.read_parquet(trained.run.episodes / "1.parquet").filter(polars.col("tick") == 1)
@@ -146,7 +147,7 @@ def test_a_worker_may_race_among_boxes_beside_a_time_trial(tmp_path):
     planned = plan_car(RaceRequest(folder, overrides=FOUR_CARS))
     assert [course.race.type for course in planned.courses] == ["TIME_TRIAL", "OBJECT_AVOIDANCE"]
     assert planned.courses[1].settings.boxes.number == 2
-    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), NullCallback(), lambda _: None)
     assert trained.outcome.iterations == 1
     again = plan_resume(tmp_path / "run")
     assert [course.as_dictionary() for course in again.courses] == [one.as_dictionary() for one in planned.courses]

@@ -7,9 +7,9 @@ import numpy as np
 import polars
 import pytest
 from tests.worlds.deepracer.training.test_courses import FOUR_CARS
-from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError, UserInputError
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.generalisation import COLUMNS, read_generalisation
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
@@ -115,7 +115,7 @@ def trained(tmp_path_factory):
         groups=(*MIXED[:2], {"track": str(place / "garage.npy"), "cars": 1}),
         hold_out=("reinvent_base", "LGSWide"),
     )
-    return train(request, Silence(), lambda _: None)
+    return train(request, NullCallback(), lambda _: None)
 
 
 def _waypoints(place):
@@ -171,7 +171,7 @@ def test_a_run_goes_on_with_its_groups_and_its_own_copy_of_a_track(trained):
     again = plan_resume(trained.run.path)
     assert [one.as_dictionary() for one in again.courses] == before["courses"]
     assert [track.name for track in again.held_out] == ["reinvent_base", "LGSWide"]
-    resume(trained.run.path, ("iterations=4",), Silence(), lambda _: None)
+    resume(trained.run.path, ("iterations=4",), NullCallback(), lambda _: None)
     iteration, results = read_generalisation(trained.run.generalisation)
     assert (iteration, len(results)) == (4, 5)
 

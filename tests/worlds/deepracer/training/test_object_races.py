@@ -8,6 +8,7 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.contract.errors import SettingError
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car, plan_resume
@@ -27,12 +28,6 @@ BOTS = (
 )
 
 
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
-
-
 def racer(tmp_path, *lines):
     folder = tmp_path / "my-car"
     folder.mkdir(exist_ok=True)
@@ -42,7 +37,7 @@ def racer(tmp_path, *lines):
 
 def train_as_asked(tmp_path, *lines):
     request = RaceRequest(racer(tmp_path, *lines), run=tmp_path / "run", overrides=SMALL)
-    return train(request, Silence(), lambda _: None)
+    return train(request, NullCallback(), lambda _: None)
 
 
 def test_run_env_becomes_settings_and_notes_name_only_the_other_race(tmp_path):
@@ -86,7 +81,7 @@ def test_crashes_stand_in_traces_metrics_and_episodes_and_the_run_goes_on(tmp_pa
     settings = plan_resume(run.path).settings
     assert settings.race.type == "OBJECT_AVOIDANCE"
     assert settings.boxes.type == "amazon_box_obstacle"
-    again = resume(run.path, ("iterations=2",), Silence(), lambda _: None, "deepracer")
+    again = resume(run.path, ("iterations=2",), NullCallback(), lambda _: None, "deepracer")
     assert len(again.run.read_metrics()) == 2
 
 

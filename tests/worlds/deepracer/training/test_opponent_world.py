@@ -9,6 +9,7 @@ from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.contract.world import allocate
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
 from racecraft.worlds.deepracer.env.camera import MOUNT_V3
@@ -132,22 +133,9 @@ def test_who_is_forgotten_is_whose_episode_ended():
     assert left.forgotten - before == ended > 0
 
 
-class Quiet:
-    """A listener that hears nothing."""
-
-    def begin(self, title, stops, score_name):
-        pass
-
-    def iteration(self, report):
-        pass
-
-    def end(self, reason):
-        pass
-
-
 def trained(tmp_path, name, *overrides, **words):
     request = RaceRequest(run=tmp_path / name, stops=("iterations=2",), overrides=(*SMALL, *overrides), **words)
-    return train(request, Quiet(), lambda text: None)
+    return train(request, NullCallback(), lambda text: None)
 
 
 def test_a_car_is_trained_against_its_past_and_a_run_goes_on_with_it(tmp_path):
@@ -161,7 +149,7 @@ def test_a_car_is_trained_against_its_past_and_a_run_goes_on_with_it(tmp_path):
     first = Checkpoints(done.run.checkpoints).load_policy("0")[0]
     for name, weights in first.items():
         assert np.array_equal(kept["selves"][0][name], weights), "the pool begins with the untrained self"
-    resume(done.run.path, ("iterations=3",), Quiet(), lambda text: None, "deepracer")
+    resume(done.run.path, ("iterations=3",), NullCallback(), lambda text: None, "deepracer")
     kept = Checkpoints(done.run.checkpoints).load_state("last")["parts"]["opponents"]
     assert int(kept["updates"]) == 3
     assert len(kept["selves"]) == 4
@@ -207,7 +195,7 @@ def test_what_cannot_be_raced_is_named_before_a_folder_is_made(tmp_path, words, 
     asked = {"run": tmp_path / "run", "stops": ("iterations=1",), **words}
     asked["overrides"] = (*SMALL, *asked.get("overrides", ()))
     with pytest.raises(error, match=said):
-        train(RaceRequest(**asked), Quiet(), lambda text: None)
+        train(RaceRequest(**asked), NullCallback(), lambda text: None)
     assert not (tmp_path / "run").exists()
 
 

@@ -9,6 +9,7 @@ from tests.cli.conftest import TINY
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import allocate
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.adapter import race_world
 from racecraft.worlds.deepracer.env.actions import ActionTable
@@ -18,12 +19,6 @@ from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 COUNTS = "calls = 0\ndef reward_function(params):\n    global calls\n    calls += 1\n    return calls\n"
-
-
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
 
 
 @pytest.fixture
@@ -36,7 +31,7 @@ def trained(tmp_path):
         run=tmp_path / "r",
         overrides=(*TINY[1::2], "evaluation.best_by=reward"),
     )
-    return train(request, Silence(), lambda _: None)
+    return train(request, NullCallback(), lambda _: None)
 
 
 def test_every_car_counts_its_own_calls(trained):

@@ -9,6 +9,7 @@ from tests.cli.conftest import TINY
 
 from racecraft.contract.world import allocate
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.actions import ActionTable
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
@@ -26,19 +27,13 @@ SMALL = [setting for setting in TINY[1::2] if not setting.startswith("evaluation
 ONE_CAR = (*SMALL, "rollout.num_worlds=1", "rollout.horizon=64", "race.max_episode_seconds=1")
 
 
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
-
-
 def train_as_asked(tmp_path, *lines, name="run"):
     """Train one car for an iteration as a run.env asks; return what came of it."""
     folder = tmp_path / "my-car"
     folder.mkdir(exist_ok=True)
     (folder / "run.env").write_text("\n".join(("RACECRAFT_STOP=iterations=1", *lines)) + "\n")
     request = RaceRequest(folder, run=tmp_path / name, overrides=ONE_CAR)
-    return train(request, Silence(), lambda _: None)
+    return train(request, NullCallback(), lambda _: None)
 
 
 def starts(trained):

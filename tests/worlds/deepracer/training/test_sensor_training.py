@@ -12,6 +12,7 @@ from racecraft.contract.errors import RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import carry_out, resume
 from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
 from racecraft.worlds.deepracer.env.sensors import car_sensors
@@ -31,12 +32,6 @@ CARS = {
 }
 
 
-class Silence:
-    def begin(self, title, stops, score_name): ...
-    def iteration(self, report): ...
-    def end(self, reason): ...
-
-
 def brought(folder, sensors, **more):
     folder.mkdir()
     metadata = {"action_space": ACTIONS, "sensor": sensors, "version": "6", **more}
@@ -47,7 +42,7 @@ def brought(folder, sensors, **more):
 def train(folder, run, iterations=1, **more):
     stops = (f"iterations={iterations}",)
     plan = plan_car(RaceRequest(folder, overrides=TINY, stops=stops, run=run, **more))
-    return carry_out("deepracer", plan, Silence(), lambda line: None)
+    return carry_out("deepracer", plan, NullCallback(), lambda line: None)
 
 
 @pytest.fixture(scope="module", params=CARS)
@@ -82,7 +77,7 @@ def test_a_run_that_goes_on_is_the_run_that_was_not_interrupted(tmp_path):
     folder = brought(tmp_path / "car", ["STEREO_CAMERAS", "LIDAR"])
     whole = train(folder, tmp_path / "whole", iterations=2, fidelity="aws").run
     broken = train(folder, tmp_path / "broken", iterations=1, fidelity="aws").run
-    resume(broken.path, ("iterations=2",), Silence(), lambda line: None)
+    resume(broken.path, ("iterations=2",), NullCallback(), lambda line: None)
     one, other = (Checkpoints(run.checkpoints).load_policy("last")[0] for run in (whole, broken))
     assert one.keys() == other.keys()
     assert all((one[name] == other[name]).all() for name in one)

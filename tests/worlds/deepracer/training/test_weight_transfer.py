@@ -4,11 +4,12 @@ import shutil
 
 import numpy as np
 import pytest
-from tests.worlds.deepracer.training.test_run_env_effects import SMALL, Silence
+from tests.worlds.deepracer.training.test_run_env_effects import SMALL
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.players.trained import load_policy
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.race import CRITIC_OBJECT_NUMBERS
 from racecraft.worlds.deepracer.export.car_model import export_to_car
@@ -23,7 +24,7 @@ TWO_ACTIONS = """{"action_space": [{"steering_angle": -20, "speed": 1, "index": 
 def trained(place, *overrides, said=None, **words):
     words = {"preset": "fast", **words}
     request = RaceRequest(run=place, stops=("iterations=1",), overrides=(*SMALL, *overrides), **words)
-    return train(request, Silence(), said or (lambda text: None)).run
+    return train(request, NullCallback(), said or (lambda text: None)).run
 
 
 def first_weights(run):

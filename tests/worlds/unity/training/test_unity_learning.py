@@ -17,6 +17,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import DiscreteActions, HybridActions
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.rollout.episodes import play_episodes
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.unity.env.errors import PlayerDiedError
 from racecraft.worlds.unity.env.world import UnityWorld
@@ -86,12 +87,6 @@ def mean_return_of_chance(build):
     return np.mean([episode.reward for episode in played])
 
 
-class Silence:
-    """Watches and says nothing."""
-
-    begin = iteration = end = lambda self, *_: None
-
-
 RARER = {"dot-png": 0.9, "tell": 0.8, "doors": 0.9, "dot-raw": 0.9, "dot-sign-raw": 0.9, "dot-sign-png": 0.9}
 """Long: pictures and told numbers are learnt side by side below, and `levers` has masks and hybrid actions."""
 
@@ -105,7 +100,7 @@ def test_a_scene_is_learnt_that_chance_does_not_solve(player, tmp_path, scene, w
     assert mean_return_of_chance(build) < wanted - 0.6
     settings = (*OFTEN, *(SMALL_EYE if scene.startswith("dot") else ()))
     request = UnityRequest(build, stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=settings)
-    trained = train(request, Silence(), str)
+    trained = train(request, NullCallback(), str)
     assert trained.outcome.last.details["mean_return"] >= wanted
     assert trained.outcome.reason == f"score={wanted}"
     pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
@@ -133,12 +128,12 @@ def test_a_file_that_asks_for_sac_is_learnt_by_sac_and_goes_on(player, tmp_path)
         player("aim"), config=tmp_path / "aim.yaml", stops=("score=0.8",), run=tmp_path / "run",
         overrides=("evaluation.every=4", "evaluation.episodes=16"),
     )  # fmt: skip
-    trained = train(request, Silence(), str)
+    trained = train(request, NullCallback(), str)
     job = trained.run.read_job()
     assert (job["algorithm"], trained.outcome.reason) == ("sac", "score=0.8")
     assert (job["settings"]["sac"]["gradient_steps_per_step"], job["settings"]["replay"]["capacity"]) == (0.25, 20_000)
     assert any("sac reads vectors as they are" in note for note in trained.summary()["notes"])
-    further = resume(tmp_path / "run", ("iterations=2",), Silence(), str)
+    further = resume(tmp_path / "run", ("iterations=2",), NullCallback(), str)
     assert further.run.read_job()["algorithm"] == "sac"
     pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
     (exported,) = export_to_unity(tmp_path / "run")
@@ -154,7 +149,7 @@ def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tm
         player("duo"), stops=("score=0.8", "iterations=60"), run=tmp_path / "run", overrides=(*OFTEN, *more)
     )
     said = []
-    trained = train(request, Silence(), said.append)
+    trained = train(request, NullCallback(), said.append)
     assert said == ["- Dot, Teller learn side by side, each from its own agents; --behavior chooses one"]
     told = trained.outcome.last.details["behaviors"]
     assert trained.outcome.reason == "score=0.8"
@@ -166,7 +161,7 @@ def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tm
     before = trained.outcome.steps
     with pytest.raises(SettingError, match="one file cannot hold Dot, Teller"):
         export_to_unity(tmp_path / "run", output=tmp_path / "x.onnx")
-    again = resume(tmp_path / "run", (f"iterations={trained.outcome.iterations + 1}",), Silence(), str)
+    again = resume(tmp_path / "run", (f"iterations={trained.outcome.iterations + 1}",), NullCallback(), str)
     assert again.outcome.steps == before + 48 * 20
 
 
@@ -180,7 +175,7 @@ def test_a_configuration_says_who_learns_and_how_each_does(player, tmp_path):
     request = UnityRequest(
         player("duo"), tmp_path / "two.yaml", run=tmp_path / "run", overrides=("evaluation.every=9",)
     )
-    trained = train(request, Silence(), str)
+    trained = train(request, NullCallback(), str)
     _, card = Checkpoints(trained.run.checkpoints).load_policy("last")
     dot, teller = card["behaviors"]["Dot"], card["behaviors"]["Teller"]
     assert (dot["ppo"]["learning_rate"], teller["ppo"]["learning_rate"]) == (0.002, 0.001)
@@ -197,10 +192,10 @@ def test_a_player_that_dies_leaves_what_was_learnt_and_the_way_on(player, tmp_pa
     said, run = [], tmp_path / "run"
     request = UnityRequest(player("crash"), run=run, overrides=("rollout.horizon=4", "evaluation.every=9"))
     with pytest.raises(PlayerDiedError, match="out of neutrons"):
-        train(request, Silence(), said.append)
+        train(request, NullCallback(), said.append)
     assert said[-1] == f"what was learned until then stands in {run}; --run {run} --resume goes on from there"
     with pytest.raises(PlayerDiedError):
-        resume(run, (), Silence(), said.append)
+        resume(run, (), NullCallback(), said.append)
     assert any(line.startswith("goes on after iteration 4;") for line in said)
 
 
@@ -208,7 +203,7 @@ def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_pat
     request = UnityRequest(
         player("tell"), run=tmp_path / "run", max_agents=20, stops=("iterations=1",), overrides=("rollout.horizon=4",)
     )
-    trained = train(request, Silence(), str)
+    trained = train(request, NullCallback(), str)
     job = trained.run.read_job()
     assert (job["settings"]["rollout"]["num_worlds"], job["asked"]["max_agents"]) == (20, 20)
 
@@ -221,7 +216,7 @@ def test_a_scene_is_learnt_from_beside_its_player(player, tmp_path, scene, wante
     request = UnityRequest(
         player(scene), stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=(*OFTEN, *BESIDE)
     )
-    trained = train(request, Silence(), str)
+    trained = train(request, NullCallback(), str)
     assert trained.outcome.reason == f"score={wanted}"
     rows = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
     assert '"mean_weight"' not in rows[0], "the first rollout was still to be learned from"
@@ -245,7 +240,7 @@ def test_a_player_goes_on_while_it_is_learned_from(player, tmp_path, monkeypatch
     monkeypatch.setattr(PpoLearner, "update", patient_update)
     few = ("rollout.horizon=8", "ppo.epochs=1", "evaluation.every=100", "evaluation.episodes=2")
     request = UnityRequest(player("tell"), run=tmp_path / "run", stops=("iterations=4",), overrides=(*few, *BESIDE))
-    train(request, Silence(), str)
+    train(request, NullCallback(), str)
     assert len(waited) >= 3
     assert all(waited[:3])
 
@@ -254,8 +249,8 @@ def test_a_player_that_dies_while_it_is_learned_from_leaves_what_was_learnt(play
     said, run = [], tmp_path / "run"
     request = UnityRequest(player("crash"), run=run, overrides=("rollout.horizon=4", "evaluation.every=9", *BESIDE))
     with pytest.raises(PlayerDiedError, match="out of neutrons"):
-        train(request, Silence(), said.append)
+        train(request, NullCallback(), said.append)
     assert said[-1] == f"what was learned until then stands in {run}; --run {run} --resume goes on from there"
     with pytest.raises(PlayerDiedError):
-        resume(run, (), Silence(), said.append)
+        resume(run, (), NullCallback(), said.append)
     assert any(line.startswith("goes on after iteration 4;") for line in said)

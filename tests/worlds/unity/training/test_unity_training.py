@@ -18,6 +18,7 @@ from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.lessons.checking import AnswerError
 from racecraft.rollout.episodes import play_episodes
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.unity.cli import unity as unity_command
 from racecraft.worlds.unity.env.wire import EDITOR_PORT
@@ -43,17 +44,11 @@ def basic(tmp_path_factory):
     return run, json.loads(result.stdout)
 
 
-class Silence:
-    """Watches and says nothing."""
+class Stops(NullCallback):
+    """Remembers the stops."""
 
     def begin(self, title, stops, score_name):
         self.stops = stops
-
-    def iteration(self, report):
-        pass
-
-    def end(self, reason):
-        pass
 
 
 def test_basic_is_learnt(basic):
@@ -176,7 +171,7 @@ env_settings:
 def test_a_trainer_configuration_is_followed(tmp_path):
     pytest.importorskip("yaml", reason="pyyaml is not installed")
     (tmp_path / "basic.yaml").write_text(YAML)
-    watching = Silence()
+    watching = Stops()
     request = UnityRequest(config=tmp_path / "basic.yaml", run=tmp_path / "run", overrides=("rollout.horizon=50",))
     with pytest.raises(UserInputError, match="trainer_type 'sac' .* has choices; expected ppo. --nearest"):
         train(request, watching)
@@ -200,7 +195,7 @@ def test_what_cannot_be_used_is_refused_before_a_player_starts(monkeypatch):
         (UnityRequest("builtin:Basic", overrides=("ppo.epoch=1",)), "Did you mean 'epochs'"),
     ):
         with pytest.raises(UserInputError, match=letter):
-            train(request, Silence())
+            train(request, NullCallback())
 
 
 def test_the_editor_calls_port_5004_and_is_judged_by_what_it_trains_on(tmp_path):
@@ -218,7 +213,7 @@ def test_the_editor_calls_port_5004_and_is_judged_by_what_it_trains_on(tmp_path)
 
     started = []
     request = UnityRequest("editor", stops=("iterations=2",), run=tmp_path / "run", overrides=("evaluation.every=2",))
-    trained = train(request, Silence(), press_play)
+    trained = train(request, NullCallback(), press_play)
     assert said[0] == "waiting on port 5004 for the Unity Editor: press Play there"
     assert trained.outcome.steps == 2 * 64 * 8
     assert trained.outcome.last.details["episodes"] > 0

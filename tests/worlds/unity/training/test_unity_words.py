@@ -13,6 +13,7 @@ from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.settings import JUDGING_SHARE
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.unity.cli import unity as unity_command
@@ -29,12 +30,6 @@ TYPED = (
     "unity", "train", "builtin:Basic", "--num-envs", "2", "--time-scale", "5", "--stop", "iterations=1", "--set",
     "rollout.horizon=8", "--set", "evaluation.every=9",
 )  # fmt: skip
-
-
-class Silence:
-    """Watches and says nothing."""
-
-    begin = iteration = end = lambda self, *_: None
 
 
 @pytest.fixture(scope="module")
@@ -59,11 +54,11 @@ def test_agents_are_shared_out_among_the_players_and_as_many_when_it_goes_on(tmp
     several = ("rollout.num_worlds=8", "rollout.horizon=8", "evaluation.every=9", "evaluation.episodes=4")
     train(
         UnityRequest("builtin:Basic", num_envs=2, overrides=several, stops=("iterations=1",), run=tmp_path / "run"),
-        Silence(), str,
+        NullCallback(), str,
     )  # fmt: skip
     run = RunFolder.open(tmp_path / "run")
     assert run.read_job()["settings"]["rollout"]["num_worlds"] == 8
-    resume(run.path, ("iterations=2",), Silence(), str)
+    resume(run.path, ("iterations=2",), NullCallback(), str)
     assert [row["steps"] for row in run.read_metrics()] == [64, 128]
 
 
@@ -101,7 +96,7 @@ def test_a_port_that_is_taken_is_told(tmp_path):
         taken.listen()
         request = UnityRequest("builtin:Basic", base_port=taken.getsockname()[1], run=tmp_path / "run")
         with pytest.raises(PortTakenError):
-            train(request, Silence(), str)
+            train(request, NullCallback(), str)
 
 
 def test_a_policy_plays_without_learning(run):
@@ -152,7 +147,7 @@ def test_what_was_trained_is_what_is_exported_cloned_and_served_although_nobody_
     """Broken off by Ctrl-C before any evaluation: the best is then the last, not the untrained."""
     pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
 
-    class CtrlC(Silence):
+    class CtrlC(NullCallback):
         def iteration(self, report):
             assert report.result is None
             raise KeyboardInterrupt
@@ -193,11 +188,11 @@ def test_schedules_of_a_configuration_come_to_their_end_with_max_steps(tmp_path,
     request = UnityRequest(
         "builtin:Basic", tmp_path / "c.yaml", run=tmp_path / "run", overrides=settings, env_args=("--agents", "4")
     )
-    assert train(request, Silence(), str).outcome.reason == "steps=80"
+    assert train(request, NullCallback(), str).outcome.reason == "steps=80"
     assert [rate for rate, _ in rates] == pytest.approx([5e-3, 1e-10], rel=1e-6)
     assert {clip for _, clip in rates} == {0.3}
     said = []
-    resume(tmp_path / "run", ("iterations=3",), Silence(), said.append)
+    resume(tmp_path / "run", ("iterations=3",), NullCallback(), said.append)
     assert any("ppo.learning_rate_schedule, ppo.entropy_schedule: linear, but no stop steps=" in line for line in said)
 
 
