@@ -3,6 +3,7 @@ import importlib.util
 import numpy as np
 import pytest
 
+from racecraft.worlds.deepracer.actions.line import line
 from racecraft.worlds.deepracer.driving.action_tables import read_table
 from racecraft.worlds.deepracer.driving.guides import guides
 from racecraft.worlds.deepracer.driving.kernels.road_raster import CELL_M, INSIDE, OUTSIDE
@@ -59,11 +60,12 @@ def test_a_table_that_cannot_turn_has_no_plan(track):
     assert plan_best_lap(track, car, table, [classical_line(track, car, 4.0, "centre")], beam=20) is None
 
 
-def test_the_open_track_is_planned_from_start_to_finish():
+def test_the_open_track_is_planned_from_start_to_finish_told_in_seconds_and_written(tmp_path):
     straight, car = load_track("Straight_track"), PROFILES["v6"]
-    found = plan_best_lap(straight, car, read_table("3x2.5"), [classical_line(straight, car, 2.5, "centre")], beam=20)
-    assert len(found.lap_ticks) == 1
-    assert found.lap_seconds == pytest.approx(straight.length / (2.5 * car.speed_gain), abs=0.4)
+    found = line("Straight_track", table="3x2.5", out=tmp_path / "line.csv").as_dictionary()
+    assert found["laps_seconds"] == [found["lap_seconds"]]
+    assert found["lap_seconds"] == pytest.approx(straight.length / (2.5 * car.speed_gain), abs=0.4)
+    assert len(found["out"].read_text().splitlines()) == 1 + round(found["lap_seconds"] / TICK_SECONDS)
 
 
 @pytest.mark.long
