@@ -89,7 +89,7 @@ class Console:
         """Return what this machine does now, for the side bar."""
         counts = self.counts()
         training, waiting = counts.get(TRAINING, 0) + counts.get(STOPPING, 0), counts.get(QUEUED, 0)
-        load = f"{psutil.cpu_count() or 1} cores, {psutil.cpu_percent():.0f} %"
+        load = f"{psutil.cpu_count() or 1} cores, load {psutil.getloadavg()[0]:.1f}"
         if not training and not waiting:
             return f"Nothing trains · {load}"
         return f"{training} training" + (f", {waiting} waiting" if waiting else "") + f" · {load}"

@@ -6,6 +6,8 @@ import base64
 import json
 import math
 
+from racecraft.contract.message import figure
+
 UNKNOWN = "–"
 
 
@@ -59,4 +61,4 @@ def notebook(command: str, python: str = "") -> str:
     return "data:application/x-ipynb+json;base64," + base64.b64encode(text.encode()).decode()
 
 
-WORDS = {"number": number, "duration": duration, "anchor": anchor, "notebook": notebook}
+WORDS = {"number": number, "figure": figure, "duration": duration, "anchor": anchor, "notebook": notebook}

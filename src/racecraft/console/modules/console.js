@@ -141,7 +141,7 @@ const KEYS = {
   j: () => move(1), k: () => move(-1),
   "]": () => document.querySelector("[rel=next]")?.click(), "[": () => document.querySelector("[rel=prev]")?.click(),
   x: () => { const box = chosenRow()?.querySelector("input[type=checkbox]"); if (box) box.checked = !box.checked; },
-  c: () => document.querySelector("[formaction='/compare']")?.click(),
+  c: () => document.querySelector("[name=act][value=compare]")?.click(),
   z: () => document.getElementById("undo")?.click(),
   "?": () => { location.href = "/settings#keys"; },
 };

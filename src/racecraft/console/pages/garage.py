@@ -131,8 +131,10 @@ def train_first(console: Console, request: Request, fields: Fields) -> str:
 
 
 def act_on_some(console: Console, request: Request, fields: Fields) -> str:
-    """Archive, tag or delete the models that were selected."""
+    """Compare, archive, tag or delete the models that were selected."""
     names, what = fields.get("m", []), one(fields, "act")
+    if what == "compare":
+        return "/compare?" + urlencode([("m", name) for name in names])  # a link to keep: without the form's token
     if what == "delete":
         names = _forget_gone(console, names)
     models = [console.workspace.model(name) for name in names]

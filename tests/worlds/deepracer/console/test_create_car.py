@@ -1,9 +1,14 @@
 """What the form of a car offers: circuits, and the lap that a table of actions allows."""
 
+import json
+
 import pytest
 
+from racecraft.formats.run_folder import HYPERPARAMETERS, RunFolder
 from racecraft.worlds.deepracer.actions.action_table import action_table
+from racecraft.worlds.deepracer.console.car_form import defaults
 from racecraft.worlds.deepracer.console.car_look import look_at_actions
+from racecraft.worlds.deepracer.console.car_values import files, values_of
 from racecraft.worlds.deepracer.console.circuits import circuits
 from racecraft.worlds.deepracer.tracks.catalogue import names
 
@@ -29,3 +34,13 @@ def test_the_lap_beside_the_plot_is_that_of_the_command():
 def test_a_long_track_is_planned_only_where_it_is_asked_for_and_a_wrong_line_not_at_all():
     assert look_at_actions("0, 1\n5, 1", "Austin", False, None)["state"] == "unplanned"
     assert look_at_actions("0, much", "reinvent_base", False, None)["state"] == "unread"
+
+
+def test_a_clone_learns_as_its_model_did_and_defaults_replace_what_a_file_held(tmp_path):
+    job = {"format": "racecraft run", "version": 1, "settings": {"bots": {"number": 2, "random": False, "speed": 0.7}}}
+    (tmp_path / "job.json").write_text(json.dumps(job))
+    (tmp_path / HYPERPARAMETERS).write_text(files({"lr": 0.0005, "loss_type": "huber"})[HYPERPARAMETERS])
+    values = values_of(RunFolder(tmp_path))
+    expected = {"lr": 0.0005, "loss_type": "huber", "num_epochs": defaults()["num_epochs"], "bot_speed": 0.7}
+    assert {name: values[name] for name in expected} == expected
+    assert json.loads(files(defaults())[HYPERPARAMETERS]) == {}

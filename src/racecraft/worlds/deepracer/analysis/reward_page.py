@@ -99,7 +99,7 @@ def _check(found: RewardCheck) -> dict[str, Any]:
         "lines": _lines(found),
         "stats": [
             (f"{found.faults}", "faults"), (f"{len(found.findings) - found.faults}", "notes"),
-            (_range(found), "pay of a tick"), (f"{found.microseconds:.1f} µs", "a call"),
+            (_range(found), "pay of a tick"), (found.cost, "a call"),
         ],
         "tricks": [_trick(one) for one in found.tricks],
         "speed": None if found.speed is None else f"The reward {found.speed.sentence}.",

@@ -40,11 +40,11 @@ def _show_check(checked: CheckedReward) -> None:
         print(f"{one.level.upper()} {place}: {one.text}.")
         if one.hint:
             print(f"      {one.hint}")
-    cost = f"{found.microseconds:.1f} µs" if found.microseconds >= 0.05 else "less than 0.1 µs"
     if found.lowest is None or found.highest is None:
         print(f"None of {found.situations} moments was paid.")
     else:
-        print(f"{found.situations} moments pay {figure(found.lowest)} to {figure(found.highest)}; a call takes {cost}.")
+        pays = f"{figure(found.lowest)} to {figure(found.highest)}"
+        print(f"{found.situations} moments pay {pays}; a call takes {found.cost}.")
     if found.tricks:
         print("What would pay more than lapping?")
         for trick in found.tricks:

@@ -9,6 +9,7 @@ from racecraft.contract.errors import RewardFileError, SettingError, UserInputEr
 from racecraft.contract.message import Message
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
 from racecraft.worlds.deepracer.console.car_form import as_json, defaults
+from racecraft.worlds.deepracer.files.hyperparameters import read_hyperparameters
 from racecraft.worlds.deepracer.files.model_metadata import NETWORKS
 
 HYPER = ("lr", "discount_factor", "beta_entropy", "num_epochs", "batch_size", "loss_type")
@@ -36,7 +37,7 @@ def files(values: Mapping[str, Any]) -> dict[str, str]:
         ) from None
     changed = {name: full[name] for name in HYPER if full[name] != defaults()[name]}
     texts = {REWARD_FUNCTION: reward, MODEL_METADATA: as_json(_metadata(full))}
-    return texts | ({HYPERPARAMETERS: as_json(changed)} if changed else {})
+    return texts | {HYPERPARAMETERS: as_json(changed)}  # also where none is changed: a model that goes on has old ones
 
 
 def words(values: Mapping[str, Any]) -> list[str]:
@@ -124,6 +125,7 @@ def values_of(run: RunFolder) -> dict[str, Any]:
 
     Raises:
         RunFolderError: The run cannot be read.
+        HyperparameterError: Its hyperparameters cannot.
     """
     job = run.read_job()
     settings, metadata = job.get("settings") or {}, job.get("model_metadata") or {}
@@ -141,6 +143,11 @@ def values_of(run: RunFolder) -> dict[str, Any]:
     for group in ("boxes", "bots"):
         if group in settings:
             found |= {"objects": settings[group]["number"], "random_places": settings[group]["random"]}
+    if "bots" in settings:
+        found["bot_speed"] = settings["bots"]["speed"]
+    if run.hyperparameters.is_file():
+        given = read_hyperparameters(run.hyperparameters)
+        found |= {name: getattr(given, name) for name in HYPER if name in given.given}
     if isinstance(metadata.get("action_space"), list):
         rows = metadata["action_space"]
         found["actions"] = "\n".join(f"{row['steering_angle']:g}, {row['speed']:g}" for row in rows)

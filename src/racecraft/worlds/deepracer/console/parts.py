@@ -14,9 +14,11 @@ from racecraft.console.workspace import Note
 from racecraft.formats.run_folder import RunFolder
 from racecraft.league.race import Race
 from racecraft.pages.chart import Chart, Level, Series
+from racecraft.worlds.deepracer.analysis.logs.judged import fastest_evaluated_lap
 from racecraft.worlds.deepracer.console import car_form, car_values
 from racecraft.worlds.deepracer.console.car_form import TEMPLATES
 from racecraft.worlds.deepracer.console.circuits import track_choices
+from racecraft.worlds.deepracer.driving.known_laps import gap_percent
 from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track, summary
 from racecraft.worlds.deepracer.tracks.thumbnail import thumbnail_svg
 
@@ -189,14 +191,18 @@ def _reward_look(text: str, folder: str, track: str, query: Mapping[str, str]) -
 
 
 def fastest_lap(metrics: Rows) -> tuple[float | None, float | None]:
-    """Return the fastest lap of a run's evaluations, s, and the least distance to the best known lap, per cent.
+    """Return the fastest lap of a run's evaluations, s, and how much longer than the best known lap it is, per cent.
 
-    Flying laps count where there are any: the best known lap is one.
+    >>> lap, gap = fastest_lap([{"flying_lap_seconds": 6.0, "gap_percent": 20.0}, {"best_lap_seconds": 5.5}])
+    >>> lap, round(gap, 3)
+    (5.5, 10.0)
     """
-    flying = [row["flying_lap_seconds"] for row in metrics if row.get("flying_lap_seconds")]
-    laps = flying or [row["best_lap_seconds"] for row in metrics if row.get("best_lap_seconds")]
-    gaps = [row["gap_percent"] for row in metrics if row.get("gap_percent") is not None]
-    return min(laps, default=None), min(gaps, default=None)
+    lap = fastest_evaluated_lap(metrics)
+    timed = [row for row in metrics if row.get("flying_lap_seconds") and row.get("gap_percent") is not None]
+    if lap is None or not timed:
+        return lap, None
+    known = timed[0]["flying_lap_seconds"] / (1.0 + timed[0]["gap_percent"] / 100.0)
+    return lap, gap_percent(lap, known)
 
 
 def lap_chart(row: Mapping[str, Any], metrics: Rows) -> Chart:

@@ -6,7 +6,7 @@ by both together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -58,8 +58,28 @@ class Evaluations:
 def judged_in_run(metrics: Sequence[Mapping[str, Any]]) -> Evaluations:
     """Return the evaluations of a run of cars, by its metrics.jsonl."""
     evaluated = [row for row in metrics if row.get("evaluation_score") is not None]
-    laps = [float(row["best_lap_seconds"]) for row in evaluated if row.get("best_lap_seconds")]
-    return Evaluations(tuple(float(row["evaluation_score"]) / PER_CENT for row in evaluated), min(laps, default=None))
+    shares = tuple(float(row["evaluation_score"]) / PER_CENT for row in evaluated)
+    return Evaluations(shares, fastest_evaluated_lap(evaluated))
+
+
+def fastest_evaluated_lap(metrics: Iterable[Mapping[str, Any]]) -> float | None:
+    """Return the fastest full lap of a run's evaluations, from rest or flying, s; None: there was none.
+
+    On several tracks flying laps alone count once there are any: all of them are of the first track.
+
+    >>> fastest_evaluated_lap([{"best_lap_seconds": 6.87, "flying_lap_seconds": 6.73}, {"best_lap_seconds": 6.4}])
+    6.4
+    >>> several = {"trained_tracks_lapped": 1.0, "best_lap_seconds": 6.4, "flying_lap_seconds": 8.1}
+    >>> fastest_evaluated_lap([several])
+    8.1
+    """
+    rows = list(metrics)
+    flying = [float(row["flying_lap_seconds"]) for row in rows if row.get("flying_lap_seconds")]
+    if flying and any("trained_tracks_lapped" in row for row in rows):
+        return min(flying)
+    return min(
+        [*flying, *(float(row["best_lap_seconds"]) for row in rows if row.get("best_lap_seconds"))], default=None
+    )
 
 
 def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Evaluations:

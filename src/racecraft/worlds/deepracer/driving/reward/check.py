@@ -73,6 +73,11 @@ class RewardCheck:
         """How many of the findings are faults."""
         return sum(finding.level == FAULT for finding in self.findings)
 
+    @property
+    def cost(self) -> str:
+        """How long a call takes, with its unit."""
+        return f"{self.microseconds:.1f} µs" if self.microseconds >= 0.05 else "less than 0.1 µs"
+
     def as_dictionary(self) -> dict[str, Any]:
         """Return it ready for JSON."""
         return {
