@@ -363,6 +363,7 @@ def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(
     assert (workspace.path / "runs/a-1/job.json").is_file()
     (workspace.path / "runs/b-1").rename(workspace.path / "elsewhere")
     page.wait_for_selector("tr[data-row='b-1']:has-text('this folder is gone')", timeout=20_000)
+    assert "runs/b-1: this folder is gone" in page.request.get(f"{address}/models/b-1").text()
     page.check("input[value='b-1']")
     page.click("button:has-text('Delete')")
     page.wait_for_selector("tr[data-row='b-1']", state="detached")

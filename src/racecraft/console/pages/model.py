@@ -16,7 +16,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Mount, Route
 
 from racecraft.console.merge import both_texts, side_by_side
-from racecraft.console.model_row import ERROR, NEW, QUEUED, READY, STOPPING, TRAINING
+from racecraft.console.model_row import ERROR, GONE, NEW, QUEUED, READY, STOPPING, TRAINING
 from racecraft.console.pages.race_parts import drives_of
 from racecraft.console.parts import Figure, WorldParts, parts_of
 from racecraft.console.section import Section
@@ -125,12 +125,21 @@ def model_of(console: Console, request: Request) -> tuple[Model, dict[str, Any]]
     try:
         model = console.workspace.model(request.path_params["name"])
     except WorkspaceError as error:
-        raise WebError(404, "no_such_model", str(error)) from error
+        raise WebError(404, "no_such_model", _gone(console, request.path_params["name"]) or str(error)) from error
     try:
         return model, console.index.row(model.name)
     except UserInputError:
         console.watcher.refresh()  # a folder that has just been made
         return model, console.index.row(model.name)
+
+
+def _gone(console: Console, name: str) -> str:
+    """Return what happened to a model whose folder is gone; "" where no model had this name."""
+    console.watcher.refresh()
+    with contextlib.suppress(WorkspaceError):
+        row = console.index.row(name)
+        return str(row["reason"]) if row["status"] == GONE else ""
+    return ""
 
 
 def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[str, Any]:
