@@ -305,7 +305,7 @@ def test_who_comes_second_is_shown_both_versions_and_keeps_one_or_both(console, 
     first.fill("#text", "one\nfast in turn 1")
     first.fill("#tags", "race")
     first.click("text=Keep")
-    first.wait_for_selector("text=race")
+    first.wait_for_selector("#tags[value='race']")
     second.fill("#text", "one\nslow in turn 1")
     second.click("text=Keep")
     second.wait_for_selector("text=changed elsewhere")
