@@ -1,9 +1,11 @@
 """A browser walks the console: each flow with its clicks counted, each page looked at by axe."""
 
 import contextlib
+import io
 import json
 import re
 import shutil
+import tarfile
 import threading
 import zipfile
 from pathlib import Path
@@ -279,6 +281,34 @@ def test_the_curves_of_models_that_are_chosen_lie_over_one_another(console, brow
     assert browser.shut_out() == []
 
 
+DROP_A_FOLDER = """names => {
+  const leaf = name => ({ name, isFile: true, file: done => done(new File([`in ${name}`], name)) });
+  const reader = inside => ({ readEntries: done => done(inside.splice(0, 1)) });
+  const folder = (name, inside) => ({ name, isDirectory: true, createReader: () => reader(inside) });
+  const tree = names => folder(names[0], names.length > 2 ? [tree(names.slice(1))] : [leaf(names[1]), leaf("b.csv")]);
+  DataTransferItem.prototype.webkitGetAsEntry = () => tree(names);
+  const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([], names[0]));
+  document.body.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+}"""
+
+
+def test_a_dropped_folder_comes_as_one_archive(console, browser):
+    page, names = browser.page, ["my-car", "x" * 90, "y" * 60, "reward_function.py"]
+    browser.open(f"{console[0]}/import")
+    page.route("**/import", lambda route: route.fulfill(body="<main>taken</main>", content_type="text/html"))
+    with page.expect_request("**/import") as sent:
+        page.evaluate(DROP_A_FOLDER, names)
+    page.wait_for_selector("text=taken")
+    body = sent.value.post_data_buffer
+    assert b'filename="my-car.tar"' in body
+    start = body.index(b"\r\n\r\n", body.index(b'filename="')) + 4
+    with tarfile.open(fileobj=io.BytesIO(body[start:])) as archive:
+        held = {one.name: archive.extractfile(one).read() for one in archive}
+    above = "/".join(names[:-1])
+    assert held == {f"{above}/{name}": b"in " + name.encode() for name in ("reward_function.py", "b.csv")}
+
+
 def test_a_draft_is_kept_while_one_types(console, browser):
     address, _, _ = console
     browser.open(f"{address}/drafts/new")
@@ -411,7 +441,7 @@ def test_no_page_shuts_anybody_out_by_day_or_by_night(console, browser):
     pages = [
         "/models", "/models/a-1", "/models/a-1/checkpoints", "/models/a-1/evaluations", "/models/a-1/files",
         "/models/a-1/reward", "/models/a-1/why",
-        "/compare?m=a-1&m=b-1", "/import", "/jobs", "/settings", "/parts",
+        "/compare?m=a-1&m=b-1", "/import", "/jobs", "/settings",
     ]  # fmt: skip
     found = {}
     for page in [*steps, *(address + path for path in pages)]:

@@ -10,6 +10,7 @@
    `data-soon="page"` it is loaded anew when that has come. */
 import { t } from "racecraft.pages/texts.js";
 import { showDriving } from "racecraft.console/driving.js";
+import { packed } from "racecraft.console/folder_tar.js";
 
 const parts = () => document.querySelectorAll("[data-live]");
 let stream = null, hidden = null, due = null, lost = null;
@@ -160,10 +161,11 @@ document.addEventListener("keydown", event => {
 addEventListener("dragover", event => { if (event.dataTransfer?.types.includes("Files")) { event.preventDefault(); document.body.classList.add("dropping"); } });
 addEventListener("dragleave", event => { if (!event.relatedTarget) document.body.classList.remove("dropping"); });
 addEventListener("drop", async event => {
-  const file = event.dataTransfer?.files[0];
-  if (!file) return;
+  const dropped = event.dataTransfer?.files[0], entry = event.dataTransfer?.items[0]?.webkitGetAsEntry?.();
+  if (!dropped) return;
   event.preventDefault();
   document.body.classList.remove("dropping");
+  const file = entry?.isDirectory ? await packed(entry) : dropped;
   const form = new FormData();
   form.append("form_token", document.querySelector("[name=form_token]")?.value || "");
   form.append("archive", file);
