@@ -34,7 +34,6 @@ LEARN = ("seconds_learn",)
 WORK = "seconds_collect", *LEARN
 ALL = *WORK, "seconds_judge"
 SPIN_LONG = "import os; os.environ['GOMP_SPINCOUNT'] = '300000'"  # libgomp's own
-MANY_THREADS = "import racecraft.algorithms.torch_threads as m; m.LIGHT = -1"
 
 
 @dataclass(frozen=True)
@@ -72,10 +71,6 @@ ACCELERATIONS = (
                  CARS, WORK, SPIN_LONG),
     Acceleration("threads that wait sleep soon", "__init__.py", "default car beside three busy programs",
                  CARS, WORK, SPIN_LONG, busy=3),
-    Acceleration("one thread for small work", "algorithms/torch_threads.py", "default car: collecting, learning",
-                 CARS, WORK, MANY_THREADS),
-    Acceleration("one thread for small work", "algorithms/torch_threads.py", "default car beside three busy programs",
-                 CARS, WORK, MANY_THREADS, busy=3),
     Acceleration("laps judged in compiled code", "algorithms/compiled_policy.py", "fast car judged each time: all",
                  JUDGED, ALL, "import racecraft.algorithms.compiled_policy as m; m.compile_policy = lambda *_: None"),
 )  # fmt: skip

@@ -13,7 +13,6 @@
     returns.py        advantages and value targets; the two endings kept apart
     networks.py       from named observations to the parameters of actions and a value
     convolution.py    a convolution that goes no detours, for a few frames and in bfloat16
-    torch_threads.py     one thread for what is done in no time
     distributions.py  from those parameters to chosen actions and their likelihood
     actor_policy.py   the greedy policy of an actor network
     q_network.py      from named observations to what each choice is worth, and the policy that takes the best

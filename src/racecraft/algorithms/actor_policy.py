@@ -22,7 +22,6 @@ from racecraft.algorithms.networks import (
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
-from racecraft.algorithms.torch_threads import single_threaded
 from racecraft.contract.world import Array
 
 if TYPE_CHECKING:
@@ -40,15 +39,12 @@ class ActorPolicy:
     def __init__(self, network: ActorCritic, distribution: Distribution) -> None:
         self.network, self.distribution = network, distribution
         self._any_weight = next(network.parameters())
-        self._weights = sum(one.numel() for one in network.parameters())
 
     @torch.inference_mode()
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return actions (R, *action shape)."""
-        rows = len(next(iter(observations.values())))
-        with single_threaded(rows, self._weights):
-            raw, _ = self.distribution.mode(self._params(observations), self.network.log_std, self._mask(action_mask))
-            return self.distribution.to_actions(raw).cpu().numpy()
+        raw, _ = self.distribution.mode(self._params(observations), self.network.log_std, self._mask(action_mask))
+        return self.distribution.to_actions(raw).cpu().numpy()
 
     @torch.inference_mode()
     def sample(self, observations: Mapping[str, Array], action_mask: Array | None, generator: torch.Generator) -> Array:

@@ -30,7 +30,6 @@ from racecraft.algorithms.architecture import architecture_of as architecture_of
 from racecraft.algorithms.convolution import Convolution, in_tiles
 from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.algorithms.running_statistics import RunningStatistics
-from racecraft.algorithms.torch_threads import single_threaded
 from racecraft.contract.errors import SettingError
 from racecraft.contract.loading import load_class
 from racecraft.contract.world import ActionSpec, ArraySpec
@@ -144,14 +143,11 @@ class Encoder(nn.Module):
             width += size
         self.trunk = dense_stack(width, architecture.trunk_units, architecture, generator)
         self.width = architecture.trunk_units[-1] if architecture.trunk_units else width
-        self._weights = sum(one.numel() for one in self.parameters())
 
     def forward(self, observations: Mapping[str, Tensor]) -> Tensor:
         """Return features (R, width)."""
-        seen = [observations[name] for name in self.names]
-        with single_threaded(len(seen[0]), self._weights):
-            parts = [embed(part) for part, embed in zip(seen, self.embedders, strict=True)]
-            return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
+        parts = [embed(observations[name]) for name, embed in zip(self.names, self.embedders, strict=True)]
+        return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
 
     def prepare(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
         """Return what it sees, laid out for many passes: see `ImageEmbedder.prepare`."""

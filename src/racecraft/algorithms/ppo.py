@@ -29,7 +29,6 @@ from racecraft.algorithms.ppo_config import PpoConfig as PpoConfig
 from racecraft.algorithms.ppo_steps import GradientSteps
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.torch_threads import single_threaded
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
@@ -160,14 +159,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
         rows: Array | None = None,
     ) -> Decision:
         """Decide for R rows, exploration in; see `Actor.act`."""
-        seen = self._tensors(observations)
-        with single_threaded(len(next(iter(seen.values()))), self.steps.size):
-            return self._decide(seen, action_mask, generator, rows)
-
-    def _decide(
-        self, seen: dict[str, Tensor], action_mask: Array | None, generator: torch.Generator | None, rows: Array | None
-    ) -> Decision:
-        params, columns = self._look(seen, rows)
+        params, columns = self._look(self._tensors(observations), rows)
         mask = self._mask(action_mask)
         log_std, kind, chance = self.network.log_std, self.distribution, generator or self.generator
         if self.config.exploration == "e-greedy" and isinstance(kind, Categorical):
