@@ -167,3 +167,19 @@ def test_a_first_training_is_one_whose_own_kernel_was_never_compiled(tmp_path, m
     file, function = KERNEL.split(".")
     text = (HOUSE / "worlds" / "deepracer" / "env" / "kernels" / f"{file}.py").read_text(encoding="utf-8")
     assert f"\ndef {function}(" in text
+
+
+@pytest.mark.parametrize(
+    ("version", "kind"), [((0, 62), "CPUDispatcher"), ((0, 68), "Kernel"), ((1, 0), "CPUDispatcher")]
+)
+def test_a_version_of_numba_that_nobody_tried_compiles_its_own_way(version, kind, tmp_path):
+    code = (
+        f"import numba; numba.version_info = numba.version_info._replace(major={version[0]}, minor={version[1]})\n"
+        "from racecraft.kernels import inner_kernel, kernel\n"
+        "twice = inner_kernel(lambda number: 2.0 * number)\n"
+        "thrice = kernel(lambda number: twice(number) + number)\n"
+        "print(type(thrice).__name__, thrice(1.5))"
+    )
+    (tmp_path / "mine.py").write_text(code)  # what is kept on disk needs a file
+    done = subprocess.run([sys.executable, tmp_path / "mine.py"], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [kind, "4.5"]

@@ -22,23 +22,32 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numba
 import numba.core.caching as numba_caching
+from numba import njit
 from numba import prange as prange
 
 import racecraft
 from racecraft.contract.user_cache import user_cache
-from racecraft.kernels.whole import compiled_whole
 
 _config: Any = numba.config
+TRIED = (0, 63), (0, 68)
+"""First and last version of Numba whose inside `whole.py` was tried with."""
+if TRIED[0] <= numba.version_info[:2] <= TRIED[1]:
+    from racecraft.kernels.whole import compiled_whole
+
+    compiled: Callable[..., Any] = compiled_whole
+else:  # Numba's own way gives the same results, and takes twice as long the first time
+    compiled = partial(njit, cache=True, nogil=True, error_model="numpy")
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function for one core; other kernels may call it. Results are plain IEEE, the same everywhere."""
-    return compiled_whole(function)
+    return compiled(function)
 
 
 def lean_kernel(function: Callable[..., Any]) -> Any:
@@ -50,7 +59,7 @@ def lean_kernel(function: Callable[..., Any]) -> Any:
     compile ("NRT required but not enabled"), a copy from slice to slice among it: write a loop. A slice returned would
     be a reference that nobody holds. The bits are the same.
     """
-    return compiled_whole(function, _nrt=False)
+    return compiled(function, _nrt=False)
 
 
 def inner_kernel(function: Callable[..., Any]) -> Any:
@@ -59,7 +68,7 @@ def inner_kernel(function: Callable[..., Any]) -> Any:
     To call a kernel costs seven numbers an array, handed over on the stack; with ten arrays that is more than most of
     these functions do. The bits are the same.
     """
-    return compiled_whole(function, forceinline=True, _nrt=False)
+    return compiled(function, forceinline=True, _nrt=False)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
@@ -70,7 +79,7 @@ def parallel_kernel(function: Callable[..., Any]) -> Any:
     The loop's number is signed while Numba looks at the types and unsigned in the shared body: every kernel that is
     given it would be compiled for both. `n = np.int64(world)` at the head of the loop spares the user that.
     """
-    return compiled_whole(function, parallel=True)
+    return compiled(function, parallel=True)
 
 
 def set_threads(count: int) -> None:
