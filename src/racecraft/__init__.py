@@ -37,7 +37,7 @@ __version__ = "0.1.0"
 
 # Threads that wait for each other spin briefly and then sleep: beside other busy programs long spinning costs ten
 # times what it saves. OpenMP reads this when PyTorch and Numba load it.
-os.environ.setdefault("GOMP_SPINCOUNT", "500")
+os.environ.setdefault("GOMP_SPINCOUNT", "2000")
 
 if TYPE_CHECKING:
     from racecraft.actions.checkpoints import checkpoints

@@ -1,8 +1,8 @@
 """What the signals of a terminal or an operating system do to a command.
 
 Ctrl-C and SIGTERM end a training, which saves what it learned; a second one ends the process at once, without a
-traceback. Python forgets an exception that leaves a finaliser or the callback of a weak reference; a signal that
-arrived there is sent again.
+traceback. Python forgets an exception that leaves a finaliser, the callback of a weak reference or one of LLVM's; a signal
+that arrived there is sent again, unless what it broke ends the command before.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ INTERRUPTED, TERMINATED = 128 + signal.SIGINT, 128 + signal.SIGTERM
 """Exit codes of a process that Ctrl-C or SIGTERM ended, as shells report it."""
 SECONDS_TO_RESEND = 0.01
 """After which a forgotten signal is sent again: by then Python has left the callback that forgot it."""
+_forgotten: list[KeyboardInterrupt] = []
+"""What Python forgot, until it is sent again or ends the command."""
 
 
 class TerminatedError(KeyboardInterrupt):
@@ -40,11 +42,15 @@ class StoppedError(Exception):
 
 @contextlib.contextmanager
 def interrupts_stop() -> Iterator[None]:
-    """Raise `StoppedError` where a signal interrupts."""
+    """Raise `StoppedError` where a signal interrupts, or something fails because Python forgot that one did."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
         raise StoppedError(interrupt) from interrupt
+    except Exception as error:  # LLVM's callback kept no machine code, and Numba misses it
+        if not _forgotten:
+            raise
+        raise StoppedError(_forgotten.pop()) from error
 
 
 @contextlib.contextmanager
@@ -73,7 +79,8 @@ def forgotten_interrupts_return() -> Iterator[None]:
         if isinstance(unraisable.exc_value, TerminatedError):
             number = signal.SIGTERM
             signal.signal(number, _raise_terminated)
-        timer = threading.Timer(SECONDS_TO_RESEND, _signal_main_thread, [number])
+        _forgotten[:] = [unraisable.exc_value]
+        timer = threading.Timer(SECONDS_TO_RESEND, _send_again, [number])
         timer.daemon = True
         timer.start()
 
@@ -93,6 +100,12 @@ def end_at_once_on_interrupt() -> None:
 def _raise_terminated(number: int, frame: FrameType | None) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends the process
     raise TerminatedError(SIGTERM)
+
+
+def _send_again(number: signal.Signals) -> None:
+    if _forgotten:
+        _forgotten.clear()
+        _signal_main_thread(number)
 
 
 def _signal_main_thread(number: signal.Signals) -> None:
