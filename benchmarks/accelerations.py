@@ -65,8 +65,6 @@ ACCELERATIONS = (
                  AWS, LEARN, "import racecraft.algorithms.convolution as m; m.FEW_CHANNELS = 0"),
     Acceleration("gradient written out", "algorithms/closed_form.py", "CartPole: collecting, learning",
                  CARTPOLE, WORK, "import racecraft.algorithms.ppo_steps as m; m.closed_form_of = lambda *given: None"),
-    Acceleration("freed memory kept", "training/processor.py", "default car: collecting, learning",
-                 CARS, WORK, "import racecraft.training.processor as m; m.keep_freed_memory = lambda: None"),
     Acceleration("threads that wait sleep soon", "__init__.py", "default car: collecting, learning",
                  CARS, WORK, SPIN_LONG),
     Acceleration("threads that wait sleep soon", "__init__.py", "default car beside three busy programs",

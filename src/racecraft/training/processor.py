@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 
@@ -13,12 +12,6 @@ from racecraft.contract.errors import SettingError
 KERNELS = "racecraft.kernels.compile"
 """The importer of Numba. Worlds are open before the cores are shared: where none has kernels it is not imported, which
 saves 0.2 s."""
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
-"""Names of `mallopt`, as <malloc.h> has them."""
-KEPT_BYTES = 1 << 30
-"""Pieces up to this are kept, and as much free memory at the end of the heap."""
-MAX_IN_OLD_LIBRARIES = 32 << 20
-"""Older versions of the GNU C library refuse a larger M_MMAP_THRESHOLD and answer 0 (mallopt(3))."""
 
 
 def prepare_processor(count: int | None, device: str = "cpu") -> None:
@@ -38,22 +31,3 @@ def prepare_processor(count: int | None, device: str = "cpu") -> None:
         kernels.set_threads(wanted)
     torch.set_num_threads(wanted)
     torch.set_flush_denormal(True)
-    keep_freed_memory()
-
-
-def keep_freed_memory() -> None:
-    """Let what a layer frees be taken again by the next one, and not go back to the system in between.
-
-    A minibatch's layers are a few MiB each. The GNU C library gives pieces of that size back as soon as they are freed,
-    and has the system fill the next one with zeros, page by page: 47,000 page faults in one update of the default car,
-    a third of its time. What a training holds at its peak it now holds until it ends. Other C libraries are left alone.
-    """
-    if sys.platform != "linux":
-        return
-    try:
-        mallopt = ctypes.CDLL("libc.so.6").mallopt
-    except (OSError, AttributeError):
-        return
-    if not mallopt(M_MMAP_THRESHOLD, KEPT_BYTES):
-        mallopt(M_MMAP_THRESHOLD, MAX_IN_OLD_LIBRARIES)
-    mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)

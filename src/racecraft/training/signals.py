@@ -1,8 +1,8 @@
 """What the signals of a terminal or an operating system do to a command.
 
 Ctrl-C and SIGTERM end a training, which saves what it learned; a second one ends the process at once, without a
-traceback. Python forgets an exception that leaves a finaliser, the callback of a weak reference or one of LLVM's; a signal
-that arrived there is sent again, unless what it broke ends the command before.
+traceback. Python forgets an exception that leaves a finaliser, the callback of a weak reference or one of LLVM's; a
+signal that arrived there is sent again, unless what it broke ends the command before.
 """
 
 from __future__ import annotations
