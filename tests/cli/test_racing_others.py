@@ -44,7 +44,7 @@ WRONG = {
     "9 cars were named": ["race", *["r"] * 9],
     "nowhere: there is no such folder": ["race", "r", "nowhere"],
     "there is no checkpoint '77'": ["race", "r", "r:77"],
-    "done_condition is 'some'; expected any or all": ["race", "r", "r", "--done-condition", "some"],
+    "--done-condition is 'some'. Known: any, all.": ["race", "r", "r", "--done-condition", "some"],
     "laps is 0": ["race", "r", "r", "--laps", "0"],
     "no view 'side'": ["race", "r", "r", "--view", "side"],
     "--size 480p films nothing; expected --video": ["race", "r", "r", "--size", "480p"],

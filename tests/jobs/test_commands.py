@@ -84,7 +84,7 @@ def test_letters_of_the_jobs_commands(racecraft, home, tmp_path):  # noqa: F811
         (("jobs", "show", "gym-1"), "There is no job 'gym-1'"),
         (("jobs", "stop", "gym-1"), "There is no job 'gym-1'"),
         (("jobs", "run", "gmy", "train"), "Did you mean 'gym'"),
-        (("jobs", "run", "gym", "train", "CartPole-v1", "--stopp", "minutes=1"), "No such option: --stopp"),
+        (("jobs", "run", "gym", "train", "CartPole-v1", "--stopp", "minutes=1"), "has no option '--stopp'"),
         (("jobs", "run", "run", "nothing.py"), "nothing.py: there is no such file; expected a Python script"),
         (("jobs", "run", "--max-run=9", "--max-wait=5", "run", "some.py"), "expected at least as much to wait"),
         (("jobs", "run", "job.json"), "job.json:1: comand: an unknown field; expected one of a job's"),
