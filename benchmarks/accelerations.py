@@ -74,10 +74,11 @@ ACCELERATIONS = (
 )  # fmt: skip
 
 READING = """
-Two rounds tell a half from nothing, not a tenth from nothing. Half precision and the written-out gradient clearly stay,
-threads probably. Tiles, kept memory, single threads and compiled judging gained nothing on this processor while nothing
-else ran: the first was worth a quarter on a Xeon, the third is for a machine that has other work, and the last does not
-apply to a car that sees three frames. They are the next to go, once more rounds and another processor say the same.
+Two rounds tell a half from nothing, not a tenth from nothing. Half precision, the written-out gradient and compiled
+judging clearly stay, threads probably. That waiting threads sleep soon costs a tenth while nothing else runs, and is
+worth two and a half times where other programs do. Tiles gained nothing on this processor; on a Xeon they were worth a
+quarter. Rows were measured on two evenings. Freed memory that was kept and one thread for small work gained nothing
+and are gone ([car-learning.md](car-learning.md)). Compiled judging was measured in one round.
 """
 
 
