@@ -72,6 +72,8 @@ def next_trainings(request: Mapping[str, Any]) -> list[tuple[str, str]]:
     ('change the reward and train it again', 'racecraft train my-car --track Oval_track')
     >>> next_trainings({"folder": "my-car", "track": "Oval_track", "tracks": ["Oval_track", "LGSWide"]})[0][1]
     'racecraft train my-car --tracks Oval_track,LGSWide'
+    >>> next_trainings({"folder": "my-car", "against": ["self"]})[0][1]
+    'racecraft train my-car --against self'
     """
     from racecraft.worlds.deepracer.training.plan import DEFAULT_TRACK
 
@@ -83,6 +85,7 @@ def next_trainings(request: Mapping[str, Any]) -> list[tuple[str, str]]:
     again = train if track == DEFAULT_TRACK else f"{train} --track {word(track)}"
     if many := request.get("tracks"):
         again = f"{train} --tracks {word(','.join(many))}"
+    again += "".join(f" --against {word(rival)}" for rival in request.get("against", ()))
     return [("change the reward and train it again", again), elsewhere]
 
 
