@@ -28,7 +28,7 @@ def interpret() -> None:
     """Make decorators of kernels hand functions back as they are; call it before any kernel is imported."""
     from racecraft.kernels import compile as kernels
 
-    vars(kernels).update(compiled_whole=_left_alone)
+    kernels.compiled = _left_alone
 
 
 def _left_alone(function: Callable[..., Any], **_options: Any) -> Callable[..., Any]:

@@ -135,13 +135,17 @@ class Cars extends HTMLElement {
 
   wake() { if (this.awake && this.sleeping) { this.sleeping = false; this.turnedAt = performance.now(); this.turn(this.turnedAt); } }
 
+  get pictures() {   // a second
+    if (LITTLE_MOTION.matches) return SLOW_PICTURES;
+    return this.training && navigator.hardwareConcurrency <= FEW_PROCESSORS ? PICTURES_BESIDE_TRAINING : PICTURES;
+  }
+
   turn(now) {
     if (!this.awake) { this.sleeping = true; return; }
-    const little = LITTLE_MOTION.matches;
-    const step = 1000 / (little ? SLOW_PICTURES : this.training && navigator.hardwareConcurrency <= FEW_PROCESSORS ? PICTURES_BESIDE_TRAINING : PICTURES), late = now - (this.due ?? now);
+    const step = 1000 / this.pictures, late = now - (this.due ?? now);
     this.due = late < step ? now - late + step : now + step;   // an even pace; a frame of its own for each picture costs as much as drawing it
     setTimeout(() => this.turn(performance.now()), this.due - now);
-    const past = Math.min(little ? 0.6 : 0.1, (now - (this.turnedAt ?? now)) / 1000);
+    const past = Math.min(LITTLE_MOTION.matches ? 0.6 : 0.1, (now - (this.turnedAt ?? now)) / 1000);
     this.turnedAt = now;
     this.goForward(past);
     if (this.reel && this.map.place) { this.draw(); this.showView(); this.tellMoment(now); this.look(now); }
