@@ -260,7 +260,7 @@ def test_no_path_leads_out(ports, server):
 
 @pytest.mark.parametrize("server", ["endpoint", "webhook", "arena", "watch"])
 def test_who_trickles_is_not_waited_for(ports, server, monkeypatch):
-    for place in ("limits.SECONDS_FOR_A_HEAD", "limits.SECONDS_FOR_A_BODY", "json_api.SECONDS_FOR_A_BODY"):
+    for place in ("limits.SECONDS_FOR_A_HEAD", "limits.SECONDS_FOR_A_BODY"):
         monkeypatch.setattr(f"racecraft.web.{place}", 0.2)
     assert send(ports[server], b"GET / HTTP/1.1\r\nHost: 127")[:2] == (408, "too_slow")
     if server in TAKES_A_BODY:

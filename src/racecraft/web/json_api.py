@@ -18,7 +18,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from racecraft.contract.errors import UserInputError
 from racecraft.web.access import ANYONE, Access, Guard
 from racecraft.web.errors import WebError
-from racecraft.web.limits import MAX_BODY_BYTES, SECONDS_FOR_A_BODY, arrived
+from racecraft.web.limits import MAX_BODY_BYTES, arrived
 
 JSON = "application/json"
 
@@ -121,7 +121,7 @@ class JsonApi:
         """Return the whole body; None where the client has gone.
 
         Raises:
-            WebError: 413 body_too_large, 408 too_slow, 415 content_encoding.
+            WebError: 413 body_too_large, 415 content_encoding.
         """
         for name, value in scope["headers"]:
             if name == b"content-length" and int(value) > self._most_body:
@@ -131,7 +131,7 @@ class JsonApi:
                 raise WebError(415, "content_encoding", f"the body is packed ({found}); expected it as it is.")
         body = b""
         while True:
-            message = await _next(receive)
+            message = await receive()
             if message["type"] == "http.disconnect":
                 return None
             body = body + message["body"] if body else message["body"]
@@ -147,14 +147,6 @@ class JsonApi:
 def guarded(api: JsonApi, access: Access) -> ASGIApp:
     """Return the application behind a check of who may ask; as it is where anyone may."""
     return api if access == ANYONE else Guard(api, access)
-
-
-async def _next(receive: Receive) -> Message:
-    try:
-        async with asyncio.timeout(SECONDS_FOR_A_BODY):
-            return await receive()
-    except TimeoutError:
-        raise WebError(408, "too_slow", "the body did not arrive in time.") from None
 
 
 def _error(status: int, name: str, sentence: str) -> Reply:

@@ -1,7 +1,8 @@
 """How much a request may be and how long it may take, while it arrives: nothing is kept to be counted later.
 
-head     `LimitedProtocol`: bytes and seconds of the first line and the headers, before a route is asked
-body     `RequestLimits`: bytes and seconds of the body; a route may raise the bytes (`MAX_BODY_BYTES` otherwise)
+seconds  `LimitedProtocol`: of the first line and the headers, and of a body that stands still
+bytes    `LimitedProtocol`: of the head, before a route is asked; `RequestLimits`: of the body, of which a route may allow
+         more than `MAX_BODY_BYTES`
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ SECONDS_FOR_A_BODY = 30.0
 
 
 class RequestLimits:
-    """Ends requests whose body is too large or stands still.
+    """Ends requests whose body is too large.
 
     Args:
         app: What is asked.
@@ -60,11 +61,7 @@ def _counted(receive: Receive, most: int) -> Receive:
         nonlocal read, more
         if not more:
             return await receive()  # the other end's leaving may be waited for without end
-        try:
-            async with asyncio.timeout(SECONDS_FOR_A_BODY):
-                message = await receive()
-        except TimeoutError:
-            raise WebError(408, "too_slow", "the body did not arrive in time.") from None
+        message = await receive()
         read += len(message.get("body", b""))
         more = message.get("more_body", False)
         if read > most:
@@ -79,7 +76,7 @@ def _too_large(most: int) -> WebError:
 
 
 class LimitedProtocol(HttpToolsProtocol):
-    """HTTP/1.1 as uvicorn speaks it, with an end to long and slow heads.
+    """HTTP/1.1 as uvicorn speaks it, with an end to long heads and to requests that stop on their way.
 
     `scope["racecraft.arrived"]` is `time.monotonic()` at the first byte of a request.
     """
@@ -88,13 +85,15 @@ class LimitedProtocol(HttpToolsProtocol):
         """Begin."""
         super().connection_made(transport)
         self._head_bytes, self._in_head, self._refused = 0, True, False
-        self._patience = self.loop.call_later(SECONDS_FOR_A_HEAD, self.transport.close)
+        self._is_arriving, self._due, self._clock = False, 0.0, None
+        self._end = self.loop.call_later(SECONDS_FOR_A_HEAD, self.transport.close)
         if len(self.connections) > MAX_CONNECTIONS:
             self._refuse(b"503 Service Unavailable", "too_many_connections", "too many are open; try again later.")
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End."""
-        self._patience.cancel()
+        self._is_arriving = False
+        self._end.cancel()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -105,17 +104,26 @@ class LimitedProtocol(HttpToolsProtocol):
         super().data_received(data)
         if self._in_head:
             self._require_small_head(self._head_bytes)
+        if self._is_arriving:  # most come whole and need no clock
+            if not self._in_head:
+                self._due = time.monotonic() + SECONDS_FOR_A_BODY
+            self._wait()
+
+    def handle_websocket_upgrade(self) -> None:
+        """Leave the connection to another protocol."""
+        self._is_arriving = False
+        super().handle_websocket_upgrade()
 
     def on_message_begin(self) -> None:
         """Begin a request."""
         super().on_message_begin()
-        self.scope["racecraft.arrived"] = time.monotonic()  # type: ignore[typeddict-unknown-key]
-        self._patience.cancel()
-        self._patience = self.loop.call_later(SECONDS_FOR_A_HEAD, self._too_slow)
+        now = time.monotonic()
+        self.scope["racecraft.arrived"] = now  # type: ignore[typeddict-unknown-key]
+        self._is_arriving, self._due = True, now + SECONDS_FOR_A_HEAD
+        self._end.cancel()
 
     def on_headers_complete(self) -> None:
         """Ask the application."""
-        self._patience.cancel()
         self._in_head = False
         self._require_small_head(len(self.url) + sum(len(name) + len(value) + 4 for name, value in self.headers))
         if not self._refused:
@@ -134,8 +142,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def on_message_complete(self) -> None:
         """End a request."""
-        self._patience.cancel()
-        self._in_head, self._head_bytes = True, 0
+        self._in_head, self._head_bytes, self._is_arriving = True, 0, False
         if not self._refused:
             super().on_message_complete()
 
@@ -148,8 +155,22 @@ class LimitedProtocol(HttpToolsProtocol):
             sentence = f"the headers are too large; expected at most {MAX_HEAD_BYTES:,} bytes."
             self._refuse(b"431 Request Header Fields Too Large", "headers_too_large", sentence)
 
-    def _too_slow(self) -> None:
-        self._refuse(b"408 Request Timeout", "too_slow", "the request did not arrive in time.")
+    def _wait(self) -> None:
+        if self._clock is None:
+            self._clock = self.loop.call_later(self._due - time.monotonic(), self._look)
+
+    def _look(self) -> None:
+        self._clock = None
+        if not self._is_arriving or self._refused:
+            return
+        if self.flow.read_paused:  # what came is not read
+            self._due = time.monotonic() + SECONDS_FOR_A_BODY
+        if time.monotonic() < self._due:
+            self._wait()
+        elif self._in_head or not self.cycle.response_started:
+            self._refuse(b"408 Request Timeout", "too_slow", "the request did not arrive in time.")
+        else:
+            self.transport.close()
 
     def _refuse(self, status: bytes, name: str, sentence: str) -> None:
         body = f'{{"error":"{name}","message":"{sentence}"}}'.encode()
@@ -161,8 +182,8 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def _linger(self) -> None:
         """Read what is still sent for a moment, and throw it away: closing at once would take the answer back."""
-        self._patience.cancel()
-        self._patience = self.loop.call_later(LINGER_SECONDS, self.transport.close)
+        self._end.cancel()
+        self._end = self.loop.call_later(LINGER_SECONDS, self.transport.close)
 
     def eof_received(self) -> None:
         """Close, since the other end has: nobody is left to be waited for."""

@@ -146,7 +146,7 @@ def test_a_body_that_is_cut_is_dropped_and_the_server_goes_on():
 
 
 def test_a_request_that_trickles_is_ended_and_the_others_go_on(monkeypatch):
-    monkeypatch.setattr("racecraft.web.json_api.SECONDS_FOR_A_BODY", 0.15)
+    monkeypatch.setattr("racecraft.web.limits.SECONDS_FOR_A_BODY", 0.15)
     server = SnakeServer(find_player("hungry"))
 
     async def talk(port):
