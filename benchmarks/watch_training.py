@@ -30,7 +30,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,9 +41,9 @@ STEADY = ("ppo.learning_rate=1e-8", "evaluation.every=1000000")
 PERIOD_SECONDS, SETTLE_SECONDS = 10.0, 3.0
 """How long somebody looks, or nobody; and how long after each change is not counted: a page is loaded, a wish of the
 page before is still answered."""
-LOOK_SECONDS, PICTURE_SECONDS, CURVES_SECONDS, AHEAD_TICKS = 0.25, 0.125, 1.5, 30
-"""How often the page asks for ticks, while it wants some, for pictures and for the rest, and with how many ticks left
-it wants more."""
+LOOK_SECONDS, PICTURE_SECONDS, AHEAD_TICKS = 0.5, 0.5, 30
+"""How often the page asks for ticks, while it wants some, and for pictures beside a training, and with how many ticks
+left it wants more; as `pages/cars.js` does."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,8 @@ def ask(page: str, over: threading.Event) -> None:
 
     What comes is played to its end before what comes next, so the page asks again when AHEAD_TICKS are left of both.
     """
-    after, last, played_at, ticks_at, curves_at = 0, 0, 0.0, 0.0, 0.0
+    threading.Thread(target=follow, args=(page, over), daemon=True).start()
+    after, played_at, ticks_at = 0, 0.0, 0.0
     car: dict[str, Any] = {}
     while not over.wait(PICTURE_SECONDS):
         now = time.monotonic()
@@ -169,14 +170,20 @@ def ask(page: str, over: threading.Event) -> None:
                 urllib.request.urlopen(
                     f"{page}camera.jpg?x={car['x'][tick]}&y={car['y'][tick]}&yaw={car['yaw'][tick]}", timeout=10
                 ).close()
-            if now >= curves_at:
-                curves_at = now + CURVES_SECONDS
-                told(f"{page}api/run")
-                rows = told(f"{page}api/curves?after={last}")["rows"]
-                last = rows[-1]["iteration"] if rows else last
-                told(f"{page}api/iterations")
         except (urllib.error.URLError, OSError, ValueError):
             continue  # the page is not there yet, or no longer
+
+
+def follow(page: str, over: threading.Event) -> None:
+    """Take what the page is sent of each iteration, and ask for its row of the curves."""
+    last = 0
+    with suppress(urllib.error.URLError, OSError), urllib.request.urlopen(f"{page}api/events", timeout=30) as events:
+        for line in events:
+            if over.is_set():
+                return
+            if line.startswith(b"data:"):
+                rows = told(f"{page}api/curves?after={last}")["rows"]
+                last = rows[-1]["iteration"] if rows else last
 
 
 def told(address: str) -> dict[str, Any]:

@@ -7,13 +7,12 @@ function answers every request, on uvicorn without a layer between (docs/decisio
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from racecraft.contract.errors import UserInputError
 from racecraft.web.access import ANYONE, Access, Guard

@@ -1,8 +1,8 @@
 """How much a request may be and how long it may take, while it arrives: nothing is kept to be counted later.
 
 seconds  `LimitedProtocol`: of the first line and the headers, and of a body that stands still
-bytes    `LimitedProtocol`: of the head, before a route is asked; `RequestLimits`: of the body, of which a route may allow
-         more than `MAX_BODY_BYTES`
+bytes    `LimitedProtocol`: of the head, before a route is asked; `RequestLimits`: of the body, `MAX_BODY_BYTES` where a
+         route allows no more
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ class LimitedProtocol(HttpToolsProtocol):
         """Begin."""
         super().connection_made(transport)
         self._head_bytes, self._in_head, self._refused = 0, True, False
-        self._is_arriving, self._due, self._clock = False, 0.0, None
+        self._is_arriving, self._due = False, 0.0
+        self._clock: asyncio.TimerHandle | None = None
         self._end = self.loop.call_later(SECONDS_FOR_A_HEAD, self.transport.close)
         if len(self.connections) > MAX_CONNECTIONS:
             self._refuse(b"503 Service Unavailable", "too_many_connections", "too many are open; try again later.")
