@@ -19,6 +19,7 @@ from tests.reference import TRACES
 from racecraft.console import tasks
 from racecraft.console.application import make_console
 from racecraft.console.helper import Helper
+from racecraft.console.helper import _call as helper_call
 from racecraft.console.pages import create, garage
 from racecraft.console.workspace import Note
 from racecraft.formats.checkpoint import Checkpoints
@@ -259,11 +260,16 @@ def test_a_page_goes_on_while_models_are_judged_and_shows_what_it_came_to(
     assert page.locator("svg.dots circle").count() == dots, "each start that finished"
 
 
-def test_the_curves_of_models_that_are_chosen_lie_over_one_another(console, browser):
+def test_models_that_are_chosen_are_compared_by_their_curves_and_their_laps(console, browser, monkeypatch):
     address, workspace, _ = console
+    monkeypatch.setattr(Helper, "ask", lambda helper, function, *arguments: helper_call(function, *arguments))
     for name in ("a-1", "b-1", "c-1"):
-        metrics = write_run(workspace.path / f"runs/{name}") / "metrics.jsonl"
+        run = write_run(workspace.path / f"runs/{name}")
+        metrics = run / "metrics.jsonl"
         metrics.write_text(metrics.read_text().replace('"evaluation_score": null', '"evaluation_score": 50.0'))
+        trace = "evaluation-20220709200242/evaluation-simtrace/0" if name != "c-1" else "training-simtrace/19"
+        (run / trace).parent.mkdir(parents=True)
+        shutil.copy(TRACES / f"drfc-1-worker/{trace}-iteration.csv", (run / trace).parent)
     page = browser.page
     page.goto(f"{address}/models")
     page.wait_for_selector("tr[data-row='c-1']")
@@ -278,6 +284,25 @@ def test_the_curves_of_models_that_are_chosen_lie_over_one_another(console, brow
     page.wait_for_url("**/compare?m=*")
     shown = page.locator("rc-chart").nth(1).locator(".key button span").all_inner_texts()
     assert {"b-1", "c-1"} < set(shown), "and their median"
+    page.emulate_media(reduced_motion="reduce")
+    page.wait_for_selector("rc-ghosts .player")
+    assert page.locator("rc-ghosts g.car:visible").count() == 2
+    assert page.locator("[data-look] tbody tr").count() == 2
+    page.focus("rc-ghosts .play")
+    page.keyboard.press("Enter")
+    browser.until("document.querySelector('rc-ghosts input').value > 0")
+    page.keyboard.press("Enter")
+    assert int(page.input_value("rc-ghosts input")) >= 7, "half a second at once where little motion is wanted"
+    page.focus("rc-ghosts input")
+    page.keyboard.press("End")
+    assert page.get_attribute("rc-ghosts input", "aria-valuetext") == page.inner_text("rc-ghosts output")
+    page.keyboard.press("Home")
+    page.keyboard.press("PageUp")
+    places = "[...document.querySelectorAll('rc-ghosts g.car')].map(car => car.getAttribute('transform'))"
+    together = browser.value(places)
+    page.select_option("rc-ghosts select", "end")
+    moved = [one != other for one, other in zip(together, browser.value(places), strict=True)]
+    assert sorted(moved) == [False, True], "the faster car waits"
     assert browser.shut_out() == []
 
 
@@ -456,10 +481,32 @@ def test_no_page_shuts_anybody_out_by_day_or_by_night(console, browser):
 def test_a_phone_scrolls_down_only(console):
     address, workspace, _ = console
     write_run(workspace.path / "runs/a-1")
+    job = write_run(workspace.path / "runs/b-with-a-longer-name-1") / "job.json"
+    job.write_text(
+        job.read_text().replace('"settings": {', '"settings": {"a_group": {"with_a_setting_of_a_long_name": 1}, ')
+    )
     browser = Browser(390, 844, touch=True)
     wide = {}
-    for path in ("/models", "/models/a-1", "/models/a-1/files", "/import", "/jobs", "/drafts/new", "/tracks"):
+    paths = ("/models", "/models/a-1", "/models/a-1/files", "/import", "/jobs", "/drafts/new", "/tracks")
+    for path in (*paths, "/compare?m=a-1&m=b-with-a-longer-name-1"):
         browser.open(address + path)
         wide[path] = browser.sideways()
-    browser.close()
     assert set(wide.values()) == {0}, wide
+    assert [wide.split() for wide in browser.page.locator(".bar-side > :visible").all_inner_texts()] == [
+        ["Garage"], ["Tracks"], ["Races"], ["Lessons"], ["More"]
+    ]  # fmt: skip
+    browser.page.focus(".bar-side .more")
+    browser.press("Enter")
+    browser.press("Tab")
+    assert browser.value("document.activeElement.innerText").strip() == "Drive"
+    entries = [entry.bounding_box() for entry in browser.page.locator(".bar-side :is(a, button):visible").all()]
+    assert len(entries) > 8
+    assert min(min(box["width"], box["height"]) for box in entries) >= 44
+    assert min(box["y"] for box in entries) >= 0
+    browser.press("Escape")
+    assert not browser.page.is_visible("text=Drive")
+    browser.page.tap(".bar-side .more")
+    browser.page.tap("#more-pages :text('Settings')")
+    browser.page.wait_for_url("**/settings")
+    assert "here" in browser.page.get_attribute(".bar-side .more", "class")
+    browser.close()

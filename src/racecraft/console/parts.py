@@ -22,6 +22,7 @@ from racecraft.pages.chart import Chart, Series
 
 if TYPE_CHECKING:
     from racecraft.actions.action import Action
+    from racecraft.evaluation.run_groups import SeedGroup
     from racecraft.league.race import Race
 
 Rows = Sequence[Mapping[str, Any]]
@@ -65,6 +66,9 @@ class Look:
     """As "package.module:name", imported in the other process alone; it returns what the template shows. Where that
     has `remarks`, each with line, bad and text, an editor of the page shows them."""
     arguments: tuple[Any, ...]
+    modules: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+    """Modules and styles that the template needs: the page that asks for the look brings them."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +139,10 @@ class WorldParts:
     def compared(self) -> list[tuple[str, str, str]]:
         """Return the curves in which models are compared: title, axis, column of the metrics."""
         return [("Score while training", self.kind.score.name, "evaluation_score")]
+
+    def compared_look(self, groups: Sequence[SeedGroup]) -> Look | None:
+        """Return the closer look at what compared runs did, side by side; None: this world has none."""
+        return None
 
     def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
         """Return further pages of a model that has a run: (what the tab says, what follows the model's address)."""

@@ -21,6 +21,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/account/sign-out": ALL,
     "/account/sign-out-everywhere": ALL,
     "/compare": MODELS,
+    "/compare/look": MODELS,
     "/drafts/new": MODELS,
     "/drafts/{id}/{step}": MODELS,
     "/drafts/{id}/{step}/keep": MODELS,

@@ -17,6 +17,7 @@ def every_part() -> dict[str, Any]:
             {"label": label, "href": f"#{icon}", "icon": icon, "here": label == "Garage"}
             for label, icon in (
                 ("Garage", "car"), ("Tracks", "track"), ("Races", "flag"), ("Lessons", "book"), ("Drive", "wheel"),
+                ("Jobs", "pulse"), ("Settings", "gear"),
             )
         ],
         "machine": "1 trains, 2 wait",

@@ -77,10 +77,10 @@ const again = new WeakSet();
 /** @param {HTMLElement} place */
 export async function look(place) {
   if (place.hasAttribute("aria-busy")) { again.add(place); return; }
-  const chosen = new URLSearchParams();
-  for (const one of place.querySelectorAll("select[name]")) chosen.set(one.name, one.value);
+  const address = new URL(place.dataset.look, location.href);
+  for (const one of place.querySelectorAll("select[name]")) address.searchParams.set(one.name, one.value);
   place.setAttribute("aria-busy", "true");
-  const answer = await fetch(`${place.dataset.look}?${chosen}`, { headers: { Accept: "text/html" } }).catch(() => null);
+  const answer = await fetch(address, { headers: { Accept: "text/html" } }).catch(() => null);
   place.removeAttribute("aria-busy");
   if (again.delete(place)) return look(place);
   if (!answer) return;
@@ -96,7 +96,7 @@ export async function look(place) {
   for (const one of told) document.querySelector(`#source [data-line="${one.line}"]`)?.classList.add(one.bad ? "bad" : "warn");
 }
 for (const place of document.querySelectorAll("[data-look]")) {
-  place.addEventListener("change", () => look(place));
+  place.addEventListener("change", event => { if (event.target.matches("select[name]")) look(place); });
   look(place);
 }
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import urlencode
 
 import sqlalchemy as sql
 from starlette.requests import Request
-from starlette.routing import BaseRoute
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
 
 from racecraft.console.index_tables import MODELS
-from racecraft.console.parts import WorldParts, parts_of
+from racecraft.console.parts import Look, WorldParts, parts_of
 from racecraft.console.section import Section
-from racecraft.console.service import Console, Fields, Page, act_route, page_routes
+from racecraft.console.service import Console, Fields, Page, act_route, looked, page_routes
 from racecraft.console.verdicts import JUDGING, begin_judging, kept_verdict
 from racecraft.contract.errors import RacecraftError, SettingError
 from racecraft.evaluation.run_groups import SeedGroup, differences, group_runs
@@ -27,7 +29,17 @@ COMMAND = "compare"
 
 def routes(console: Console) -> list[BaseRoute]:
     """Return the routes of the comparison."""
-    return [*page_routes(console, "/compare", compare_page), act_route(console, "/compare", judge_fresh_starts)]
+
+    def look(request: Request) -> Response:
+        rows = _trained(console, request.query_params.getlist("m"))
+        groups = group_runs([row["run"] for row in rows])
+        return looked(console, request, parts_of(rows[0]["kind"]).compared_look(groups))
+
+    return [
+        *page_routes(console, "/compare", compare_page),
+        Route("/compare/look", look),
+        act_route(console, "/compare", judge_fresh_starts),
+    ]
 
 
 def compare_page(console: Console, request: Request) -> Page:
@@ -42,6 +54,7 @@ def compare_page(console: Console, request: Request) -> Page:
     groups: list[dict[str, Any]] = []
     differing: list[dict[str, Any]] = []
     charts: list[dict[str, Any]] = []
+    look: Look | None = None
     if not wrong:
         try:
             found = group_runs([row["run"] for row in rows])
@@ -49,7 +62,8 @@ def compare_page(console: Console, request: Request) -> Page:
             differing = [
                 {"name": one.name, "values": [_shown(value) for value in one.values]} for one in differences(found)
             ]
-            charts = _charts(found, parts_of(rows[0]["kind"]))
+            kind = parts_of(rows[0]["kind"])
+            charts, look = _charts(found, kind), kind.compared_look(found)
         except RacecraftError as error:
             wrong = str(error)
     verdict = kept_verdict(console, COMMAND, rows)
@@ -64,6 +78,9 @@ def compare_page(console: Console, request: Request) -> Page:
             "groups": groups,
             "differing": differing,
             "charts": charts,
+            "look": "/compare/look?" + _query(rows) if look else "",
+            "stage_modules": list(look.modules) if look else [],
+            "stage_styles": list(look.styles) if look else [],
             "verdict": verdict,
             "dots": _dots(verdict) if verdict else None,
             "task": console.tasks.of(_key(rows), JUDGING),
@@ -74,11 +91,25 @@ def compare_page(console: Console, request: Request) -> Page:
 
 def judge_fresh_starts(console: Console, request: Request, fields: Fields) -> str:
     """Begin to judge every model's best checkpoint on fresh starts."""
-    rows = [console.index.row(name) for name in fields.get("m", [])[:MOST]]
+    rows = _trained(console, fields.get("m", []))
+    begin_judging(console, _key(rows), _words(rows), rows)
+    return "/compare?" + _query(rows)
+
+
+def _trained(console: Console, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the rows of models that can be compared.
+
+    Raises:
+        SettingError: They are fewer than two, or one was never trained.
+    """
+    rows = [console.index.row(name) for name in list(dict.fromkeys(names))[:MOST]]
     if len(rows) < 2 or not all(row["run"] for row in rows):
         raise SettingError("compare: expected two models or more that were trained.")
-    begin_judging(console, _key(rows), _words(rows), rows)
-    return "/compare?" + urlencode([("m", row["name"]) for row in rows])
+    return rows
+
+
+def _query(rows: Sequence[Mapping[str, Any]]) -> str:
+    return urlencode([("m", row["name"]) for row in rows])
 
 
 def _offered(console: Console) -> list[str]:

@@ -1,10 +1,12 @@
 """The laps of a run in the console: of its training, of evaluations and of races, chosen as the command would."""
 
+import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.worlds.deepracer.driving.telemetry.stadium import as_log, drive, stadium
+from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, as_log, at, drive, stadium
 
 from racecraft.console import paging
 from racecraft.console.parts import RaceDrive
@@ -12,6 +14,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.console import laps as laps_tab
+from racecraft.worlds.deepracer.console.compared_laps import compared_laps
 from racecraft.worlds.deepracer.files.sim_trace import write_sim_trace
 
 
@@ -37,14 +40,28 @@ def write_judged(folder, ticks, reverse=False):
 
 
 @pytest.fixture
-def run(tmp_path):
-    """A run of three laps."""
+def made_run(tmp_path):
+    """Makes runs in the stadium, of a lap at each speed."""
     np.save(tmp_path / "stadium.npy", stadium().rows)
-    job = {"kind": "deepracer", "track": {"name": "stadium"}, "asked": {"track": str(tmp_path / "stadium.npy")}}
-    made = RunFolder.create(tmp_path / "run", job)
-    made.episodes.mkdir(exist_ok=True)
-    write_episodes(made.episodes / "1.parquet", at_speed(2.0, 3.0, 4.0).to_dict(as_series=False))
-    return made.path
+
+    def make(name, *speeds_mps, reverse=False):
+        job = {
+            "kind": "deepracer", "track": {"name": "stadium"}, "asked": {"track": str(tmp_path / "stadium.npy")},
+            "settings": {"race": {"reverse": reverse}},
+        }  # fmt: skip
+        made = RunFolder.create(tmp_path / name, job)
+        made.episodes.mkdir(exist_ok=True)
+        if speeds_mps:
+            write_episodes(made.episodes / "1.parquet", at_speed(*speeds_mps).to_dict(as_series=False))
+        return made.path
+
+    return make
+
+
+@pytest.fixture
+def run(made_run):
+    """A run of three laps."""
+    return made_run("run", 2.0, 3.0, 4.0)
 
 
 def test_conditions_choose_laps_and_stand_in_form_file_and_command(run):
@@ -92,3 +109,56 @@ def test_judged_laps_stand_among_the_trainings_with_their_source(run, tmp_path, 
 def test_conditions_that_cannot_be_are_named(run, query, words):
     with pytest.raises(SettingError, match=words):
         laps_tab.laps_page(run, query)
+
+
+def test_the_fastest_laps_of_compared_runs_stand_on_one_map(run, made_run):
+    slow, new = made_run("slow", 2.0), made_run("new")
+    write_judged(run / "evaluation-20261128120500/evaluation-simtrace", at_speed(3.0))
+    groups = [[("slow", str(slow))], [("run", str(run))], [("new", str(new))]]
+    ticks = {mps: np.ceil(15 * LENGTH_M / mps) for mps in (1.0, 2.0, 3.0, 4.0)}
+
+    def rows(told):
+        return [(row["number"], row["name"], row["lap"], row["gap"]) for row in told["rows"]]
+
+    def expected(slower, faster):
+        lap, gap = ticks[faster] / 15, (ticks[slower] - ticks[faster]) / 15
+        return [
+            (2, "run", f"{lap:.2f} s", "+0.00 s"), (1, "slow", f"{ticks[slower] / 15:.2f} s", f"{gap:+.2f} s"),
+            (3, "new", "", ""),
+        ]  # fmt: skip
+
+    told = compared_laps(groups)["told"]
+    assert rows(told) == expected(2.0, 4.0)
+    assert [car["number"] for car in told["cars"]] == [1, 2]
+    for car, mps in zip(told["ghosts"]["cars"], (2.0, 4.0), strict=True):
+        assert len(car) - 1 == pytest.approx(ticks[mps], abs=1)
+        (place,), _ = at([mps * 2.0])
+        assert np.hypot(car[30][0] - place[0], -car[30][1] - place[1]) < 0.15, "after 2 s"
+    write_judged(slow / "evaluation-20261128120500/evaluation-simtrace", at_speed(1.0))
+    told = compared_laps(groups)["told"]
+    assert rows(told) == expected(1.0, 3.0), "once all cars have laps in evaluations, those"
+    assert told["rows"][1]["source"].startswith("evaluation of 2026-11-28 12:05")
+
+
+def test_seeds_have_a_car_each_and_groups_of_them_their_best_ones(run, made_run):
+    seeds = [("a", str(run)), ("b", str(made_run("b", 2.0)))]
+    for lap, (_, seed) in zip((9.0, 8.0), seeds, strict=True):
+        (Path(seed) / "metrics.jsonl").write_text(json.dumps({"iteration": 1, "best_lap_seconds": lap}) + "\n")
+
+    def names(*groups):
+        return [row["name"] for row in compared_laps(groups)["told"]["rows"]]
+
+    assert names(seeds) == ["a", "b"]
+    assert names(seeds, [("c", str(run))]) == ["c", "b"]
+    crowd = compared_laps([[("a", str(run))] * 8])
+    assert (len(crowd["told"]["cars"]), crowd["told"]["left_out"]) == (6, 2)
+
+
+def test_laps_that_cannot_share_a_map_are_not_drawn(run, made_run):
+    back = made_run("back", reverse=True)
+    write_judged(back / "evaluation-20261128130000/evaluation-simtrace", at_speed(3.0), reverse=True)
+    ways = compared_laps([[("run", str(run))], [("back", str(back))]])
+    none = compared_laps([[("new", str(made_run("new")))]])
+    assert [one["told"] for one in (ways, none)] == [None, None]
+    assert "directions" in ways["reason"]
+    assert "full lap" in none["reason"]

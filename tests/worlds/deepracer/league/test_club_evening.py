@@ -175,7 +175,8 @@ def test_the_telemetry_of_a_racers_own_race_names_the_corner_that_cost_the_time(
     assert shown["told"]["advice"].startswith(advice)
     assert shown["told"]["gap"] == f"{lap.penalty_seconds:+.2f} s"
     assert shown["told"]["reference_name"].startswith("Jun's fastest lap, ")
-    assert len(shown["told"]["ghosts"]["lap"]) == len(shown["told"]["ghosts"]["reference"])
+    later, sooner = (len(car) for car in reversed(shown["told"]["ghosts"]["cars"]))
+    assert later - sooner == pytest.approx(15 * lap.penalty_seconds, abs=1), "each car stands once its lap is over"
     for seat, folder in enumerate((own, free), start=1):  # as if they had met
         shutil.copytree(folder, tmp_path / f"heat/car-{seat}")
     met = [("Mia", tmp_path / "heat", 0), ("Jun", tmp_path / "heat", 1)]

@@ -1,15 +1,18 @@
-"""A lap on the map of its track, as paths of an SVG. See `lap_map`. On the map y runs downwards, in metres."""
+"""Laps on the map of their track, as paths of an SVG. See `lap_map`. On the map y runs downwards, in metres."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.analysis.ghosts import points_of
+from racecraft.worlds.deepracer.analysis.ghosts import drive_of, points_of
 from racecraft.worlds.deepracer.analysis.svg_lines import svg_path, svg_view
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
+from racecraft.worlds.deepracer.driving.telemetry.reference import Reference
+from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.tracks.track import Track
 
 COLOURS = 5
@@ -22,25 +25,53 @@ CAR_M = (0.36, 0.2)
 def lap_map(compared: LapComparison) -> dict[str, Any]:
     """Return the road, the lap coloured by speed, the reference, and the corners' numbers beside the road."""
     track = compared.timing.laps.track
-    x0, y0, x1, y1 = track.bounds
-    size = max(x1 - x0, y1 - y0)
-    edge = EDGE_M + 0.03 * size
     speed = _filled(compared.lap.speed_mps)
     slow, fast = float(speed.min()), float(speed.max())
-    length, width = (one * max(1.0, size / 10.0) / 2.0 for one in CAR_M)
-    return {
+    return road_map(track) | {
         "words": f"{track.title or track.name}: the lap coloured by speed, the reference dashed, corners numbered",
-        "view": svg_view(track, edge),
-        "road": _road(track),
-        "start": svg_path(np.array([track.inner[0], track.outer[0]])),
-        "reference": svg_path(points_of(compared.reference.offset_m, track), track.closed),
+        "reference": line_path(compared.reference, track),
         "lap": _coloured(points_of(compared.lap.offset_m, track), speed, track.closed),
-        "corners": _corners(compared, size),
-        "mark": round(0.022 * size, 3),
+        "corners": _corners(compared, _size(track)),
         "slow": f"{slow:.1f}",
         "fast": f"{fast:.1f} m/s",
+    }
+
+
+def road_map(track: Track) -> dict[str, Any]:
+    """Return what every map of laps has: view, road, start line, the shape of a car, and the radius of a mark, m."""
+    size = _size(track)
+    length, width = (one * max(1.0, size / 10.0) / 2.0 for one in CAR_M)
+    return {
+        "view": svg_view(track, EDGE_M + 0.03 * size),
+        "road": _road(track),
+        "start": svg_path(np.array([track.inner[0], track.outer[0]])),
+        "mark": round(0.022 * size, 3),
         "car": f"M{length:.2f} 0L{0.4 * length:.2f} {width:.2f}H{-length:.2f}V{-width:.2f}H{0.4 * length:.2f}Z",
     }
+
+
+def line_path(lap: Reference, track: Track) -> str:
+    """Return the line of a lap as a path."""
+    return svg_path(points_of(lap.offset_m, track), track.closed)
+
+
+def moving_cars(laps: Sequence[Reference], track: Track) -> dict[str, Any]:
+    """Return where the cars of laps are, tick by tick, as `<rc-ghosts>` reads it.
+
+    `cars` has a list a lap, from the start line to the lap's end: x, y downwards (m), degrees clockwise.
+    """
+    cars = []
+    for lap in laps:
+        drive = drive_of(lap, track, int(np.ceil(lap.lap_seconds / TICK_SECONDS)) + 1)
+        rows = np.column_stack([drive.x_m, -drive.y_m, -np.degrees(drive.yaw_rad)])
+        cars.append([[round(x, 3), round(y, 3), round(angle, 1)] for x, y, angle in rows.tolist()])
+    return {"tick": TICK_SECONDS, "ticks": max(len(car) for car in cars), "cars": cars}
+
+
+def _size(track: Track) -> float:
+    """Return the longer side of a track's bounds, m."""
+    x0, y0, x1, y1 = track.bounds
+    return float(max(x1 - x0, y1 - y0))
 
 
 def _road(track: Track) -> str:

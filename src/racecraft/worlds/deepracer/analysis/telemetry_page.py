@@ -18,11 +18,10 @@ from racecraft.pages.chart import Chart, Level, Mark, Series
 from racecraft.pages.render import render_file
 from racecraft.worlds.deepracer.analysis.ghosts import drive_of
 from racecraft.worlds.deepracer.analysis.logs.sequences import action_sequences
-from racecraft.worlds.deepracer.analysis.telemetry_map import lap_map
+from racecraft.worlds.deepracer.analysis.telemetry_map import lap_map, moving_cars
 from racecraft.worlds.deepracer.driving.telemetry.export import lap_names
 from racecraft.worlds.deepracer.driving.telemetry.laps import Laps
 from racecraft.worlds.deepracer.driving.telemetry.losses import LapComparison
-from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 
 TEMPLATE = "racecraft.worlds.deepracer.pages/telemetry.html"
 SHOWN_LAPS = 12
@@ -80,20 +79,11 @@ def telemetry_data(compared: LapComparison) -> dict[str, Any]:
 
 
 def _ghosts(compared: LapComparison) -> dict[str, Any]:
-    """Return both cars tick by tick, as the map draws them: x, y downwards, degrees clockwise."""
-    track, longest = compared.timing.laps.track, max(compared.lap.lap_seconds, compared.reference.lap_seconds)
-    ticks = int(np.ceil(longest / TICK_SECONDS)) + 1
-    lap, other = (drive_of(one, track, ticks) for one in (compared.lap, compared.reference))
-
-    def path(drive: Any) -> list[list[float]]:
-        rows = np.column_stack([drive.x_m, -drive.y_m, -np.degrees(drive.yaw_rad)])
-        return [[round(x, 3), round(y, 3), round(angle, 1)] for x, y, angle in rows.tolist()]
-
-    metres = lap.progress_percent / 100.0 * track.length
-    return {
-        "ticks": ticks, "tick": TICK_SECONDS, "lap": path(lap), "reference": path(other),
-        "metres": [round(one, 2) for one in metres.tolist()],
-    }  # fmt: skip
+    """Return the reference and the lap as moving cars, and how far the lap is along the track at each tick, m."""
+    track = compared.timing.laps.track
+    moving = moving_cars([compared.reference, compared.lap], track)
+    progress = drive_of(compared.lap, track, moving["ticks"]).progress_percent / 100.0
+    return moving | {"metres": [round(one, 2) for one in (progress * track.length).tolist()]}
 
 
 def _traces(compared: LapComparison) -> list[Chart]:

@@ -164,7 +164,7 @@ def _laps_of(run: Path, drives: Sequence[RaceDrive], which: LapOptions) -> tuple
     Raises:
         SettingError: No full lap meets the conditions.
     """
-    timed = _timing(str(run), max(_changed_at(run), _changed_at(run / "episodes")), tuple(_races_here(run, drives)))
+    timed = timed_laps(run, drives)
     if timed is None:
         return None, np.empty(0, int)
     timing, log = timed
@@ -177,6 +177,11 @@ def _laps_of(run: Path, drives: Sequence[RaceDrive], which: LapOptions) -> tuple
     if len(rows) < len(timing.laps):
         timing = time_laps(timing.laps.take(rows))
     return timing, np.argsort(timing.laps.lap_seconds, kind="stable")
+
+
+def timed_laps(run: Path, drives: Sequence[RaceDrive] = ()) -> tuple[LapTiming, Logs] | None:
+    """Return a run's full laps with their times, and its log; None where there is none. Arguments as of `laps_page`."""
+    return _timing(str(run), max(_changed_at(run), _changed_at(run / "episodes")), tuple(_races_here(run, drives)))
 
 
 def _races_here(run: Path, drives: Sequence[RaceDrive]) -> Iterator[tuple[str, str]]:

@@ -11,6 +11,7 @@ from racecraft.console.form import Step
 from racecraft.console.parts import Card, Figure, Look, RaceDrive, RaceMaking, Rows, WorldParts
 from racecraft.console.section import Section
 from racecraft.console.workspace import Note
+from racecraft.evaluation.run_groups import SeedGroup
 from racecraft.formats.run_folder import RunFolder
 from racecraft.league.race import Race
 from racecraft.pages.chart import Chart, Level, Series
@@ -65,6 +66,17 @@ class CarParts(WorldParts):
     def compared(self) -> list[tuple[str, str, str]]:
         """Return lap time and progress."""
         return [("Lap time while training", "fastest lap, s", "best_lap_seconds"), *super().compared()]
+
+    def compared_look(self, groups: Sequence[SeedGroup]) -> Look:
+        """Return their fastest laps on one map."""
+        runs = tuple(tuple((one.name, str(one.run.path)) for one in group.runs) for group in groups)
+        return Look(
+            f"{TEMPLATES}/compared_laps.html",
+            f"{TEMPLATES}.compared_laps:compared_laps",
+            (runs,),
+            modules=("racecraft.worlds.deepracer.pages/ghosts.js",),
+            styles=("racecraft.worlds.deepracer.pages/telemetry.css",),
+        )
 
     def race_making(self) -> RaceMaking:
         """Return the action that makes a race of cars, and the tracks."""

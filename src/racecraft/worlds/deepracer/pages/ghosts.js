@@ -1,18 +1,21 @@
-/* <rc-ghosts>: plays a lap and its reference on the map; both cross the start line at the same moment. A point chosen in
-   a chart of the page (`rc-choose`, metres along the lap) moves both there. */
+/* <rc-ghosts>: plays laps on the map of their track. All cross the start line at the same moment; where there is a choice,
+   they can end at the same moment instead. A point chosen in a chart of the page (`rc-choose`, metres along the lap)
+   moves all there. */
 import { t } from "racecraft.pages/texts.js";
+
+const LITTLE_MOTION = matchMedia("(prefers-reduced-motion: reduce)"), LONG_STEP = 0.5;   // s between two moments then
 
 class Ghosts extends HTMLElement {
   connectedCallback() {
     if (this.told) return;
     this.told = JSON.parse(this.querySelector("script[type='application/json']").textContent);
-    const cars = this.querySelectorAll(".car");
-    this.other = cars[0]; this.car = cars[1];
+    this.cars = [...this.querySelectorAll(".car")]; this.order = this.querySelector("select");
     this.slider = this.querySelector("input"); this.output = this.querySelector("output"); this.button = this.querySelector(".play");
     this.querySelector(".player").hidden = false;
-    this.car.removeAttribute("hidden"); this.other.removeAttribute("hidden");
+    for (const car of this.cars) car.removeAttribute("hidden");
     this.slider.addEventListener("input", () => this.stop(Number(this.slider.value)));
     this.button.addEventListener("click", () => this.timer ? this.stop(this.tick) : this.play());
+    this.order?.addEventListener("change", () => this.show(this.tick));
     document.addEventListener("rc-choose", this.choose = event => this.stop(this.tickAt(event.detail.x)));
     this.show(0);
   }
@@ -30,12 +33,15 @@ class Ghosts extends HTMLElement {
   show(tick) {
     this.tick = tick;
     const row = Math.floor(tick);
-    for (const [car, path] of [[this.car, this.told.lap], [this.other, this.told.reference]]) {
-      const [x, y, degrees] = path[Math.min(row, path.length - 1)];
-      car.setAttribute("transform", `translate(${x} ${y}) rotate(${degrees})`);
-    }
+    this.told.cars.forEach((path, k) => {
+      const late = this.order?.value === "end" ? this.told.ticks - path.length : 0;
+      const [x, y, degrees] = path[Math.max(0, Math.min(row - late, path.length - 1))];
+      this.cars[k].setAttribute("transform", `translate(${x} ${y})`);   // a number beside the car stands upright
+      this.cars[k].querySelector("path").setAttribute("transform", `rotate(${degrees})`);
+    });
     this.slider.value = row;
     this.output.textContent = `${(row * this.told.tick).toFixed(2)} s`;
+    this.slider.setAttribute("aria-valuetext", this.output.textContent);
   }
 
   stop(tick) {
@@ -51,7 +57,7 @@ class Ghosts extends HTMLElement {
     const step = now => {
       const tick = from + (now - begun) / 1000 / this.told.tick;
       if (tick >= this.told.ticks - 1) return this.stop(this.told.ticks - 1);
-      this.show(tick);
+      if (!LITTLE_MOTION.matches || (tick - this.tick) * this.told.tick >= LONG_STEP) this.show(tick);
       this.timer = requestAnimationFrame(step);
     };
     this.timer = requestAnimationFrame(step);
