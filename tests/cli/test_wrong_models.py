@@ -233,7 +233,7 @@ EXPORTS = {
         ["--to", "drfc", "--checkpoint", "99"],
     ),
     "a lone graph for AWS's trainer": (["none of AWS's three"], ["--to", "drfc"]),
-    "a car for Unity": (["one of `racecraft unity train`"], ["--to", "unity"]),
+    "a car for Unity": (["one of `racecraft train`; expected one of Unity", "--to car or drfc"], ["--to", "unity"]),
 }
 
 
@@ -264,6 +264,7 @@ def test_a_run_of_another_world_is_no_car(racecraft, tmp_path, to):
     said = racecraft("export", "snake", "--to", to)
     assert said.code == 2
     assert "one of `racecraft snakes train`" in said.err
+    assert "racecraft snakes serve RUN" in said.err, "and what can be done with it"
 
 
 def test_a_policy_with_a_memory_is_refused_by_the_setting_that_made_it(racecraft, tmp_path):

@@ -10,7 +10,7 @@ from racecraft.actions.action import action
 from racecraft.actions.named_run import RUN_HELP, named_run
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.kind import load
-from racecraft.contract.kinds import kinds
+from racecraft.contract.kinds import find_kind, kinds
 from racecraft.contract.progress import Progress, quiet
 from racecraft.settings.request import Request, argument, option
 
@@ -69,11 +69,21 @@ def export_run(request: ExportRequest, progress: Progress = quiet) -> ExportedRu
 
 
 def _exporter(run: Path, to: str) -> str:
-    """Return the exporter of that name; where several worlds have one, that of the run's own."""
-    found = {kind.name: kind.exporters[to] for kind in kinds() if to in kind.exporters}
-    if len(found) > 1:
-        from racecraft.formats.run_folder import RunFolder
+    """Return the exporter of that name which the run's own world has; another program's model is read by the first.
 
-        kind = str(RunFolder.open(run).read_job().get("kind"))
-        return found.get(kind, next(iter(found.values())))
-    return next(iter(found.values()))
+    Raises:
+        SettingError: The run's world has none of that name.
+    """
+    from racecraft.formats.run_folder import JOB, RunFolder
+
+    found = {kind.name: kind.exporters[to] for kind in kinds() if to in kind.exporters}
+    if not (run / JOB).is_file():
+        return next(iter(found.values()))
+    kind = find_kind(str(RunFolder.open(run).read_job().get("kind")))
+    if kind.name not in found:
+        own = f"Export it with --to {' or '.join(kind.exporters)}." if kind.exporters else kind.export_instead
+        raise SettingError(
+            "--to {to}: the run is one of `{command}`; expected one of {titles}. {own}",
+            to=to, command=kind.train_command, titles=" or ".join(find_kind(name).title for name in found), own=own,
+        )  # fmt: skip
+    return found[kind.name]

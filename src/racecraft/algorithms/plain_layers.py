@@ -66,7 +66,7 @@ def layers_of(spec: PolicySpec, weights: Mapping[str, Any], sensors: Sequence[st
     Raises:
         NoPlainLayersError: The message says what of it no car's file can hold.
     """
-    kind = _kind_of(spec)
+    kind = require_plain_layers(spec)
     architecture = architecture_from(spec.network)
     names = tuple(sensors) or tuple(sorted(spec.visible))
     if spec.algorithm in WORTHS:
@@ -115,7 +115,12 @@ def policy_of(
     return ForeignPolicy(spec, {**_initial_weights(layers, weights, actions), **weights}, _missing_layers(layers))
 
 
-def _kind_of(spec: PolicySpec) -> str:
+def require_plain_layers(spec: PolicySpec) -> str:
+    """Return the kind of a policy's layers: DISCRETE, CONTINUOUS or SAC.
+
+    Raises:
+        NoPlainLayersError: The message says what of it no car's file can hold, and how to train without.
+    """
     kinds = dict.fromkeys(ACTORS, CONTINUOUS if isinstance(spec.actions, ContinuousActions) else DISCRETE)
     kinds |= {"sac": SAC} | dict.fromkeys(WORTHS, DISCRETE)
     if spec.algorithm not in kinds:

@@ -180,6 +180,11 @@ class WorldKind:
     exporters: Mapping[str, str] = field(default_factory=dict)
     """For `racecraft export --to NAME`: function (run: Path, to: str, which: str | None, output: Path | None,
     check: bool) -> export.exported.Exported; `which` None: the best checkpoint."""
+    export_refusal: str = ""
+    """Function (run: RunFolder) -> str: why none of its exporters can write this run, as they say it; "": they can.
+    Default: they can."""
+    export_instead: str = "`racecraft serve RUN` answers for it over HTTP, rc.load_policy('RUN') loads it in Python."
+    """What can be done with a run for which there is no exporter, a sentence."""
     demonstration_suffix: str = ""
     """Ending of another program's demonstration files that `demonstrations` reads: ".demo"."""
     demonstrations: str = ""

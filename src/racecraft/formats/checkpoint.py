@@ -25,7 +25,7 @@ from racecraft.contract.message import Message
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.json_text import parse_json
-from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
+from racecraft.formats.tensor_file import CheckpointError, read_card, read_tensors, write_tensors
 from racecraft.formats.user_file import read_regular
 
 VERSION = 1
@@ -240,6 +240,15 @@ class Checkpoints:
             CheckpointError: There is no such checkpoint, or it is damaged.
         """
         return load_policy(self.folder / self.find(which).policy)
+
+    def read_card(self, which: str) -> dict[str, Any]:
+        """Return the card of the checkpoint called `which`; its weights are not read.
+
+        Raises:
+            CheckpointError: There is no such checkpoint, or its head is damaged.
+        """
+        card: dict[str, Any] = read_card(self.folder / self.find(which).policy, _POLICY)
+        return card
 
     def load_state(self, which: str = "last") -> dict[str, Any]:
         """Return the trainer's state of the checkpoint called `which`.

@@ -80,6 +80,30 @@ def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
         metadata = parse_json(data[8 : 8 + length]).get("__metadata__", {})
     except (safetensors.SafetensorError, ValueError, struct.error) as error:
         raise CheckpointError(path, Message("damaged or half written ({error})", error=error), expected, hint) from None
+    _require_kind(path, metadata, kind)
+    if metadata.get("digest") != digest(arrays):
+        raise CheckpointError(path, "damaged (its digest does not match)", expected, hint)
+    return dict(arrays), json.loads(metadata["card"])
+
+
+def read_card(path: Path, kind: str) -> Any:
+    """Return the card alone; arrays are neither read nor checked.
+
+    Raises:
+        CheckpointError: The file is missing, its head is damaged, or it is of another kind or version.
+    """
+    try:
+        with safetensors.safe_open(path, "numpy") as file:
+            metadata = file.metadata() or {}
+    except (safetensors.SafetensorError, OSError) as error:
+        expected = Message("a {kind} in safetensors", kind=kind)
+        raise CheckpointError(path, Message("cannot be read ({error})", error=error), expected) from None
+    _require_kind(path, metadata, kind)
+    return json.loads(metadata["card"])
+
+
+def _require_kind(path: Path, metadata: Mapping[str, Any], kind: str) -> None:
+    expected = Message("a {kind} in safetensors", kind=kind)
     if metadata.get("format") != kind:
         raise CheckpointError(
             path, Message("it says it is '{metadata}'", metadata=metadata.get("format", "unnamed")), expected
@@ -91,9 +115,6 @@ def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
             Message("version {version}", version=VERSION),
             "Upgrade racecraft.",
         )
-    if metadata.get("digest") != digest(arrays):
-        raise CheckpointError(path, "damaged (its digest does not match)", expected, hint)
-    return dict(arrays), json.loads(metadata["card"])
 
 
 def digest(arrays: Mapping[str, Array]) -> str:

@@ -158,7 +158,8 @@ def files_page(console: Console, request: Request) -> Page:
     found = [(str(path.relative_to(root)), path.stat()) for path in paths]
     where = address(model.name, "/files")
     page = page_of(where, request.query_params, found, lambda one: (-one[1].st_mtime, one[0]))
-    exporters = sorted(parts_of(row["kind"]).kind.exporters) if row["kind"] and row["run"] else []
+    kind = parts_of(row["kind"]).kind if row["kind"] and row["run"] else None
+    refusal = kind.piece("export_refusal") if kind is not None else None
     report = Path(row["run"]) / REPORT_PAGE if row["run"] else None
     task = console.tasks.of(row["name"], EXPORTING)
     data = {
@@ -167,7 +168,9 @@ def files_page(console: Console, request: Request) -> Page:
         "pages": page.links,
         "count": len(found),
         "bytes": sum(stat.st_size for _, stat in found),
-        "exporters": exporters,
+        "exporters": sorted(kind.exporters) if kind is not None else [],
+        "no_export": refusal(RunFolder(Path(row["run"]))) if refusal else "",
+        "instead": kind.export_instead if kind is not None and not kind.exporters else "",
         "report": REPORT_PAGE if report is not None and report.is_file() else "",
     }
     return _page(row, "Files", "files.html", data)
@@ -236,7 +239,8 @@ def _inside(root: Path, name: str) -> Path:
 def _run_of(console: Console, request: Request) -> tuple[dict[str, Any], RunFolder]:
     _, row = model_of(console, request)
     if not row["run"]:
-        raise WebError(404, "no_run", f"{row['name']} has no training yet; expected one that has begun.")
+        reason = row["reason"] or f"{row['name']} has no training yet; expected one that has begun."
+        raise WebError(404, "no_run", reason)
     return row, RunFolder.open(Path(row["run"]))
 
 

@@ -24,6 +24,7 @@ KIND = WorldKind(
         "A snake's training games are not kept; its curves are here. "
         "`racecraft snakes watch --live --url RUN --url search` plays one before your eyes."
     ),
+    export_instead="`racecraft snakes serve RUN` plays it on any board, rc.load_policy('RUN') loads it in Python.",
     names={"create_snake_race": "racecraft.worlds.battlesnake.actions.create_race:create_snake_race"},
     race_commands=(Command("create-snakes", "racecraft.worlds.battlesnake.cli.create_race:create"),),
     league="racecraft.worlds.battlesnake.league.races:SnakeLeague",

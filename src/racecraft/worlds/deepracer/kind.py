@@ -96,5 +96,6 @@ KIND = WorldKind(
         "openvino": f"{EXPORT}:export_file",
         "tflite": f"{EXPORT}:export_file",
     },
+    export_refusal="racecraft.worlds.deepracer.export.refusal:export_refusal",
     as_typed="racecraft.worlds.deepracer.analysis.run_advice:as_typed",
 )

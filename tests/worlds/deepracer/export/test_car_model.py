@@ -21,6 +21,7 @@ from racecraft.worlds.deepracer.export import car_model
 from racecraft.worlds.deepracer.export.agreement import ExportError, averages
 from racecraft.worlds.deepracer.export.aws_folder import export_to_aws
 from racecraft.worlds.deepracer.export.car_model import export_to_car
+from racecraft.worlds.deepracer.export.refusal import export_refusal
 from racecraft.worlds.deepracer.files.policy_graph import graph_of, read_policy_graph
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
@@ -172,6 +173,21 @@ NOT_PLAIN = {
     "its own network": (PolicySpec("ppo", SEEN, DiscreteActions(3), {"encoder": "my:Net"}), "encoder=my:Net"),
     "scaled vectors": (PolicySpec("ppo", SEEN, DiscreteActions(3), {"normalise": True}), "normalise=true"),
 }
+
+
+def test_a_page_learns_from_the_checkpoints_head_why_its_policy_cannot_be_exported(tmp_path):
+    run = run_of(tmp_path, "discrete", "tiny")
+    assert export_refusal(run) == ""
+    shelf = Checkpoints(run.checkpoints)
+    weights, card = shelf.load_policy("last")
+    card["policy_spec"]["stack_size"] = 3
+    shelf.save(9, 180, weights, card, score=9.0, best=True)
+    with pytest.raises(NoPlainLayersError) as refused:
+        layers_of(PolicySpec.from_dictionary(card["policy_spec"]), weights)
+    assert export_refusal(run) == str(refused.value)
+    assert "Train with --set network.stack_size=1." in str(refused.value)
+    (run.checkpoints / shelf.find("best").policy).write_bytes(b"half a file")
+    assert "cannot be read" in export_refusal(run)
 
 
 @pytest.mark.parametrize("case", NOT_PLAIN)
