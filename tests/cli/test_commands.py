@@ -82,7 +82,7 @@ def test_a_run_that_nobody_trains_is_not_said_to_have_been_stopped_and_goes_on_w
     assert racecraft("train", "--run", "r", "--resume", "--stop", "iterations=2", "--no-pictures").code == 0
     assert len(list((tmp_path / "r" / "evaluations").glob("*.json"))) == 2
     with RunLock(tmp_path / "r"):
-        assert racecraft("stop", "r").out.startswith("r: asked to stop; whatever was kept stays")
+        assert racecraft("stop", "r").out.startswith("r: stopping; what it has learned stays")
     assert racecraft("stop", "nowhere").code == 2
 
 

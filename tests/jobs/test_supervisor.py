@@ -307,7 +307,7 @@ def test_a_training_that_is_stopped_keeps_what_it_learned_and_goes_on(tmp_path, 
     ask_to_stop_in(store, "stopped")
     turn_until(working, ended(store, "stopped"))
     assert state_of(store, "stopped") is State.STOPPED
-    assert "asked to stop" in home_in(tmp_path / "home").log("stopped").read_text(), "asked in its run folder"
+    assert "stop requested" in home_in(tmp_path / "home").log("stopped").read_text(), "asked in its run folder"
     before = iterations(tmp_path / "stopped")
     assert 2 <= before < 24
     change(store, "stopped", lambda job: job.resumed(time.time()))
@@ -321,7 +321,8 @@ def test_stopping_what_nobody_works_at_starts_nobody(tmp_path):
     (tmp_path / "home").mkdir()
     store = home.store()
     add(store, script_job(tmp_path, "waits", "print()\n"))
-    assert request_stop(home, store, "waits").state is State.STOPPED
+    stopped = request_stop(home, store, "waits")
+    assert (stopped.state, stopped.reason) == (State.STOPPED, "stopped before it began")
     assert not (home.path / "supervisor.log").exists()
     store.close()
 

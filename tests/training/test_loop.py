@@ -305,7 +305,7 @@ def test_who_asks_it_to_stop_is_heard_within_an_iteration(monkeypatch):
     monkeypatch.setattr("racecraft.training.loop.time", clock)
     collector = LongCollector(clock, 10_000)
     outcome = looked_at(collector, "iterations=9", clock, asked_at=105.0)
-    assert (outcome.reason, outcome.iterations, clock.now) == ("asked to stop", 0, 105.0)
+    assert (outcome.reason, outcome.iterations, clock.now) == ("stop requested", 0, 105.0)
 
 
 def looked_at(collector, stop, clock, asked_at=float("inf")):

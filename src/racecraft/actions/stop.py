@@ -19,7 +19,7 @@ class StopRequest(Request):
 
 @dataclass(frozen=True)
 class StopRequested:
-    """A training that was asked to stop."""
+    """A training whose stop was requested."""
 
     run: Path
     is_training: bool

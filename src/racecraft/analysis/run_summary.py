@@ -55,7 +55,7 @@ def _until(stops: str | Sequence[str]) -> str:
 
 
 def happened_words(facts: RunFacts) -> str:
-    """Return sentences that say what came of it: the first score, the best, the last, and whether it gets round."""
+    """Return sentences that say what came of it: the first score, the best, the last, and whether it completes laps."""
     last = facts.metrics[-1]
     text = f"It trained for {duration(last['seconds'])} and {last['steps']:,} steps."
     scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]

@@ -121,7 +121,7 @@ class ActionForm:
 
     def _choices_of(self, row: Option) -> Sequence[tuple[str, str]]:
         is_optional = types.NoneType in typing.get_args(row.kind)
-        empty = [("", "as usual")] if is_optional else []
+        empty = [("", "default")] if is_optional else []
         if row.name in self._choices:
             return [*empty, *self._choices[row.name]]
         if row.choices:

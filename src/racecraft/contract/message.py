@@ -131,3 +131,15 @@ def figure(value: float) -> str:
     ('61', '0.01235', '19,964')
     """
     return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
+def ends(low: float, high: float) -> tuple[str, str]:
+    """Return both ends of a range with three figures; an end of less than a thousandth of the other one is 0.
+
+    >>> ends(-3.5e-07, 32.1), ends(0.001, 4123.4)
+    (('0', '32.1'), ('0', '4,123'))
+    """
+    least = 1e-3 * max(abs(low), abs(high))
+    seen = [value if abs(value) > least else 0.0 for value in (low, high)]
+    first, last = (figure(value) if abs(value) >= 1000 else f"{value:.3g}" for value in seen)
+    return first, last

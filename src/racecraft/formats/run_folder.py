@@ -374,7 +374,7 @@ class RunFolder:
         write_atomic(self.path / STOP, "")
 
     def stop_requested(self) -> bool:
-        """Tell whether a training here has been asked to stop."""
+        """Tell whether a stop of a training here was requested."""
         return (self.path / STOP).exists()
 
     def clear_stop(self) -> None:

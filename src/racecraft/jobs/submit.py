@@ -102,7 +102,11 @@ def environment_here() -> dict[str, str]:
 
 def request_stop(home: JobPaths, store: JobStore, name: str) -> Job:
     """Ask a job to end; what it has learned until then stays, and it can go on later."""
-    job = change(store, name, lambda job: job.with_stop_requested(time.time(), "asked to stop"))
+
+    def stopped(job: Job) -> Job:
+        return job.with_stop_requested(time.time(), "stopped before it began" if job.waits else "stopping")
+
+    job = change(store, name, stopped)
     if not job.ended:
         ensure_supervisor(home)
     return job

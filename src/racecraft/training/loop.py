@@ -417,7 +417,7 @@ class TrainingLoop:
     def _stop(self) -> str:
         """Return why the training ends now; "" where it goes on."""
         if self._writer.stop_requested():
-            return "asked to stop"
+            return "stop requested"
         condition = reached(self._stops, self._progress())
         return "" if condition is None else str(condition)
 
@@ -452,7 +452,7 @@ class TrainingLoop:
         if over:
             raise _BrokenOff(str(over[0]))
         if self._writer.stop_requested() and not self._is_last_evaluation:
-            raise _BrokenOff("asked to stop")
+            raise _BrokenOff("stop requested")
 
     def _end(self, reason: str) -> None:
         """Have everything on the disk, then tell the callback."""

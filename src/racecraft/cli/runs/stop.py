@@ -10,7 +10,7 @@ from racecraft.cli.from_request import command
 def _show(result: StopRequested) -> None:
     run = result.run
     if result.is_training:
-        print(f"{run}: asked to stop; whatever was kept stays, and --run {run} --resume goes on from there")
+        print(f"{run}: stopping; what it has learned stays, and --run {run} --resume goes on from there")
     else:
         print(f"{run}: no process of this machine trains there; one of another machine that writes there will stop")
 

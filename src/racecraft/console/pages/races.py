@@ -186,7 +186,8 @@ def practise(console: Console, request: Request, fields: Fields) -> Page | str:
         else []
     )
     if not practice:
-        made: Any = making.action(f"Practice on {track}", track=[track], practice=True, league=console.league)
+        title = parts_of(kind).note({"track": track}).place or track
+        made: Any = making.action(f"Practice on {title}", track=[track], practice=True, league=console.league)
         practice = [made.race]
     return _entered(console, request, fields, league_of(console), practice[0])
 

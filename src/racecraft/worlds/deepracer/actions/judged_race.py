@@ -28,7 +28,7 @@ class RaceOptions(Request):
         None, "Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS)."
     )
     is_continuous: bool | None = option(
-        None, "Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS)."
+        None, "Of a race: trials are laps of one drive, the default, or each begins at rest (DR_EVAL_IS_CONTINUOUS)."
     )
     mishaps: MishapOptions = group(MishapOptions)
     reset_behind_dist: float | None = option(

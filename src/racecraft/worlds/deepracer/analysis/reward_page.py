@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.message import figure
+from racecraft.contract.message import ends, figure
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.pages.chart import Chart, Series
@@ -63,15 +63,16 @@ def map_data(mapped: PayMap) -> dict[str, Any]:
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     share = np.nan_to_num((mapped.pay - low) / max(high - low, 1e-9), nan=-1.0)
     level = np.minimum(np.floor(COLOURS * share), COLOURS - 1)
+    lowest, highest = ends(low, high)
     return {
-        "words": f"{track.title or track.name}: {mapped.what} from {low:.3g} to {high:.3g}, {mapped.at}",
+        "words": f"{track.title or track.name}: {mapped.what} from {lowest} to {highest}, {mapped.at}",
         "title": f"What it pays: {mapped.what}",
         "about": f"{track.title or track.name}, {mapped.at}",
         "view": svg_view(track, EDGE_M),
         "borders": [svg_path(line, track.closed) for line in (track.inner, track.outer)],
         "cells": [(colour + 1, _cells(mapped, level == colour)) for colour in range(COLOURS)],
-        "low": f"{low:.3g}",
-        "high": f"{high:.3g}",
+        "low": lowest,
+        "high": highest,
     }  # fmt: skip
 
 
@@ -89,7 +90,7 @@ def _cells(mapped: PayMap, chosen: Array) -> str:
 
 
 def _range(found: RewardCheck) -> str:
-    return "–" if found.lowest is None else f"{found.lowest:.3g} to {found.highest:.3g}"
+    return "–" if found.lowest is None or found.highest is None else " to ".join(ends(found.lowest, found.highest))
 
 
 def _check(found: RewardCheck) -> dict[str, Any]:

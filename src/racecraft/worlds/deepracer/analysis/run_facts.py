@@ -94,8 +94,8 @@ def _reward_sentences(facts: RunFacts, reward: str) -> Iterator[str]:
 
 
 def _laps(facts: RunFacts) -> Iterator[str]:
-    """Yield how fast it came round, and whether it does."""
+    """Yield its fastest lap, and whether it completes laps."""
     judged = judged_in_run(facts.metrics)
     if judged.best_lap_seconds:
         yield f"Its fastest lap took {judged.best_lap_seconds:.2f} s."
-    yield "It gets round." if judged.completes_laps else "It does not get round yet."
+    yield "It completes laps." if judged.completes_laps else "It does not complete laps yet."

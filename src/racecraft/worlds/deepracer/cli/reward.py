@@ -9,7 +9,7 @@ import typer
 
 from racecraft.cli.from_request import command
 from racecraft.cli.output import print_files
-from racecraft.contract.message import figure
+from racecraft.contract.message import ends, figure
 from racecraft.worlds.deepracer.actions.reward import (
     CheckedReward,
     ExplainedReward,
@@ -43,7 +43,7 @@ def _show_check(checked: CheckedReward) -> None:
     if found.lowest is None or found.highest is None:
         print(f"None of {found.situations} moments was paid.")
     else:
-        pays = f"{figure(found.lowest)} to {figure(found.highest)}"
+        pays = " to ".join(ends(found.lowest, found.highest))
         print(f"{found.situations} moments pay {pays}; a call takes {found.cost}.")
     if found.tricks:
         print("What would pay more than lapping?")

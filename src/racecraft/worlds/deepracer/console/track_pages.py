@@ -105,7 +105,7 @@ def track_page(console: Console, request: Request) -> Page:
             "papers": list(PAPERS_MM),
             "command": f"racecraft tracks show {track.name}\nracecraft drive {track.name}\n"
             f"racecraft tracks print {track.name} --paper A4\nracecraft train --track {track.name}\n"
-            f'racecraft league create "Practice on {track.name}" --track {track.name} --practice',
+            f'racecraft league create "Practice on {track.title or track.name}" --track {track.name} --practice',
         },
         here=HERE,
     )
