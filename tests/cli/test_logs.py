@@ -119,10 +119,14 @@ def test_metrics_alone_are_told(racecraft, tmp_path):
     row = {"metric_time": 2500, "start_time": 500, "completion_percentage": 100, "trial": 1, "episode": 1,
            "phase": "training", "episode_status": "Lap complete", "reward_score": 7}  # fmt: skip
     (tmp_path / "TrainingMetrics.json").write_text(json.dumps({"metrics": [row]}))
-    said = racecraft("logs", "TrainingMetrics.json")
+    said = racecraft("logs", "TrainingMetrics.json", "--page", "m.html")
     assert said.code == 0, said.err
     assert "Metrics only." in said.out
     assert "2.00 s" in said.out
+    page = (tmp_path / "m.html").read_text()
+    assert all(text in page for text in ("Reward: sum of the rewards by episode", "Fastest laps", "are not in them"))
+    refused = racecraft("logs", "TrainingMetrics.json", "--page", "p.html", "--plots", "mine.py")
+    assert (refused.code, "no row of a simulation trace" in refused.err) == (2, True)
 
 
 def test_a_page_is_one_file_that_fetches_nothing_and_its_ticks_are_placed_once(racecraft, tmp_path, monkeypatch):

@@ -1,6 +1,8 @@
 """What a racer's folder and its run.env come to on the command line."""
 
+import io
 import json
+import tarfile
 from functools import reduce
 
 import numpy as np
@@ -24,6 +26,55 @@ def test_an_empty_folder_does_not_train_in_silence(racecraft, tmp_path):
     said = racecraft("train", "empty", "--stop", "iterations=1")
     assert (said.code, "holds none of a racer's files" in said.err) == (2, True)
     assert not (tmp_path / "runs").exists()
+
+
+REWARD = "def reward_function(params):\n    return 1.0\n"
+CLUB = {
+    "club/reward_function.py": REWARD,
+    "club/model/model_metadata.json": json.dumps({**METADATA, "action_space": [{"steering_angle": 0, "speed": 1}] * 2}),
+}
+
+
+def packed(path, files):
+    """Write a tar of texts by name."""
+    with tarfile.open(path, "w") as archive:
+        for name, text in files.items():
+            member = tarfile.TarInfo(name)
+            member.size = len(text.encode())
+            archive.addfile(member, io.BytesIO(text.encode()))
+
+
+def test_files_without_weights_become_a_folder_that_can_be_trained(racecraft, tmp_path):
+    packed(tmp_path / "club.tar", {**CLUB, "club/metrics/TrainingMetrics.json": '{"metrics": []}'})
+    refused = racecraft("import", "club.tar", "r")
+    assert (refused.code, "holds no weights" in refused.err, "racecraft new FOLDER --files" in refused.err) == (
+        2,
+        True,
+        True,
+    )
+    made = json.loads(racecraft("new", "car", "--files", "club.tar", "--json").out)
+    assert (made["files"], made["has_logs"]) == (["reward_function.py", "model_metadata.json"], True)
+    assert "no hyperparameters.json: the preset's values" in made["notes"]
+    assert (tmp_path / "car" / "reward_function.py").read_text() == REWARD
+    assert len(json.loads((tmp_path / "car" / "model_metadata.json").read_text())["action_space"]) == 2
+    (tmp_path / "mine.py").write_text(REWARD)
+    alone = json.loads(racecraft("new", "alone", "--files", "mine.py", "--json").out)
+    assert (alone["files"], alone["has_logs"]) == (["reward_function.py"], False)
+
+
+FILES = {
+    "no reward function": ({"club/hyperparameters.json": "{}"}, "club.tar: it holds no reward_function.py"),
+    "a damaged file": ({**CLUB, "club/hyperparameters.json": "{"}, "club.tar: club/hyperparameters.json:1"),
+    "nothing of a racer's": ({"club/notes.txt": "x"}, "it holds no file of a model"),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_files_that_cannot_be_taken_are_named_and_leave_nothing(racecraft, tmp_path, name):
+    packed(tmp_path / "club.tar", FILES[name][0])
+    refused = racecraft("new", "car", "--files", "club.tar")
+    assert (refused.code, FILES[name][1] in refused.err) == (2, True), refused.err
+    assert not (tmp_path / "car").exists()
 
 
 def car_with(tmp_path, name, *actions):

@@ -218,6 +218,8 @@ def test_the_logs_of_a_training_are_one_file_and_its_report_a_page(console, brow
     monkeypatch.setattr(tasks, "run_command", command)
     page = browser.page
     browser.open(f"{address}/models/a-1/files")
+    assert page.locator("button[name=to]:disabled").count() == 6
+    assert "there is no checkpoint" in page.inner_text(".card .notice"), "and why"
     with page.expect_download() as download:
         page.click("text=Logs as one file")
     names = zipfile.ZipFile(download.value.path()).namelist()
@@ -226,7 +228,7 @@ def test_the_logs_of_a_training_are_one_file_and_its_report_a_page(console, brow
     page.click("text=The report, as one page")
     assert page.inner_text("h1") == "How a-1 went"
     browser.open(f"{address}/import/a-1")
-    assert "Missing: reward function, hyperparameters" in page.inner_text("main")
+    assert "Missing: weights, reward function, metadata, hyperparameters" in page.inner_text("main")
 
 
 SEEDS = [{"run": "a-1", "score": 6.6, "values": [6.5, None, 6.7]}]
@@ -416,7 +418,11 @@ def test_deleted_models_come_back_by_undo_and_a_run_of_the_command_line_appears(
     page.keyboard.press("z")
     page.wait_for_selector("tr[data-row='a-1']")
     assert (workspace.path / "runs/a-1/job.json").is_file()
+    beside = page.context.new_page()
+    beside.goto(f"{address}/models/b-1")
     (workspace.path / "runs/b-1").rename(workspace.path / "elsewhere")
+    beside.wait_for_selector("text=runs/b-1: this folder is gone", timeout=20_000)
+    assert beside.locator("rc-cars").count() == 0, "nothing asks for pictures any more"
     page.wait_for_selector("tr[data-row='b-1']:has-text('this folder is gone')", timeout=20_000)
     assert "runs/b-1: this folder is gone" in page.request.get(f"{address}/models/b-1").text()
     page.check("input[value='b-1']")

@@ -12,7 +12,7 @@ import pytest
 from tests.console.conftest import write_run
 
 from racecraft.console.application import make_console
-from racecraft.console.pages import create, garage, races
+from racecraft.console.pages import create, garage, imports, races
 from racecraft.jobs.job_paths import JobPaths
 from racecraft.league.race import Drive, Entry, Outcome, Race, Result
 from racecraft.league.store import League
@@ -39,7 +39,8 @@ GETS = (
 POSTS = {
     "/models/act": ("act", "m", "place", "tag"), "/models/first": ("kind",), "/models/m0/note": ("tags", "text"),
     "/models/m1/rename": ("name",), "/models/m0/resume": ("minutes",), "/models/m0/stop": ("x",),
-    "/jobs/{}/stop": ("x",), "/models/{}/note": ("text",), "/import": ("archive",), "/models/m0/export": ("to",),
+    "/jobs/{}/stop": ("x",), "/models/{}/note": ("text",), "/import": ("archive",),
+    "/import/{}/train": ("track", "minutes"), "/models/m0/export": ("to",),
     "/models/m0/why": ("x",), "/models/m0/checkpoints": ("kept", "confirm"),
     "/races/new": ("kind", "title", "track", "laps", "closes", "season", "go"),
     "/seasons/new": ("title", "points", "go"),
@@ -70,7 +71,7 @@ def ask(address, data=None):
 
 @pytest.mark.parametrize("count", [120, pytest.param(1000, marks=pytest.mark.long)])
 def test_no_mutated_request_breaks_the_console(tmp_path, monkeypatch, count):
-    for page in (create, garage):
+    for page in (create, garage, imports):
         monkeypatch.setattr(page, "begin_training", lambda home, model, words: None)
     monkeypatch.setattr("racecraft.console.application.keep_warm", lambda home: contextlib.nullcontext())
     application = make_console(tmp_path / "workspace", JobPaths(tmp_path / "jobs", f"sqlite:///{tmp_path}/jobs.sqlite"))

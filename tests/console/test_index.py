@@ -171,6 +171,8 @@ def test_a_job_that_waits_and_one_that_failed_show_in_their_model(workspace, ind
     failed = waiting.claimed("me", 2.0).finished(State.FAILED, 3.0, "exit code 2: no such track")
     index.refresh([failed])
     assert (index.row("car")["status"], index.row("car")["reason"]) == ("error", "exit code 2: no such track")
+    index.refresh([waiting.with_stop_requested(2.0, "stopped before it began")])
+    assert (index.row("car")["status"], index.row("car")["reason"]) == ("new", "It was stopped before it began.")
 
 
 def test_the_rows_of_runs_survive_the_process(workspace):

@@ -19,6 +19,9 @@ PATIENCE_SECONDS = 600.0
 class CommandError(UserInputError):
     """A command could not do what was asked; the message is its own."""
 
+    kind = ""
+    """Name of the error's class in the command."""
+
 
 def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
     """Return what a command prints with --json.
@@ -46,9 +49,11 @@ def run_command(words: Sequence[str], folder: Path) -> dict[str, Any]:
     result = json.loads(lines[-1]) if lines else {}
     if done.returncode != 0:
         error = result.get("error")
-        message = error.get("message") if isinstance(error, dict) else None
+        told = error if isinstance(error, dict) else {}
         last = done.stderr.strip().splitlines()[-1:] or [f"ended with code {done.returncode}"]
-        raise CommandError(str(message or last[0].removeprefix("racecraft: ")))
+        refused = CommandError(str(told.get("message") or last[0].removeprefix("racecraft: ")))
+        refused.kind = str(told.get("kind", ""))
+        raise refused
     return dict(result)
 
 

@@ -258,8 +258,18 @@ class WorldParts:
         """Return the words behind `racecraft` that make a run of another program's model; none: it cannot."""
         return []
 
-    def log_words(self, log: Path, page: Path) -> list[str]:
-        """Return the words behind `racecraft` that write a page about a log alone, without a model; none: it cannot."""
+    def words_of_files(self, archive: Path, folder: Path) -> list[str]:
+        """Return the words behind `racecraft` that make a model's folder of files without weights; none: it cannot.
+
+        The command answers with `files`, `notes` and `has_logs`.
+        """
+        return []
+
+    def log_words(self, log: Path, page: Path) -> Sequence[list[str]]:
+        """Return commands, the words behind `racecraft`, of which the first that can writes a page about a log alone.
+
+        Of a log without a model; none: it reads no logs.
+        """
         return []
 
     def values_of(self, run: RunFolder) -> dict[str, Any]:
@@ -317,6 +327,15 @@ def reward_graph(kind: WorldKind, metrics: Rows) -> Chart:
         low=score.lowest,
         high=score.highest,
     )
+
+
+def checkpoint_text(which: str) -> str:
+    """Return which checkpoint is meant, for people.
+
+    >>> checkpoint_text("last"), checkpoint_text("12")
+    ('last checkpoint', 'checkpoint 12')
+    """
+    return f"checkpoint {which}" if which.isdigit() else f"{which} checkpoint"
 
 
 @cache

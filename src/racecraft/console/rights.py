@@ -36,6 +36,7 @@ RIGHTS: Mapping[str, Verb | tuple[Verb, Verb]] = {
     "/events": ALL,
     "/import": MODELS,
     "/import/{name}": MODELS,
+    "/import/{name}/train": MODELS,
     "/jobs": MODELS,
     "/jobs/{job}/stop": MODELS,
     "/lessons": ALL,

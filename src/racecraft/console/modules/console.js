@@ -34,6 +34,7 @@ async function refresh() {
   due = null;
   const before = new Set(results().map(row => row.dataset.result));
   const answer = await fetch(location.href, { headers: { Accept: "text/html" } });
+  if (answer.status === 404 && document.querySelector("[data-model]")) location.reload();   // the answer says where it went
   if (!answer.ok) return;
   const next = new DOMParser().parseFromString(await answer.text(), "text/html");
   for (const old of parts()) {

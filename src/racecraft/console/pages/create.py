@@ -184,7 +184,8 @@ def _create(console: Console, draft: Draft) -> str:
     if draft.in_place:
         model = _gone_on(console, draft, files)
     else:
-        model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=draft.cloned_from))
+        source = draft.cloned_from if "from" in values else ""
+        model = console.workspace.create(draft.name, files, replace(parts.note(values), cloned_from=source))
     begin_training(console.home, model, parts.words(values))
     _drafts(console).remove(draft)
     console.watcher.refresh()

@@ -18,7 +18,7 @@ from starlette.routing import BaseRoute, Mount, Route
 from racecraft.console.merge import both_texts, side_by_side
 from racecraft.console.model_row import ERROR, GONE, NEW, QUEUED, READY, STOPPING, TRAINING
 from racecraft.console.pages.race_parts import drives_of
-from racecraft.console.parts import Figure, WorldParts, parts_of
+from racecraft.console.parts import Figure, WorldParts, checkpoint_text, parts_of
 from racecraft.console.section import Section
 from racecraft.console.service import Console, Fields, Page, act_route, looked, one, page_routes
 from racecraft.console.training import stop_training
@@ -94,7 +94,8 @@ def tab_page(console: Console, request: Request) -> Page:
     parts = parts_of(row["kind"]) if row["kind"] and row["run"] else None
     label = next((label for label, below in (parts.tabs(row) if parts else []) if below == f"/{tab}"), None)
     if parts is None or label is None:
-        raise WebError(404, "no_such_page", f"{model.name} has no page {tab[:40]!r}; begin at its overview.")
+        reason = row["reason"] or f"{model.name} has no page {tab[:40]!r}; begin at its overview."
+        raise WebError(404, "no_such_page", reason)
     template, data = parts.tab_page(row, tab, dict(request.query_params), lambda: drives_of(console, request, row))
     task = parts.tab_task(row, tab)
     context = {"task": console.tasks.of(model.name, task[0]) if task else None}
@@ -148,12 +149,19 @@ def frame(row: Mapping[str, Any], here: str, parts: WorldParts | None) -> dict[s
     tabs = [("Overview", ""), *more, *(TABS if row["run"] else TABS[-1:])]
     return {
         "row": dict(row),
+        "origin": _origin(row["cloned_from"]),
         "tabs": [(label, address(row["name"], below)) for label, below in tabs],
         "here": here,
         "path": address(row["name"]),
         "changes": parts is not None and row["run"] and parts.steps({}) and Path(row["path"]).parent.name != RUNS,
         "races": parts is not None and row["status"] == READY and parts.race_making() is not None,
     }
+
+
+def _origin(cloned_from: str) -> str:
+    """Return whose weights a model began with, for the line under its name; "": nobody's."""
+    name, _, number = cloned_from.partition(":")
+    return f"cloned from {name}, {checkpoint_text(number or 'best')}" if name else ""
 
 
 def _stage(row: Mapping[str, Any], parts: WorldParts | None) -> dict[str, Any]:

@@ -213,16 +213,19 @@ def _path_of(page: Path, model: _Model) -> Path:
 
 
 def _page(request: LogsRequest, path: Path, found: Logs, model: _Model | None) -> Path:
-    """Write the page of a model's logs; None: of logs that tell of none, which is refused. Return its path."""
+    """Write the page of a model's logs; None: of metrics files alone. Return its path."""
     from racecraft.worlds.deepracer.analysis.logs import own_plots
     from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
     from racecraft.worlds.deepracer.env.reward_process import open_reward
 
+    named = ", ".join(one.resolve().name for one in request.paths)
     own = found.of_model(model.root) if model is not None else found
-    ticks, metrics = own.require_ticks(), own.metrics.collect()
+    metrics = own.metrics.collect()
+    if model is None and metrics.height:
+        return _metrics_page(request, path, found, metrics, named)
+    ticks = own.require_ticks()
     assert model is not None  # there are ticks
     ticks = model.ticks if own is found else ticks
-    named = ", ".join(one.resolve().name for one in request.paths)
     title = named if model.name in ("", ".") else model.name
     extras = Extras(
         damaged=tuple(str(damage) for damage in own.damaged),
@@ -232,6 +235,19 @@ def _page(request: LogsRequest, path: Path, found: Logs, model: _Model | None) -
         advice=model.advice,
     )
     return Path(write_logs_page(path, ticks, model.circuit, title, extras))
+
+
+def _metrics_page(request: LogsRequest, path: Path, found: Logs, metrics: pl.DataFrame, title: str) -> Path:
+    """Write the page of metrics files alone.
+
+    Raises:
+        LogError: Something is to stand on it that needs steps.
+    """
+    from racecraft.worlds.deepracer.analysis.logs.metrics_page import write_metrics_page
+
+    if request.reward is not None or request.plots:
+        found.require_ticks()
+    return write_metrics_page(path, metrics, title, [str(damage) for damage in found.damaged])
 
 
 def _written(found: Logs, csv: Path | None, parquet: Path | None) -> dict[str, Any]:

@@ -12,6 +12,8 @@ def _show(made: NewFolder) -> None:
     print(f"{made.folder} holds a car to begin with:")
     for name in made.files:
         print(f"  {name}")
+    for note in made.notes:
+        print(f"- {note}")
     print(f"Open {made.folder / 'reward_function.py'}, change it, then: racecraft train {word(made.folder)}")
 
 

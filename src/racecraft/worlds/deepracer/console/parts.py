@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.console.form import Step
-from racecraft.console.parts import Card, Figure, Look, RaceDrive, RaceMaking, Rows, WorldParts
+from racecraft.console.parts import Card, Figure, Look, RaceDrive, RaceMaking, Rows, WorldParts, checkpoint_text
 from racecraft.console.section import Section
 from racecraft.console.workspace import Note
 from racecraft.evaluation.run_groups import SeedGroup
@@ -175,9 +175,14 @@ class CarParts(WorldParts):
         """Return `import` and its words."""
         return ["import", str(archive), str(run)]
 
-    def log_words(self, log: Path, page: Path) -> list[str]:
-        """Return `telemetry` and its words."""
-        return ["telemetry", str(log), f"--page={page}"]
+    def words_of_files(self, archive: Path, folder: Path) -> list[str]:
+        """Return `new` and its words."""
+        return ["new", str(folder), f"--files={archive}"]
+
+    def log_words(self, log: Path, page: Path) -> Sequence[list[str]]:
+        """Return `telemetry`, which compares full laps, and `logs`, which also reads metrics and other episodes."""
+        commands = [[command, str(log), f"--page={page}"] for command in ("telemetry", "logs")]
+        return commands[1:] if log.suffix == ".json" else commands
 
     def values_of(self, run: RunFolder) -> dict[str, Any]:
         """Return the track, race, actions, sensors and reward function of a car's run."""
@@ -240,6 +245,18 @@ def _title(name: str) -> str:
     return summary(name).title if known_name(name) else name
 
 
+def _source(weights: str) -> str:
+    """Return what a run began with; a number is a training of the same workspace, and the model's page says whose.
+
+    >>> _source("old-run:best"), _source("old.tar.gz"), _source("1:last")
+    ('from old-run, best checkpoint', 'from old.tar.gz', '')
+    """
+    name, _, which = weights.partition(":")
+    if not name or name.isdigit():
+        return ""
+    return f"from {name}, {checkpoint_text(which)}" if which else f"from {name}"
+
+
 def _about(run: RunFolder, job: Mapping[str, Any]) -> str:
     """Return what is peculiar about a car: its race, where that is no time trial, and who pays it."""
     request: Mapping[str, Any] = job.get("asked") or {}
@@ -247,7 +264,7 @@ def _about(run: RunFolder, job: Mapping[str, Any]) -> str:
     lines: Sequence[str] = [
         *([] if race == "TIME_TRIAL" else [race.replace("_", " ").lower()]),
         *([f"against {', '.join(request['against'])}"] if request.get("against") else []),
-        *([f"from {request['from']}"] if request.get("from") else []),
+        _source(str(request.get("from") or "")),
         "own reward function" if run.reward_function.is_file() and request.get("folder") else "",
     ]
     return ", ".join(filter(None, lines))

@@ -31,6 +31,10 @@ class ForeignModelError(InputFileError):
     """There is no model of AWS's, or parts of it are missing."""
 
 
+class NoWeightsError(ForeignModelError):
+    """Files of a model are there, and no weights among them."""
+
+
 @dataclass(frozen=True)
 class ForeignWeights:
     """One state of a model."""
@@ -79,7 +83,8 @@ def find_model(path: str | Path, metadata: str | Path | None = None) -> ForeignM
         metadata: A model_metadata.json, where none lies beside.
 
     Raises:
-        ForeignModelError: There are no weights, or no metadata.
+        NoWeightsError: There are no weights.
+        ForeignModelError: There is no metadata.
         CheckpointMarksError: `deepracer_checkpoints.json` is damaged.
     """
     path = Path(path)
@@ -88,7 +93,9 @@ def find_model(path: str | Path, metadata: str | Path | None = None) -> ForeignM
     files = _files(path)
     weights = _weights(files)
     if not weights:
-        raise ForeignModelError(path, "it holds no weights", KIND)
+        has_reward = any(file.name == REWARD_FUNCTION for file in files)
+        hint = "`racecraft new FOLDER --files` makes a folder of its files, to be trained anew." if has_reward else ""
+        raise NoWeightsError(path, "it holds no weights", KIND, hint)
     named = _nearest(files, {MODEL_METADATA}, weights[-1].path) if metadata is None else Path(metadata)
     if named is None:
         raise ForeignModelError(

@@ -82,7 +82,7 @@ def import_model(
         try:
             found = find_model(folder, metadata)
         except ForeignModelError as error:
-            raise ForeignModelError(source, error.found, error.expected, error.hint) from error
+            raise type(error)(source, error.found, error.expected, error.hint) from error
         try:
             return _import(found, source, place, track)
         except UserInputError as error:
