@@ -49,7 +49,7 @@ ON_PAPER = """(() => {
   return {
     ground: getComputedStyle(document.body).backgroundColor,
     axis: document.querySelector("rc-chart").plot.axes[0].stroke(),
-    seen: all(".bar-side, .tabs, .toast, main button:not(.key *), details:not([open])").length,
+    seen: all(".bar-side, .tabs, .toast, .hint, main button:not(.key *), details:not([open]), #small-print").length,
     wide: all("canvas, table").filter(one => right(one) > right(one.closest(".card"))).length,
     cut: all(".scroll, pre").filter(one => one.scrollHeight > one.clientHeight + 1).length,
   };

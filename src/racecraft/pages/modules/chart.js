@@ -157,12 +157,12 @@ class Chart extends HTMLElement {
 
   drawLevels(plot) {
     const { ctx, bbox } = plot, ratio = devicePixelRatio || 1;
-    ctx.save(); ctx.font = `${11 * ratio}px ${token("--text")}`; ctx.textAlign = "right"; ctx.strokeStyle = ctx.fillStyle = token("--quiet"); ctx.setLineDash([5 * ratio, 4 * ratio]);
+    ctx.save(); ctx.font = `${11 * ratio}px ${token("--text")}`; ctx.textAlign = "right"; ctx.textBaseline = "bottom"; ctx.strokeStyle = ctx.fillStyle = token("--quiet"); ctx.setLineDash([5 * ratio, 4 * ratio]);
     for (const { y, text } of this.told.levels) {
       const at = plot.valToPos(y, "y", true);
       if (at < bbox.top || at > bbox.top + bbox.height) continue;
       ctx.beginPath(); ctx.moveTo(bbox.left, at); ctx.lineTo(bbox.left + bbox.width, at); ctx.stroke();
-      ctx.fillText(text, bbox.left + bbox.width - 4 * ratio, at - 4 * ratio);
+      ctx.fillText(text, bbox.left + bbox.width - 4 * ratio, at - 2 * ratio);
     }
     ctx.restore();
   }

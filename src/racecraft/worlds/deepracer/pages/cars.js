@@ -126,8 +126,9 @@ class Cars extends HTMLElement {
   observe() {
     this.inSight = true;
     new IntersectionObserver(([seen]) => { this.inSight = seen.isIntersecting; this.wake(); }).observe(this.parts.map);
-    new ResizeObserver(() => { if (this.track && this.map.place?.wide !== this.parts.map.parentElement.clientWidth) this.map.lay(this.track); })
-      .observe(this.parts.map.parentElement);
+    new ResizeObserver(() => {   // drawn at once: on paper no other picture follows
+      if (this.track && this.map.place?.wide !== this.parts.map.parentElement.clientWidth && this.map.lay(this.track) && this.reel) this.draw();
+    }).observe(this.parts.map.parentElement);
     document.addEventListener("visibilitychange", () => this.wake());
   }
 
