@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 GUESTS = ("torch", "numba", "pytest", "gymnasium", "matplotlib.pyplot", "safetensors.torch", "av")
-"""Polars is not among them, since it starts threads, nor Hypothesis: pytest wants to import that one itself."""
+"""Polars is not among them, since it starts threads."""
 MEMORY_BYTES = 8 << 30
 TOOK_TOO_LONG = (-signal.SIGXCPU, -signal.SIGKILL, -signal.SIGVTALRM)
 SLACK = 20
