@@ -33,6 +33,7 @@ import sqlite3
 import sys
 from collections.abc import Generator
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -80,20 +81,23 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> Generator[
     return (yield)
 
 
-def _listed(name: str) -> list[str]:
-    """Return the lines of a list of tests."""
+def pytest_pycollect_makeitem(collector: pytest.Collector, name: str) -> list[pytest.Item] | None:
+    """Leave slow tests out where that was asked for, before their parameters are made."""
+    is_left_out = collector.config.getoption("--quick") and f"{collector.nodeid}::{name}" in _listed("slow.txt")
+    return [] if is_left_out else None
+
+
+@cache
+def _listed(name: str) -> dict[str, int]:
+    """Return the lines of a list of tests and the place of each."""
     lines = (Path(__file__).parent / "tests" / name).read_text(encoding="utf-8").splitlines()
-    return [line for line in lines if not line.startswith("#")]
+    return {line: place for place, line in enumerate(lines) if not line.startswith("#")}
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Put first what is to begin; leave slow tests out where that was asked for."""
-    places = {file: place for place, file in enumerate(_listed("first.txt"))}
-    items.sort(key=lambda item: places.get(item.nodeid.split("::")[0], len(places)))
-    if config.getoption("--quick"):
-        slow = set(_listed("slow.txt"))
-        config.hook.pytest_deselected(items=[item for item in items if item.nodeid.split("[")[0] in slow])
-        items[:] = [item for item in items if item.nodeid.split("[")[0] not in slow]
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put first what is to begin."""
+    places = _listed("first.txt")
+    items.sort(key=lambda item: places.get(item.nodeid.split("::")[0], len(places) + 1))
 
 
 def pytest_collection_finish() -> None:
