@@ -328,6 +328,11 @@ def test_a_page_that_has_no_width_for_a_moment_plays_on(address, browser):
     browser.cars("(cars.seek(0), cars.play(true))")
     browser.waits_for("cars.head > 2")
     assert 1e-4 < browser.cars(PAINTED) < 0.1, "cars on their ground"
+    wide = browser.cars("(cars.turn = () => {}, map.canvas.width)")
+    browser.page.emulate_media(media="print")
+    browser.waits_for(f"map.canvas.width !== {wide}")
+    assert 1e-4 < browser.cars(PAINTED) < 0.1, "on paper no other picture follows"
+    assert browser.cars("[parts.map, parts.eye, parts.kept].map(one => one.checkVisibility())") == [True, False, False]
 
 
 @needs_chromium
