@@ -251,6 +251,7 @@ def test_what_a_car_was_asked_is_told_in_plain_words(car, tmp_path):
     assert request_text(facts) == words
     assert happened_words(facts).endswith("Its fastest lap took 20.00 s. It does not complete laps yet.")
     fell = [{**row, "evaluation_score": 101.0 - row["evaluation_score"]} for row in facts.metrics]
+    assert "it came to 1 % of a lap. " in happened_words(replace(facts, metrics=facts.metrics[:1])), "once"
     assert "came to 100 % of a lap in iteration 1.0, its first judgement and its best; the last was 1 % of a lap." in (
         happened_words(replace(facts, metrics=fell))
     )

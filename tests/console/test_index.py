@@ -173,6 +173,12 @@ def test_a_job_that_waits_and_one_that_failed_show_in_their_model(workspace, ind
     assert (index.row("car")["status"], index.row("car")["reason"]) == ("error", "exit code 2: no such track")
     index.refresh([waiting.with_stop_requested(2.0, "stopped before it began")])
     assert (index.row("car")["status"], index.row("car")["reason"]) == ("new", "It was stopped before it began.")
+    run, began = write_run(model.path / "runs/1", rows=0), waiting.claimed("me", 2.0)
+    index.refresh([began])
+    assert (index.row("car")["status"], index.row("car")["run"]) == ("training", str(run))
+    index.refresh([began.moved(State.TRAINING, 2.5, "").finished(State.COMPLETED, 3.0, "")])
+    assert (index.row("car")["status"], index.row("car")["reason"]) == ("new", "It ended before its first iteration.")
+    assert index.row("car")["run"] == str(run), "its folder is there"
 
 
 def test_the_rows_of_runs_survive_the_process(workspace):

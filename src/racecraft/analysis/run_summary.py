@@ -64,7 +64,8 @@ def happened_words(facts: RunFacts) -> str:
     best = max(scored, key=lambda row: row["evaluation_score"])
     first, top, now = (_score(facts, row["evaluation_score"]) for row in (scored[0], best, scored[-1]))
     if first == top == now:
-        text += f" Judged without exploration it came to {now}, from the first time to the last."
+        always = ", from the first time to the last" if len(scored) > 1 else ""
+        text += f" Judged without exploration it came to {now}{always}."
     elif best is scored[0] and len(scored) > 1:
         text += (
             f" Judged without exploration it came to {top} in iteration {best['iteration']}, its first judgement and "

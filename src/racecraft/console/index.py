@@ -18,7 +18,7 @@ from typing import Any
 import sqlalchemy as sql
 
 from racecraft.console.index_tables import ABOUT, MODELS, RUNS, TABLES, VERSION
-from racecraft.console.model_row import GONE, NEW, gone_row, model_row
+from racecraft.console.model_row import GONE, gone_row, model_row
 from racecraft.console.run_row import RunRow, read_run, run_mark
 from racecraft.console.workspace import MODEL_FILE, Model, Note, Workspace, WorkspaceError
 from racecraft.contract.errors import nearest
@@ -91,7 +91,7 @@ class Index:
     def _gone_rows(self, rows: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
         """Return the rows of models whose runs vanished, neither deleted nor renamed by the console."""
         lost = {name: row for name, row in self._rows.items() if row["run"] or row["status"] == GONE}
-        lost = {name: row for name, row in lost.items() if name not in rows or rows[name]["status"] == NEW}
+        lost = {name: row for name, row in lost.items() if name not in rows or not rows[name]["run"]}
         if not lost:
             return {}
         left_out = {name for _, name, _ in self.workspace.bin()} | self._forgotten

@@ -76,8 +76,9 @@ def _status(runs: Sequence[RunRow], jobs: Sequence[Job], is_held: Callable[[str]
         return ERROR, runs[-1].fault, job
     if any(run.iterations or run.is_imported for run in runs):
         return READY, "", job
-    is_stopped = job is not None and job.state is State.STOPPED and not runs
-    return NEW, "It was stopped before it began." if is_stopped else "", job
+    if job is None:
+        return NEW, "", None
+    return NEW, "It ended before its first iteration." if runs else "It was stopped before it began.", job
 
 
 def gone_row(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -124,7 +124,9 @@ class WorldParts:
 
     def figures(self, row: Mapping[str, Any]) -> list[Figure]:
         """Return the first large numbers of a model's page, of its row of the index."""
-        return [Figure(value=row["best_text"] or "–", label=f"best {self.kind.score.short}")]
+        return [
+            Figure(value=row["best_text"].removesuffix(f" {self._unit}") or "–", label=f"best {self.kind.score.short}")
+        ]
 
     stage = ""
     """Template of what moves on a model's page: map, board, film; it knows `from`, where `WorldKind.watch` answers."""

@@ -104,7 +104,7 @@ def request_stop(home: JobPaths, store: JobStore, name: str) -> Job:
     """Ask a job to end; what it has learned until then stays, and it can go on later."""
 
     def stopped(job: Job) -> Job:
-        return job.with_stop_requested(time.time(), "stopped before it began" if job.waits else "stopping")
+        return job.with_stop_requested(time.time(), "stopped before it began" if job.waits else "stop requested")
 
     job = change(store, name, stopped)
     if not job.ended:

@@ -15,10 +15,10 @@ def test_a_game_goes_by_the_rules_of_the_training_and_is_numbered_on(tmp_path):
     (tmp_path / "job.json").write_text(json.dumps({"format": "racecraft run", "version": 1, "asked": {"game": game}}))
     (tmp_path / "game-9.jsonl").touch()
     (tmp_path / "game-over.jsonl").touch()
-    _, words = parts_of("battlesnake").tab_task({"run": str(tmp_path)}, "games")
+    _, words = parts_of("battlesnake").tab_task({"run": str(tmp_path), "name": "viper"}, "games")
     assert words == [
         "snakes", "play", str(tmp_path), "area_control", "area_control", "--width=7", "--height=9",
-        "--gametype=wrapped", "--map=empty", f"--output={tmp_path}/game-10.jsonl",
+        "--gametype=wrapped", "--map=empty", "--name=viper", f"--output={tmp_path}/game-10.jsonl",
     ]  # fmt: skip
 
 
@@ -31,7 +31,7 @@ def test_a_game_is_played_listed_and_shown(working_console):  # noqa: F811
         "battlesnake", size=7, snakes=2, run=run, quiet=True, stops="iterations=1",
         settings={"rollout.horizon": 8, "evaluation.episodes": 1},
     )  # fmt: skip
-    console.watcher.look()
+    console.watcher.refresh()
     browser = Browser(1280, 800)
     browser.bypass_policy()
     page = browser.page

@@ -101,6 +101,8 @@ for (const place of document.querySelectorAll("[data-look]")) {
   look(place);
 }
 
+for (const log of document.querySelectorAll("pre.log")) log.scrollTop = log.scrollHeight;   // and follows from then on
+
 function listen() {
   if (stream || !parts().length) return;
   stream = new EventSource("/events");

@@ -143,7 +143,8 @@ def _page(
     data = {
         "panels": asked.form.panels(fields, wrong), "message": message, "command": command, "about": asked.about,
         "path": asked.path, "done": asked.done, "back": asked.back, "back_title": asked.back_title,
-        "kind": asked.kind, "kinds": _race_kinds() if asked.kind else [],
+        "kind": asked.kind,
+        "kinds": [(name, parts_of(name).kind.title) for name in _race_kinds()] if asked.kind else [],
     }  # fmt: skip
     return Page("race_form.html", asked.title, data, here="/races", status=422 if wrong or message else 200)
 

@@ -90,7 +90,7 @@ class SnakeParts(WorldParts):
         number = max((number for number, _ in _files(run.path)), default=0) + 1
         board = [f"--width={game['width']}", f"--height={game['height']}", f"--gametype={game['ruleset']}"]
         words = ["snakes", "play", str(run.path), *[OPPONENT] * (game["players"] - 1), *board, f"--map={game['map']}"]
-        return "Playing a game", [*words, f"--output={run.path / FILE.format(number)}"]
+        return "Playing a game", [*words, f"--name={row['name']}", f"--output={run.path / FILE.format(number)}"]
 
     def sections(self) -> Sequence[Section]:
         """Return the boards of those games."""

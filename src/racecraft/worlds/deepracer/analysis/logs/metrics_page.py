@@ -115,7 +115,7 @@ def _lap_table(laps: pl.DataFrame) -> Markup:
     heads = ("phase", "iteration", "episode", "time, s", "reward", "resets")
     cells = [
         (
-            f"{row['phase']} {row['stream']}".strip(), row["iteration"] + 1, row["episode"] + 1,
+            f"{row['phase']} {row['stream']}".strip(), row["iteration"], row["episode"] + 1,
             f"{row['seconds']:.2f}",
             *("–" if row[name] is None else f"{row[name]:,.0f}" for name in ("reward", "resets")),
         )
