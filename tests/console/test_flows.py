@@ -516,4 +516,8 @@ def test_a_phone_scrolls_down_only(console):
     browser.page.tap("#more-pages :text('Settings')")
     browser.page.wait_for_url("**/settings")
     assert "here" in browser.page.get_attribute(".bar-side .more", "class")
+    browser.show(768, 1024)
+    browser.open(f"{address}/models")
+    right = "document.querySelector('{}').getBoundingClientRect().right"
+    assert browser.value(right.format(".models")) <= browser.value(right.format(".list")), "a tablet shows all of it"
     browser.close()
