@@ -23,7 +23,7 @@ def write_run(path, rows=3, track="reinvent_base", lap=7.0, seconds=60.0):
         "format": "racecraft run", "version": 1, "kind": "deepracer", "title": track, "algorithm": "ppo",
         "asked": {"stops": ["minutes=10"], "track": track},
         "track": {"name": track}, "settings": {"race": {"type": "TIME_TRIAL"}},
-        "model_metadata": {"sensor": ["FRONT_FACING_CAMERA"], "action_space": ACTIONS},
+        "model_metadata": {"sensor": ["FRONT_FACING_CAMERA"], "action_space": ACTIONS, "version": "4"},
     }  # fmt: skip
     lines = [
         {

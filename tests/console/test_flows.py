@@ -121,6 +121,8 @@ def test_six_clicks_lead_through_all_steps_and_three_to_another_track(console, b
     browser.page.wait_for_url("**/models/my-car")
     assert begun[2][0] == "my-car"
     assert f"--from={run}:last" in begun[2][1]
+    metadata = workspace.path / "models/my-car/model_metadata.json"
+    assert json.loads(metadata.read_text())["version"] == "4", "the car stays what it was"
     browser.page.goto(f"{address}/drafts/new?from=my-car")
     browser.page.fill("[name=name]", "my-car")
     browser.page.click("#create")

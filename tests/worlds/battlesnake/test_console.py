@@ -8,6 +8,16 @@ from tests.console.conftest import working_console  # noqa: F401
 
 import racecraft as rc
 from racecraft.console.parts import parts_of
+from racecraft.formats.run_folder import RunFolder
+
+
+def test_a_clone_has_the_board_and_rules_of_its_model(tmp_path):
+    game = {"width": 7, "players": 3, "ruleset": "wrapped"}
+    job = {"format": "racecraft run", "version": 1, "algorithm": "dqn", "asked": {"game": game}}
+    (tmp_path / "job.json").write_text(json.dumps(job))
+    parts = parts_of("battlesnake")
+    words = parts.words(parts.values_of(RunFolder(tmp_path)))
+    assert words[:6] == ["snakes", "train", "--size=7", "--snakes=3", "--ruleset=wrapped", "--algorithm=dqn"]
 
 
 def test_a_game_goes_by_the_rules_of_the_training_and_is_numbered_on(tmp_path):

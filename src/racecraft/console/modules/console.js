@@ -30,11 +30,19 @@ function showNew(before) {
   fresh[0]?.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
 }
 
+/* A model's own page answers 404 with what became of it; an answer to a form has an address that is no page. */
+async function leaveIfGone() {
+  const name = document.querySelector("[data-model]")?.getAttribute("data-model");
+  if (!name) return;
+  const own = `/models/${encodeURIComponent(name)}`;
+  if ((await fetch(own, { headers: { Accept: "text/html" } })).status === 404) location.assign(own);
+}
+
 async function refresh() {
   due = null;
   const before = new Set(results().map(row => row.dataset.result));
   const answer = await fetch(location.href, { headers: { Accept: "text/html" } });
-  if (answer.status === 404 && document.querySelector("[data-model]")) location.reload();   // the answer says where it went
+  if (answer.status === 404) await leaveIfGone();
   if (!answer.ok) return;
   const next = new DOMParser().parseFromString(await answer.text(), "text/html");
   for (const old of parts()) {

@@ -175,6 +175,7 @@ def _create(console: Console, draft: Draft) -> str:
     values, wrong = read_fields(steps, draft.typed)
     if wrong:
         raise _WrongFieldsError(next(step.key for step in steps if any(field.name in wrong for field in step.fields)))
+    values = {**draft.base, **values}  # what the form does not ask for stays as in the model that is cloned
     if draft.cloned_from and values.get("weights", True):
         source, _, checkpoint = draft.cloned_from.partition(":")
         row = console.index.row(console.workspace.model(source).name)

@@ -65,6 +65,14 @@ class SnakeParts(WorldParts):
         board = [f"--size={full['size']}", f"--snakes={full['snakes']}", f"--ruleset={full['ruleset']}"]
         return ["snakes", "train", *board, *common_words(full)]
 
+    def values_of(self, run: RunFolder) -> dict[str, Any]:
+        """Return board, rules and algorithm of a run."""
+        job = run.read_job()
+        game: Mapping[str, Any] = (job.get("asked") or {}).get("game") or {}
+        found = {"size": game.get("width"), "snakes": game.get("players"), "ruleset": game.get("ruleset")}
+        found |= {"algorithm": job.get("algorithm")}
+        return self.defaults() | {name: value for name, value in found.items() if value}
+
     def tabs(self, row: Mapping[str, Any]) -> list[tuple[str, str]]:
         """Return the page of games."""
         return [("Games", "/games")]

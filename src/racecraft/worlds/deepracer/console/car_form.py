@@ -128,7 +128,8 @@ def _car() -> Step:
         fields=(
             Field(
                 name="actions", label="Actions", default=default_actions(), kind="text", matters=True,
-                sentence="One action a line: degrees (left positive), m/s. At most 30 travel to AWS.",
+                sentence="One action a line: degrees (left positive), m/s; at most 30 travel to AWS. "
+                "Or ranges: -30 to 30, 1 to 3.",
                 names=(("JSON", "action_space"),),
             ),
             Field(
