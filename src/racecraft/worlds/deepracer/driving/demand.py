@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,6 +60,7 @@ def find_turns(track: Track, car: CarProfile, top_speed: float = MAX_SPEED_MPS) 
     return _turns(track, frame, with_speeds(frame, offset, car, top_speed))
 
 
+@lru_cache(maxsize=32)
 def _gentle_offset(track: Track) -> tuple[RoadFrame, np.ndarray]:
     frame = road_frame(track, SPACING_M)
     return frame, least_bend(frame, GENTLE)

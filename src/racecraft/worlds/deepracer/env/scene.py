@@ -9,6 +9,7 @@ strange light are the same work with another palette.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -65,8 +66,7 @@ def build_scene(track: Track, light: str = "2026", has_grass: bool = False, for_
         for_people: No wall stands in its own shadow.
     """
     look = track.look
-    rings = [*road_rings(track), *start_rings(track), *dash_rings(track)]
-    vertices, chunks, circles = _cut_into_chunks(rings)
+    vertices, chunks, circles = _outlines(track)
     x0, y0, x1, y1 = track.field_bounds
     palette = palette_under(light, look, track.name, for_people)
     return Scene(
@@ -79,6 +79,12 @@ def build_scene(track: Track, light: str = "2026", has_grass: bool = False, for_
         np.ascontiguousarray(palette @ GREY_WEIGHTS),
         GRASS_SPREAD if has_grass else 0.0,
     )
+
+
+@lru_cache(maxsize=32)
+def _outlines(track: Track) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the vertices, chunks and circles of a track; its training, its evaluation and its films share them."""
+    return _cut_into_chunks([*road_rings(track), *start_rings(track), *dash_rings(track)])
 
 
 # ---- rings -----------------------------------------------------------------------------------------------------------

@@ -130,6 +130,7 @@ def resolve(name: str) -> str:
     raise TrackError(name, "no circuit of this name", expected, hint)
 
 
+@cache
 def _build(name: str) -> Track:
     from racecraft.worlds.deepracer.tracks.style import TrackStyle
     from racecraft.worlds.deepracer.tracks.track import Track
