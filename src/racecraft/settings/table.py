@@ -9,8 +9,8 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -69,12 +69,18 @@ def setting(
     return dataclasses.field(default=default, metadata=row)
 
 
-def rows_of(group: type | Any, group_name: str = "") -> Iterator[Setting]:
-    """Yield the rows of a group, in the order of declaration."""
-    cls = group if isinstance(group, type) else type(group)
+def rows_of(group: type | Any, group_name: str = "") -> tuple[Setting, ...]:
+    """Return the rows of a group, in the order of declaration."""
+    return _rows(group if isinstance(group, type) else type(group), group_name)
+
+
+@lru_cache(maxsize=512)
+def _rows(cls: type, group_name: str) -> tuple[Setting, ...]:
     kinds = typing.get_type_hints(cls)
-    for field in dataclasses.fields(cls):
-        yield Setting(group_name, field.name, kinds[field.name], field.default, **field.metadata)
+    return tuple(
+        Setting(group_name, field.name, kinds[field.name], field.default, **field.metadata)
+        for field in dataclasses.fields(cls)
+    )
 
 
 def check_group(group: Any) -> None:
