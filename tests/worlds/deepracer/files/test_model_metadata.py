@@ -62,9 +62,13 @@ def test_a_real_file_says_what_it_says():
     assert (continuous.training_algorithm, continuous.car) == ("sac", "v4")
 
 
-def test_the_default_car_is_the_consoles():
+def test_the_default_car_is_the_consoles_whose_actions_go_from_right_to_left_slow_before_fast():
     metadata = default_model_metadata()
-    assert len(metadata.actions) == 10
+    actions = [(round(math.degrees(one.steering_rad)), one.speed_mps) for one in metadata.actions]
+    assert actions == [(angle, speed) for angle in (-30, -15, 0, 15, 30) for speed in (0.5, 1.0)]
+    assert [one.label for one in metadata.actions[3:7]] == [
+        "right 15°, 1 m/s", "straight, 0.5 m/s", "straight, 1 m/s", "left 15°, 0.5 m/s"
+    ]  # fmt: skip
     assert metadata.sensors == ("FRONT_FACING_CAMERA",)
     assert metadata.car == "v6", "its actions are the console's, and it drives as cars do today"
 
@@ -76,9 +80,18 @@ def test_minus_thirty_degrees_is_to_the_right_and_is_written_as_minus_thirty(tmp
     assert default_model_metadata().actions[0].steering_rad == pytest.approx(-math.pi / 6)
 
 
-@pytest.mark.parametrize(("version", "car"), [("1", "v4"), ("4", "v4"), ("5", "v5-classic"), ("6", "v6"), (None, "v6")])
-def test_the_version_chooses_the_car(version, car):
-    assert car_for_version(version) == car
+def test_the_version_chooses_the_car_and_one_between_two_counts_as_the_lower():
+    cars = {
+        "1": "v4",
+        "4": "v4",
+        "4.9": "v4",
+        "5": "v5-classic",
+        "5.9": "v5-classic",
+        "6": "v6",
+        "6.9": "v6",
+        None: "v6",
+    }
+    assert {version: car_for_version(version) for version in cars} == cars
 
 
 def test_odd_spellings_are_read(tmp_path):
@@ -168,8 +181,11 @@ def test_more_actions_than_a_console_takes_are_taken_and_said(tmp_path, count, n
 
 @pytest.mark.parametrize(
     ("angles", "speeds", "noted"),
-    [((-25, 25), (1, 2), False), ((-30, 30), (0.1, 4), False), ((-31, 30), (1, 2), True), ((-5, 5), (0, 2), True)],
-)
+    [
+        ((-25, 25), (1, 2), False), ((-30, 30), (0.1, 4), False), ((-31, 30), (1, 2), True), ((-20, 31), (1, 2), True),
+        ((-20, 20), (1, 4.1), True), ((-5, 5), (0, 2), True),
+    ],
+)  # fmt: skip
 def test_a_continuous_car_is_read_and_written_as_aws_has_it(tmp_path, angles, speeds, noted):
     space = {
         "steering_angle": {"low": angles[0], "high": angles[1]},
@@ -178,7 +194,8 @@ def test_a_continuous_car_is_read_and_written_as_aws_has_it(tmp_path, angles, sp
     metadata = read_model_metadata(car_file(tmp_path, action_space=space, action_space_type="continuous"))
     low, high = math.radians(angles[0]), math.radians(angles[1])
     assert metadata.action_space == ActionRanges(low, high, *map(float, speeds))
-    assert bool(metadata.notes) is noted
+    said = f"actions from {angles[0]} to {angles[1]}° and {speeds[0]} to {speeds[1]} m/s reach beyond"
+    assert [note.startswith(said) for note in metadata.notes] == [True] * noted
     write_model_metadata(metadata, tmp_path / "again.json")
     written = json.loads((tmp_path / "again.json").read_text())
     assert written["action_space"] == space
@@ -222,13 +239,19 @@ WRONG = [  # changes, what the letter must hold: line (None where there can be n
         "below high",
     ),
     ({"action_space": {"speed": {"low": 1, "high": 2}}}, 2, "action_space.steering_angle", "no 'steering", '"low"'),
+    *(
+        ({"action_space": {**CONTINUOUS, "speed": ends}}, 7, "action_space.speed", "", "")
+        for ends in ({"low": 1}, {"high": 1}, {"low": 1, "high": 1}, [1, 2], 3)
+    ),
     ({"sensor": ["FRONT_FACING_CAM"]}, 12, "sensor", "FRONT_FACING_CAM", "Did you mean 'FRONT_FACING_CAMERA'"),
     ({"sensor": ["LIDAR"]}, 12, "sensor", "0 camera", "exactly one camera"),
     ({"sensor": ["FRONT_FACING_CAMERA", "STEREO_CAMERAS"]}, 12, "sensor", "2 camera", "exactly one camera"),
     ({"sensor": ["FRONT_FACING_CAMERA", "LIDAR", "SECTOR_LIDAR"]}, 12, "sensor", "2 LiDAR", "at most one LiDAR"),
     ({"sensor": 7}, 12, "sensor", "7", "list of names"),
     ({"neural_network": "BIG"}, 15, "neural_network", "BIG", "DEEP_CONVOLUTIONAL_NETWORK_DEEP"),
-    ({"version": "9"}, 16, "version", "'9'", '"1" to "6"'),
+    *(({"version": wrong}, 16, "version", "", '"1" to "6"') for wrong in (0.9, -1, True, "new")),
+    *(({"version": wrong}, 16, "version", f"'{wrong}'", '"1" to "6"') for wrong in ("7", "9")),
+    ({"action_space_type": "both"}, 17, "action_space_type", "'both'", "discrete or continuous"),
     ({"training_algorithm": "dqn"}, 17, "training_algorithm", "dqn", "clipped_ppo or sac"),
     ({"training_algorithm": "sac"}, 17, "training_algorithm", "list of actions", "continuous"),
     ({"action_space_type": "continuous"}, 17, "action_space_type", "a list of actions", "discrete"),
@@ -291,17 +314,6 @@ def test_versions_from_one_to_below_seven_are_read(tmp_path, version, read):
     assert (metadata.version, metadata.notes) == (read, ())
 
 
-@pytest.mark.parametrize("version", [0.9, "7", -1, True, "new"])
-def test_other_versions_are_refused(tmp_path, version):
-    with pytest.raises(MetadataError, match='version: .*expected "1" to "6"'):
-        read_model_metadata(car_file(tmp_path, version=version))
-
-
-@pytest.mark.parametrize(("version", "car"), [("4.9", "v4"), ("5.9", "v5-classic"), ("6.9", "v6")])
-def test_a_version_between_two_counts_as_the_lower(version, car):
-    assert car_for_version(version) == car
-
-
 def test_a_car_that_leaves_out_what_has_a_default_is_told_what_is_taken(tmp_path):
     metadata = read_model_metadata(car_file(tmp_path, sensor=None, neural_network=None))
     assert metadata.sensors == ("FRONT_FACING_CAMERA",), "older files, without a version, say observation"
@@ -336,32 +348,9 @@ def test_of_many_actions_that_reach_too_far_three_are_named(tmp_path):
     assert note.startswith("4 of 5 actions (left 31°, 1 m/s; left 32°, 1 m/s; left 33°, 1 m/s; …) reach beyond")
 
 
-@pytest.mark.parametrize(
-    ("angles", "speeds", "noted"),
-    [((-30, 30), (0.1, 4), False), ((-20, 31), (1, 2), True), ((-20, 20), (1, 4.1), True), ((-20, 20), (0, 4), True)],
-)
-def test_ranges_that_reach_too_far_at_one_end_are_told(tmp_path, angles, speeds, noted):
-    space = {key: dict(zip(("low", "high"), ends, strict=True))
-             for key, ends in (("steering_angle", angles), ("speed", speeds))}  # fmt: skip
-    notes = read_model_metadata(car_file(tmp_path, action_space=space)).notes
-    said = f"actions from {angles[0]} to {angles[1]}° and {speeds[0]} to {speeds[1]} m/s reach beyond"
-    assert [note.startswith(said) for note in notes] == [True] * noted
-
-
-@pytest.mark.parametrize("ends", [{"low": 1}, {"high": 1}, {"low": 1, "high": 1}, [1, 2], 3])
-def test_a_range_of_no_two_ends_is_refused(tmp_path, ends):
-    with pytest.raises(MetadataError, match=r"action_space\.speed: "):
-        read_model_metadata(car_file(tmp_path, action_space={**CONTINUOUS, "speed": ends}))
-
-
 @pytest.mark.parametrize("word", ["Discrete", " DISCRETE "])
 def test_the_kind_of_actions_may_be_said_in_any_case(tmp_path, word):
     assert read_model_metadata(car_file(tmp_path, action_space_type=word)).action_space_type == "discrete"
-
-
-def test_a_kind_of_actions_that_nobody_knows_is_refused(tmp_path):
-    with pytest.raises(MetadataError, match="action_space_type: 'both'; expected discrete or continuous"):
-        read_model_metadata(car_file(tmp_path, action_space_type="both"))
 
 
 @pytest.mark.parametrize("key", ["steering_angle", "speed"])
@@ -384,14 +373,6 @@ def test_a_car_is_written_for_people_with_every_key(tmp_path):
     assert list(json.loads(text)) == ["action_space", "sensor", "neural_network", "training_algorithm",
                                       "action_space_type", "version", "lidar_config", "a"]  # fmt: skip
     assert (json.loads(text)["version"], text[-2:]) == ("5", "}\n")
-
-
-def test_the_default_cars_actions_go_from_right_to_left_slow_before_fast():
-    actions = [(round(math.degrees(one.steering_rad)), one.speed_mps) for one in default_model_metadata().actions]
-    assert actions == [(angle, speed) for angle in (-30, -15, 0, 15, 30) for speed in (0.5, 1.0)]
-    assert [one.label for one in default_model_metadata().actions[3:7]] == [
-        "right 15°, 1 m/s", "straight, 0.5 m/s", "straight, 1 m/s", "left 15°, 0.5 m/s"
-    ]  # fmt: skip
 
 
 def test_straight_on_is_written_without_a_sign():
