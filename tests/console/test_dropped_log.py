@@ -45,18 +45,6 @@ def dropped(address, name, data):
     return answer.geturl(), answer.read().decode()
 
 
-def test_a_trace_alone_opens_its_laps(console):
-    address, workspace = console
-    led_to, page = dropped(address, "trace.csv", LOG.read_bytes())
-    assert led_to == f"{address}/logs/trace.csv"
-    assert "A log without a model" in page
-    assert "racecraft telemetry" in page
-    laps = urllib.request.urlopen(f"{led_to}/laps")
-    assert "sandbox" in laps.headers["Content-Security-Policy"]
-    assert "<title>" in laps.read().decode()
-    assert {path.name for path in (workspace / "logs/trace.csv").iterdir()} == {"trace.csv", "laps.html", "page.json"}
-
-
 def test_metrics_alone_open_what_they_tell(console):
     metrics = next((TRACES / "drfc-1-worker").rglob("EvaluationMetrics*.json"))
     led_to, page = dropped(console[0], metrics.name, metrics.read_bytes())
@@ -68,29 +56,39 @@ def test_metrics_alone_open_what_they_tell(console):
 
 def test_files_without_weights_become_a_model_that_is_trained_as_they_stand(console, tmp_path, monkeypatch):
     begun = []
+    monkeypatch.setattr(imports, "_logged", lambda console, place, file: "its-log")
     monkeypatch.setattr(imports, "begin_training", lambda home, model, words: begun.append((model.path, words)))
     with tarfile.open(tmp_path / "club.tar", "w") as archive:
         (tmp_path / "reward_function.py").write_text("def reward_function(params):\n    return 1.0\n")
         archive.add(tmp_path / "reward_function.py", "club/reward_function.py")
+        archive.add(LOG, "club/training-simtrace/0-iteration.csv")
     led_to, page = dropped(console[0], "club.tar", (tmp_path / "club.tar").read_bytes())
-    assert led_to == f"{console[0]}/import/club"
+    assert led_to == f"{console[0]}/import/club?log=its-log"
+    assert "/logs/its-log" in page
     assert "Missing: weights, metadata, hyperparameters" in page
     assert "no hyperparameters.json: the preset&#39;s values" in page
     assert "/import/club" in urllib.request.urlopen(f"{console[0]}/models/club").read().decode(), "the way to train it"
     form = urllib.parse.urlencode({"form_token": token_of(page), "track": "Oval_track", "minutes": "2"}).encode()
-    urllib.request.urlopen(f"{led_to}/train", form)
+    urllib.request.urlopen(f"{console[0]}/import/club/train", form)
     assert begun[0][0] == console[1] / "models/club"
     assert begun[0][1][:3] == ["train", ".", "--track=Oval_track"]
 
 
-def test_logs_in_an_archive_of_a_long_name_say_why_they_are_no_model(console, tmp_path):
+def test_a_trace_in_an_archive_opens_its_laps_and_says_why_it_is_no_model(console, tmp_path):
     """The console named its archives by model, kind and job: more letters than a model's name may have."""
+    address, workspace = console
     name = f"my-model-{55 * 'x'}_logs.tar.gz"
     with tarfile.open(tmp_path / name, "w:gz") as archive:
         archive.add(LOG, "id/sim-trace/training/training-simtrace/0-iteration.csv")
-    led_to, page = dropped(console[0], name, (tmp_path / name).read_bytes())
-    assert led_to == f"{console[0]}/logs/{name}"
+    led_to, page = dropped(address, name, (tmp_path / name).read_bytes())
+    assert led_to == f"{address}/logs/{name}"
+    assert "A log without a model" in page
     assert f"{name}: it holds no file of a model" in page
+    assert "racecraft telemetry" in page
+    laps = urllib.request.urlopen(f"{led_to}/laps")
+    assert "sandbox" in laps.headers["Content-Security-Policy"]
+    assert "<title>" in laps.read().decode()
+    assert {path.name for path in (workspace / "logs" / name).iterdir()} == {name, "laps.html", "page.json"}
 
 
 def test_what_is_neither_leaves_nothing(console):
