@@ -22,22 +22,12 @@ def half(reward, value, following, terminated, truncated, active=None):
     return found[:, 0]
 
 
-def test_an_episode_cut_by_the_clock_still_bootstraps():
-    # tick 1: delta = 1 + 0.5 * 0.75 - 0.25 = 1.125, nothing after it      -> 1.125
-    # tick 0: delta = 1 + 0.5 * 2.00 - 0.50 = 1.5, nothing crosses the cut -> 1.5
-    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(0, 0), flags(1, 0))
-    assert_allclose(got, [1.5, 1.125])
-
-
-def test_an_episode_that_is_over_bootstraps_nothing():
-    # tick 1: 1.125 as above; tick 0: delta = 1 - 0.5 = 0.5, nothing crosses the ending
-    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(1, 0), flags(0, 0))
-    assert_allclose(got, [0.5, 1.125])
-
-
-def test_an_episode_both_over_and_cut_is_over():
-    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(1, 0), flags(1, 0))
-    assert_allclose(got, [0.5, 1.125])
+@pytest.mark.parametrize(("over", "cut", "first"), [(0, 1, 1.5), (1, 0, 0.5), (1, 1, 0.5)])
+def test_an_episode_cut_by_the_clock_bootstraps_and_one_that_is_over_does_not(over, cut, first):
+    # tick 1: delta = 1 + 0.5 * 0.75 - 0.25 = 1.125, nothing after it
+    # tick 0: delta = 1 + 0.5 * 2.00 - 0.50 = 1.5 where it is cut, 1 - 0.5 = 0.5 where it is over; nothing crosses
+    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(over, 0), flags(cut, 0))
+    assert_allclose(got, [first, 1.125])
 
 
 def test_advantages_flow_back_through_an_episode():

@@ -175,10 +175,13 @@ def test_what_learns_by_the_official_rules_is_shown_the_outlook_where_it_has_a_m
     assert "outlook" not in ExactGames(1).spec.observations
 
 
-@pytest.mark.parametrize("words", [{"side": 2}, {"side": 22}, {"snakes": 1}, {"snakes": 17}, {"max_turns": -1}])
+@pytest.mark.parametrize(
+    "words", [{"side": 2}, {"side": 22}, {"snakes": 1}, {"snakes": 17}, {"max_turns": -1}, {"num_worlds": 0}]
+)
 def test_impossible_games_are_refused(words):
-    with pytest.raises(BoardError, match="expected at least 1"):
-        StarterPackWorld(1, **words)
+    said = "0 games of 5 snakes on 11x11, cut after 1000; " if "num_worlds" in words else ""
+    with pytest.raises(BoardError, match=f"{said}expected at least 1"):
+        StarterPackWorld(**{"num_worlds": 1, **words})
 
 
 def test_no_two_snakes_begin_on_one_square_however_many_games_were_played_before():
@@ -215,11 +218,6 @@ def test_a_world_of_which_nothing_is_told_is_the_published_experiments():
 @pytest.mark.parametrize("words", [{"side": 3, "snakes": 2}, {"side": 21, "snakes": 16}, {"max_turns": 0}])
 def test_games_are_played_up_to_their_borders(words):
     assert StarterPackWorld(1, **words).spec.num_worlds == 1
-
-
-def test_no_game_at_all_is_refused():
-    with pytest.raises(BoardError, match="0 games of 5 snakes on 11x11, cut after 1000; expected at least 1"):
-        StarterPackWorld(0)
 
 
 def test_prices_are_told_to_the_kernel_in_the_order_of_its_fates():

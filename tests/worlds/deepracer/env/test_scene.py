@@ -223,18 +223,20 @@ def test_the_dash_that_the_start_strip_covers_by_an_end_is_left_out(middle):
     assert [second, -0.61, second + 0.1, -0.59] == bounds(told[0][0])
 
 
-def test_a_start_strip_covers_as_many_dashes_as_it_meets():
-    """From -0.17 to 0.03 m it meets the end of the last, at 4.647 of 4.8 m, and the beginning of the first."""
-    assert len(dashes(start_strip=0.2, start_strip_at=-0.07)) == 17
-
-
-def test_a_start_strip_covers_a_dash_that_ends_on_it():
-    """From 0.09 to 0.19 m; the first dash ends at 0.1 m."""
-    assert len(dashes(start_strip=0.1, start_strip_at=0.14)) == 18
-
-
-def test_a_start_strip_between_two_dashes_covers_none():
-    assert len(dashes(start_strip=0.1, start_strip_at=0.175)) == 19
+@pytest.mark.parametrize(
+    ("length", "middle", "count"),
+    [
+        (
+            0.2,
+            -0.07,
+            17,
+        ),  # from -0.17 to 0.03 m: the end of the last, at 4.647 of 4.8 m, and the beginning of the first
+        (0.1, 0.14, 18),  # from 0.09 to 0.19 m; the first dash ends at 0.1 m
+        (0.1, 0.175, 19),  # between two dashes
+    ],
+)
+def test_a_start_strip_covers_as_many_dashes_as_it_meets(length, middle, count):
+    assert len(dashes(start_strip=length, start_strip_at=middle)) == count
 
 
 # ---- as kernels take it ----------------------------------------------------------------------------------------------

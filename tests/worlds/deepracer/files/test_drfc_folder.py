@@ -71,15 +71,19 @@ def test_an_upload_without_a_bucket_for_it_is_refused(tmp_path):
     assert it.value.path == drfc.config
 
 
-@pytest.mark.parametrize("name", ["..", "/away", "a/../..", "C:a", "/", "s3://"])
-def test_a_bucket_that_leaves_the_installation_is_refused(tmp_path, name):
-    with pytest.raises(RunEnvError, match=r"run\.env:1: DR_LOCAL_S3_BUCKET: .* stays inside its folder"):
-        _ = opened(tmp_path, f"DR_LOCAL_S3_BUCKET={name}\n").bucket
-
-
-def test_a_kind_of_storage_that_nobody_knows_is_refused(tmp_path):
-    with pytest.raises(RunEnvError, match="expected local or aws or azure or remote"):
-        _ = opened(tmp_path, "DR_CLOUD=moon\n").bucket
+@pytest.mark.parametrize(
+    ("variable", "value", "expected"),
+    [
+        *(
+            ("LOCAL_S3_BUCKET", name, "stays inside its folder")
+            for name in ("..", "/away", "a/../..", "C:a", "/", "s3://")
+        ),
+        ("CLOUD", "moon", "expected local or aws or azure or remote"),
+    ],
+)
+def test_a_bucket_that_leaves_the_installation_or_has_no_known_kind_is_refused(tmp_path, variable, value, expected):
+    with pytest.raises(RunEnvError, match=rf"run\.env:1: DR_{variable}: .*{expected}"):
+        _ = opened(tmp_path, f"DR_{variable}={value}\n").bucket
 
 
 ENDPOINTS = [  # lines, the variable that names the bucket's store

@@ -75,19 +75,16 @@ def test_what_is_not_given_is_none_and_what_is_given_is_named(tmp_path):
     assert got.given == ("lr",)
 
 
-@pytest.mark.parametrize("text", ["huber", "Huber", " HUBER "])
-def test_huber_in_any_case(tmp_path, text):
-    assert read(tmp_path, {"loss_type": text}).loss_type == "huber"
-
-
-@pytest.mark.parametrize("text", ["mean squared error", "mean_squared_error", "Mean squared error", "MSE"])
-def test_mean_squared_error_in_any_spelling(tmp_path, text):
-    assert read(tmp_path, {"loss_type": text}).loss_type == "mean squared error"
-
-
-@pytest.mark.parametrize("text", ["e-greedy", "e_greedy", "Epsilon Greedy"])
-def test_greedy_in_any_spelling(tmp_path, text):
-    assert read(tmp_path, {"exploration_type": text}).exploration_type == "e-greedy"
+@pytest.mark.parametrize(
+    ("key", "value", "spellings"),
+    [
+        ("loss_type", "huber", ["huber", "Huber", " HUBER "]),
+        ("loss_type", "mean squared error", ["mean squared error", "mean_squared_error", "Mean squared error", "MSE"]),
+        ("exploration_type", "e-greedy", ["e-greedy", "e_greedy", "Epsilon Greedy"]),
+    ],
+)
+def test_words_are_read_in_any_case_and_spelling(tmp_path, key, value, spellings):
+    assert {getattr(read(tmp_path, {key: text}), key) for text in spellings} == {value}
 
 
 def test_numbers_written_as_text_and_names_written_otherwise_are_read(tmp_path):

@@ -191,12 +191,20 @@ def test_a_parameter_that_cannot_be_shown_hides_no_fault(tmp_path, answer):
     assert "a value that cannot be shown (SystemExit)" in str(caught.value)
 
 
-def test_an_exception_that_cannot_be_shown_gets_a_letter(tmp_path):
-    text = (
-        "class Fault(Exception):\n    def __str__(self):\n        raise SystemExit\n"
-        "def reward_function(params):\n    raise Fault\n"
-    )
-    with pytest.raises(RewardError, match=r"\.py:5: reward_function raised Fault: a value that cannot be shown"):
+@pytest.mark.parametrize(
+    ("before", "answer", "found"),
+    [
+        ("class Fault(Exception):\n    def __str__(self):\n        raise SystemExit", "raise Fault",
+         "5: reward_function raised Fault: a value that cannot be shown"),
+        ("def inner():\n    raise KeyboardInterrupt", "return inner()", "2: reward_function raised KeyboardInterrupt"),
+        ("import functools\ndef pay(p, k):\n    return k", "pass\nreward_function = functools.partial(pay, k=None)",
+         "1: reward_function returned None"),
+    ],
+    ids=["not to be shown", "Ctrl-C of its own", "no plain function"],
+)  # fmt: skip
+def test_a_fault_is_told_with_its_line(tmp_path, before, answer, found):
+    text = f"{before}\ndef reward_function(params):\n    {answer}\n"
+    with pytest.raises(RewardError, match=rf"reward_function\.py:{found}"):
         loaded(tmp_path, text).call({})
 
 
@@ -219,12 +227,6 @@ def test_a_persons_ctrl_c_is_no_fault_of_the_reward(tmp_path):
     for method in ("__float__", "__repr__"):
         with pytest.raises(KeyboardInterrupt):
             loaded(tmp_path, ANSWERING.format(method=method, statement=statement, answer="return Pay()")).call({})
-
-
-def test_a_ctrl_c_that_the_rewards_own_code_raises_is_a_fault_of_it(tmp_path):
-    text = "def inner():\n    raise KeyboardInterrupt\ndef reward_function(params):\n    return inner()\n"
-    with pytest.raises(RewardError, match=r"reward_function\.py:2: reward_function raised KeyboardInterrupt"):
-        loaded(tmp_path, text).call({"x": 1})
 
 
 def test_the_moments_that_a_reward_is_tried_at_follow_one_another():
@@ -357,10 +359,17 @@ def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
     assert f"returned {told}, of type str" in str(refused.value)
 
 
-def test_a_helper_of_nearly_the_name_is_none_to_rename(tmp_path):
+@pytest.mark.parametrize(
+    ("text", "never"),
+    [
+        ("reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n", "Rename it"),
+        ("from math import sqrt as reward_functio\n", "reward_functio'"),
+    ],
+)
+def test_neither_a_helper_nor_what_is_imported_is_taken_for_a_wrong_name(tmp_path, text, never):
     with pytest.raises(RewardFileError) as refused:
-        loaded(tmp_path, "reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n")
-    assert "Rename it" not in str(refused.value)
+        loaded(tmp_path, text)
+    assert never not in str(refused.value)
 
 
 @pytest.mark.parametrize("pay", ["1e5", "-1e5", "100000", "-100000"])
@@ -432,18 +441,6 @@ def test_a_missing_key_that_is_no_parameter_has_no_nearest(tmp_path, raised):
     with pytest.raises(RewardError, match="expected a number. Mend this line, or guard it") as caught:
         reward.call(params)
     assert "nearest" not in str(caught.value)
-
-
-def test_a_reward_that_is_no_plain_function_is_told_at_the_first_line(tmp_path):
-    text = "import functools\ndef pay(p, k):\n    return k\nreward_function = functools.partial(pay, k=None)\n"
-    with pytest.raises(RewardError, match=r"reward_function\.py:1: reward_function returned None"):
-        loaded(tmp_path, text).call({})
-
-
-def test_only_a_function_of_the_files_own_may_be_meant(tmp_path):
-    with pytest.raises(RewardFileError) as refused:
-        loaded(tmp_path, "from math import sqrt as reward_functio\n")
-    assert "reward_functio'" not in str(refused.value)
 
 
 def test_what_is_no_set_of_parameters_is_shown_as_it_is(tmp_path):

@@ -100,11 +100,6 @@ def test_statistics_properties_and_strangers_are_sorted_in():
     assert channels.raw == [(theirs, b"who?")]
 
 
-def test_an_unknown_aggregation_is_named():
-    with pytest.raises(WireError, match="aggregation 7"):
-        SideChannels().receive(record(STATISTICS, pack_string("score") + struct.pack("<fi", 2.5, 7)))
-
-
 @pytest.mark.parametrize(("kind", "name"), [*enumerate(["average", "most_recent", "sum", "histogram"])])
 def test_aggregations_are_numbered_as_in_unity(kind, name):
     channels = SideChannels()
