@@ -12,7 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 from racecraft.cli.runs import export as export_command
-from racecraft.contract.errors import RunFolderError, SettingError, UserInputError
+from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import EpisodeRecord
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
@@ -113,7 +113,7 @@ def test_the_exported_file_plays_as_well_as_the_policy(basic, tmp_path):
 
 def test_a_run_of_another_kind_and_a_strange_target_are_refused(tmp_path):
     RunFolder.create(tmp_path / "car", {"kind": "deepracer"})
-    with pytest.raises(RunFolderError, match="one of `racecraft train`; expected one of `racecraft unity train`"):
+    with pytest.raises(SettingError, match="one of `racecraft train`; expected one of Unity. Export it with --to car"):
         CliRunner().invoke(APP, ["export", str(tmp_path / "car"), "--to", "unity"], catch_exceptions=False)
     with pytest.raises(SettingError, match="Did you mean 'unity'"):
         CliRunner().invoke(APP, ["export", str(tmp_path), "--to", "untiy"], catch_exceptions=False)
