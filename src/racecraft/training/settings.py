@@ -31,9 +31,10 @@ class EvaluationConfig:
     episodes: int = setting(5, "Greedy episodes of one evaluation, starts spread round the track.", low=1, high=1000)
     best_by: str = setting(
         "progress",
-        "What makes a checkpoint of a car the best: mean progress, mean reward (the reward function is asked then), or "
-        "mean lap time (an unfinished lap counts 999.999 s). Of equals the newer.",
-        choices=("progress", "reward", "laptime"),
+        "What makes a checkpoint of a car the best: mean progress, mean reward (the reward function is asked then), "
+        "mean lap time (an unfinished lap counts 999.999 s), or the pace of the latest five evaluations together (an "
+        "unfinished lap counts as two). Of equals the newer; of paces within 5 %, too.",
+        choices=("progress", "reward", "laptime", "pace"),
     )
     stable_after: int = setting(2, "Evaluations in a row, all laps complete, that count as stable.", low=1)
 

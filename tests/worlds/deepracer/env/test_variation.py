@@ -502,7 +502,7 @@ def test_every_range_belongs_to_one_disturbance_and_every_disturbance_to_a_level
     assert sorted(of_disturbances) == sorted(RANGES)
     assert {name for level in AMOUNTS.values() for name in level} == set(RANGES)
     assert set(AMOUNTS) == set(LEVELS)
-    for level in ("aws", "light", "strong"):
+    for level in set(LEVELS) - {"off"}:
         VariationConfig(level, **{name: switch(name, value) for name, value in AMOUNTS[level].items()})  # legal
     assert all(AMOUNTS["light"][name] < AMOUNTS["strong"][name] for name in AMOUNTS["light"])
     assert disturbances_of("aws", has_objects=False) == ["lamps"]
@@ -551,23 +551,23 @@ def test_what_shows_in_a_frame_is_told_apart_from_what_moves_the_car():
 
 
 def cells():
-    """Return the table's cells by setting: of aws, light and strong."""
+    """Return the table's cells by setting: of perturbed, aws, light and strong."""
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in as_table().splitlines()]
-    assert rows[0] == ["disturbance", "setting", "unit", "`aws`", "`light`", "`strong`"]
-    assert rows[1] == ["---"] * 6
+    assert rows[0] == ["disturbance", "setting", "unit", "`perturbed`", "`aws`", "`light`", "`strong`"]
+    assert rows[1] == ["---"] * 7
     return {row[1].strip("`").removeprefix("variation."): (row[0], row[2], *row[3:]) for row in rows[2:]}
 
 
 def test_the_table_has_a_row_for_every_range_with_what_each_level_has_of_it():
     told = cells()
     assert list(told) == [name for one in DISTURBANCES.values() for name in one.settings]
-    assert told["lamps"] == ("lamps", "", "yes", "", "")
-    assert told["object_colours"] == ("object-colours", "", "yes", "", "yes")
-    assert told["palette"] == ("palette", "share", "", "0.08", "0.25")
-    assert told["latency"] == ("latency", "s", "", "0.0667", "0.2")
-    assert told["slip"] == ("grip", "s²/m", "", "0.02", "0.2")
-    assert told["steering_noise"] == ("action-noise", "rad", "", "0.01", "0.06")
-    assert told["glare"] == ("glare", "level", "", "40", "150")
+    assert told["lamps"] == ("lamps", "", "", "yes", "", "")
+    assert told["object_colours"] == ("object-colours", "", "", "yes", "", "yes")
+    assert told["palette"] == ("palette", "share", "", "", "0.08", "0.25")
+    assert told["latency"] == ("latency", "s", "", "", "0.0667", "0.2")
+    assert told["slip"] == ("grip", "s²/m", "", "", "0.02", "0.2")
+    assert told["steering_noise"] == ("action-noise", "rad", "0.05", "", "0.01", "0.06")
+    assert told["glare"] == ("glare", "level", "", "", "40", "150")
 
 
 @pytest.mark.parametrize(
@@ -602,7 +602,7 @@ def test_nothing_differs_where_nothing_is_said():
     assert "glare_width" not in RANGES
 
 
-@pytest.mark.parametrize("level", ["aws", "light", "strong"])
+@pytest.mark.parametrize("level", ["perturbed", "aws", "light", "strong"])
 def test_a_level_has_what_it_names_and_a_switch_counts_as_one(level):
     config = VariationConfig(level)
     assert config.is_on

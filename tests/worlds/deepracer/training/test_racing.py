@@ -1,13 +1,18 @@
 """The preset that races: what it settles, what it leaves alone, and what ends it."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from racecraft.contract.errors import SettingError
 from racecraft.training.stopping import Progress, parse_stops, reached
 from racecraft.worlds.deepracer.driving import known_laps
 from racecraft.worlds.deepracer.driving.action_tables import default_table, default_top_speed, read_table
+from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.settings import RaceConfig
+from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport
 from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
+from racecraft.worlds.deepracer.training import evaluator
 from racecraft.worlds.deepracer.training.plan import RaceRequest, known_lap_of, plan_car
 from racecraft.worlds.deepracer.training.trainer import drive_seconds
 
@@ -64,6 +69,35 @@ def test_cars_in_training_drive_on_over_the_finish_and_at_aws_not_at_all():
     assert drive_seconds(aws, aws.all_courses[0]) is None
     away = plan_car(RaceRequest(track="Straight_track"))
     assert drive_seconds(away, away.all_courses[0]) is None
+
+
+def test_what_disturbs_a_car_in_training_leaves_its_evaluations_alone_unless_asked():
+    planned = plan_car(RaceRequest())
+    assert planned.all_courses[0].settings.variation.is_on
+    assert not planned.judged_courses[0].settings.variation.is_on
+    asked = plan_car(RaceRequest(overrides=("variation.in_evaluations=true",)))
+    assert asked.judged_courses[0].settings.variation.is_on
+
+
+def laps_of(seconds, full, of=20):
+    """Return what so many full laps, and as many more starts as there are, come to."""
+    return LapReport(tuple(
+        Lap(0.0, 100.0, seconds, "lap_complete", 200) if k < full else Lap(0.0, 30.0, None, "off_track", 60)
+        for k in range(of)
+    ))  # fmt: skip
+
+
+def test_by_pace_one_lucky_evaluation_is_not_the_best(monkeypatch):
+    found = iter([laps_of(18.0, 20), *[laps_of(14.5, 19)] * 5, laps_of(14.5, 12), laps_of(19.0, 20)])
+    monkeypatch.setattr(evaluator, "judge_starts", lambda *args, **more: next(found))
+    world, policy = SimpleNamespace(habits=habits("sane")), None
+    judge, best, places = evaluator.CarEvaluator(world, policy, best_by="pace"), None, []
+    for place in range(8):
+        result = judge.evaluate()
+        if best is None or result.takes_the_place_of(best):
+            best = result
+            places.append(place)
+    assert places == [0, 1, 2, 3, 4, 5], "what leaves the road often, or drives slowly, takes no place"
 
 
 def test_the_racing_reward_pays_metres_and_takes_a_little_for_steering():

@@ -115,7 +115,9 @@ def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
 
 def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
     asked = race_environment(folder_with(tmp_path, run_env_text()))
-    assert apply_overrides(default_settings(), asked.overrides) == default_settings()
+    default, given = default_settings(), apply_overrides(default_settings(), asked.overrides)
+    assert given.variation.amounts == default.variation.amounts
+    assert given.with_group("variation", default.variation) == default
     assert (asked.track, asked.clone_from, asked.stops, asked.start_offset) == ("reinvent_base", None, (), 0.0)
     assert asked.judging == judging_in_drfc(RunEnv()) == TEMPLATE
 

@@ -24,7 +24,7 @@ class DisturbedDrive(Request):
 
     PANEL: ClassVar[str] = "Under disturbances"
     under: str | None = option(
-        None, "Judge it under variation of a level: aws, light or strong; one episode from every start."
+        None, "Judge it under variation of a level: perturbed, aws, light or strong; one episode from every start."
     )
     each: bool = option(False, "Under each of the level's disturbances by itself as well.")
     only: tuple[str, ...] = option((), "Under this disturbance by itself, such as glare; may be repeated.")

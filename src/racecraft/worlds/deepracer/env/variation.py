@@ -6,8 +6,8 @@ what is written down of them). A range of 0 changes nothing.
 
 The original varies two things, lamps and the colours of objects (facts: deepracer.md 7); that is the level `aws`. What
 breaks a policy on a real car, where the camera sits and how late and how crooked the car answers, it never touched;
-those are ours, in the levels `light` and `strong`. `randomisation.py` draws, `kernels/variation.py` has the compiled
-passes.
+those are ours, in the levels `light` and `strong`. The level `perturbed` is for racing in the simulator
+(benchmarks/racing.md). `randomisation.py` draws, `kernels/variation.py` has the compiled passes.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
 LEVELS = {
     "off": "every episode is like the other",
+    "perturbed": "commands stray a little, so that a car learns to leave itself room",
     "aws": "lamps and colours of objects, as the original's domain randomisation",
     "light": "what two cars of one batch differ by, in one room",
     "strong": "another car, badly built, in another room",
@@ -44,6 +45,7 @@ class VariationConfig:
     """What differs from episode to episode; a range that is none is as its level has it."""
 
     level: str = setting("off", "How much differs where a range says nothing.", choices=tuple(LEVELS))
+    in_evaluations: bool = setting(True, "Whether evaluations of a training draw from the same ranges.")
     lamps: bool | None = setting(None, "Sun and lamp shine in any colour, as the original's.")
     object_colours: bool | None = setting(None, "Every box and bot has any colour, as the original's.")
     palette: float | None = _range("Red, green and blue of every material, each more or less by up to.", "share", 1.0)
@@ -96,12 +98,15 @@ class VariationConfig:
 
 
 RANGES = tuple(
-    field.name for field in dataclasses.fields(VariationConfig) if field.name not in ("level", "glare_width")
+    field.name
+    for field in dataclasses.fields(VariationConfig)
+    if field.name not in ("level", "in_evaluations", "glare_width")
 )
 """The settings that are 0, False or none where nothing differs."""
 
 AMOUNTS: Mapping[str, Mapping[str, float]] = {
     "off": {},
+    "perturbed": {"steering_gain": 0.05, "speed_gain": 0.05, "steering_noise": 0.05, "speed_noise": 0.05},
     "aws": {"lamps": 1.0, "object_colours": 1.0},
     "light": {
         "palette": 0.08, "gain": 0.12, "gradient": 0.08, "grain": 4.0, "glare": 40.0, "noise": 3.0, "blur": 0.004,

@@ -21,6 +21,8 @@ from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
 
 UNFINISHED_MS = 999_999.0
 """What an unfinished lap counts where checkpoints are compared by lap time (facts: simapp `s3_metrics.py`)."""
+UNFINISHED_LAPS = 2
+"""What it counts where they are compared by pace: it is driven once more."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +78,18 @@ class LapReport:
         return min((lap.seconds for lap in self.laps if lap.seconds is not None), default=None)
 
     def merit(self, by: str) -> float:
-        """Return how good this is by "progress" (mean per cent), "reward" (mean) or "laptime" (mean ms, negative).
+        """Return how good this is by "progress" (mean per cent), "reward" (mean), "laptime" or "pace" (ms, negative).
 
-        >>> LapReport((Lap(0, 100, 12.5, "lap_complete", 188), Lap(0, 40, None, "off_track", 90))).merit("laptime")
-        -506249.5
+        An unfinished lap counts UNFINISHED_MS by lap time, and by pace as many laps as UNFINISHED_LAPS says.
+
+        >>> one_of_two = LapReport((Lap(0, 100, 12.5, "lap_complete", 188), Lap(0, 40, None, "off_track", 90)))
+        >>> one_of_two.merit("laptime"), one_of_two.merit("pace")
+        (-506249.5, -18750.0)
         """
+        if by == "pace":
+            finished = [1000.0 * lap.seconds for lap in self.laps if lap.seconds is not None]
+            share = len(finished) / len(self)
+            return -float(np.mean(finished)) * (share + UNFINISHED_LAPS * (1.0 - share)) if finished else -UNFINISHED_MS
         if by == "laptime":
             times = (UNFINISHED_MS if lap.seconds is None else 1000.0 * lap.seconds for lap in self.laps)
             return -float(np.mean(list(times)))

@@ -57,6 +57,13 @@ class LaidCourse:
         return race
 
     @property
+    def judged(self) -> LaidCourse:
+        """The course as evaluations of a training drive it."""
+        if self.settings.variation.in_evaluations:
+            return self
+        return replace(self, settings=self.settings.with_group("variation", VariationConfig()))
+
+    @property
     def ways(self) -> tuple[LaidCourse, ...]:
         """Itself; where directions alternate, the course in each."""
         if not self.alternates:

@@ -135,12 +135,12 @@ class CarPlan:
     @property
     def judged_courses(self) -> tuple[LaidCourse, ...]:
         """The same as they are judged: each way by itself where directions alternate."""
-        return tuple(way for course in self.all_courses for way in course.ways)
+        return tuple(way.judged for course in self.all_courses for way in course.ways)
 
     @property
     def held_out_courses(self) -> tuple[LaidCourse, ...]:
         """The courses that are judged on only."""
-        return tuple(LaidCourse(track, of_race(self.settings)) for track in self.held_out)
+        return tuple(LaidCourse(track, of_race(self.settings)).judged for track in self.held_out)
 
     @property
     def seed(self) -> int:

@@ -156,7 +156,8 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
     if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
         found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
     if "DR_ENABLE_DOMAIN_RANDOMIZATION" in env.values:
-        found.append(f"variation.level={'aws' if env.flag('DR_ENABLE_DOMAIN_RANDOMIZATION') else 'off'}")
+        is_on = env.flag("DR_ENABLE_DOMAIN_RANDOMIZATION")
+        found += ["variation.level=aws"] if is_on else ["variation.lamps=false", "variation.object_colours=false"]
     return (*found, *_own_settings(env))
 
 

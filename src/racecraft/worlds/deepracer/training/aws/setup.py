@@ -87,8 +87,14 @@ def aws_setup(
         metadata,
         used_hyperparameters(settings, given),
         training_params(world_name, settings, model_name, env or {}) | {"ALTERNATE_DRIVING_DIRECTION": str(alternates)},
-        settings.evaluation.best_by,
+        best_model_metric(settings),
     )
+
+
+def best_model_metric(settings: Settings) -> str:
+    """Return by which of AWS's metrics the best checkpoint is chosen: a pace is a time, too."""
+    by = settings.evaluation.best_by
+    return "laptime" if by == "pace" else by
 
 
 def used_hyperparameters(settings: Settings, given: Hyperparameters) -> Hyperparameters:
@@ -147,7 +153,7 @@ def training_params(world_name: str, settings: Settings, model_name: str, env: M
         "CHANGE_START_POSITION": str(race.change_start),
         "ROUND_ROBIN_ADVANCE_DIST": f"{race.start_advance:g}",
         "MIN_EVAL_TRIALS": str(settings.evaluation.episodes),
-        "BEST_MODEL_METRIC": settings.evaluation.best_by,
+        "BEST_MODEL_METRIC": best_model_metric(settings),
         "RACE_TYPE": race.type,
         **objects_params(objects_of(settings)),
     }
