@@ -1,4 +1,4 @@
-"""Pay the car for every metre that it gains along the centre line, less where it steers hastily.
+"""Pay the car for every metre that it gains along the centre line, less where it steers hastily or leaves the road.
 
 `params` tells where the car is and what it does at this moment; the number returned is its pay for this moment.
 A fast line gains more metres a moment, so the car finds one by itself. Change the pay below and train again.
@@ -22,4 +22,5 @@ def reward_function(params):
     Before.steps, Before.progress, Before.steering = steps, progress, steering
     Before.side = steering or Before.side
     # A share of the metres: a price of its own would make a slow drive cost more than it earns, and a quick end pay.
-    return 2.0 * metres * (1.0 - 0.25 * turned - 0.5 * changed_side)
+    pay = 2.0 * metres * (1.0 - 0.25 * turned - 0.5 * changed_side)
+    return pay - 5.0 * params["is_offtrack"]  # what two and a half metres pay

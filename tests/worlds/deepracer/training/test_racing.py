@@ -104,7 +104,7 @@ def test_the_racing_reward_pays_metres_and_takes_a_little_for_steering():
     names = {}
     exec(racing_reward_source(), names)  # noqa: S102 (ours)
     reward = names["reward_function"]
-    params = {"progress": 10.0, "steps": 2.0, "steering_angle": 0.0, "track_length": 20.0}
+    params = {"progress": 10.0, "steps": 2.0, "steering_angle": 0.0, "track_length": 20.0, "is_offtrack": False}
     assert reward(params) == 0.0
     params |= {"progress": 11.0, "steps": 3.0, "steering_angle": 30.0}
     assert reward(params) == pytest.approx(2 * 0.2 - 0.1)
@@ -112,7 +112,9 @@ def test_the_racing_reward_pays_metres_and_takes_a_little_for_steering():
     assert reward(params) == pytest.approx(2 * 0.2 - 0.1)
     params |= {"progress": 13.0, "steps": 5.0, "steering_angle": -10.0}
     assert reward(params) == pytest.approx(2 * 0.2 - 0.1 / 3 - 0.2), "it last steered to the left"
-    params |= {"progress": 0.5, "steps": 1.0, "steering_angle": -30.0}
+    params |= {"progress": 14.0, "steps": 6.0, "is_offtrack": True}
+    assert reward(params) == pytest.approx(2 * 0.2 - 5), "leaving the road costs what two and a half metres pay"
+    params |= {"progress": 0.5, "steps": 1.0, "steering_angle": -30.0, "is_offtrack": False}
     assert reward(params) == 0.0, "over the finish another lap begins"
 
 

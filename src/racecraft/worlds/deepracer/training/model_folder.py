@@ -42,7 +42,7 @@ PAID_FOR = {
     HEAD_TO_MODEL: "speed, in the lane that the next car leaves free",
 }
 """What a car without a reward function is paid for, by type of race."""
-RACING_PAY = "metres gained along the centre line, less for hasty steering"
+RACING_PAY = "metres gained along the centre line, less for hasty steering and for leaving the road"
 
 
 def notes_in(model: ModelFolder, race_type: str, is_racing: bool = False) -> list[str]:
