@@ -10,7 +10,8 @@ a machine that does something else): the median over the watched periods, betwee
 and between which two half of the periods lie. What the page's own process takes is told as a share of one core; not in
 it is what it takes to start, once, a second or two.
 
-With `--clients 10` ten ask at once, from the process of this script; with `--browser` a headless Chromium without a
+With `--clients 10` ten ask at once, from the process of this script, whose share of a core is told, too: what it takes
+is taken from the training as well, though no server's cost. With `--browser` a headless Chromium without a
 graphics card shows the page, so that its drawing counts.
 """
 
@@ -57,6 +58,8 @@ class Period:
     """s an iteration, of the training's process; NaN where the system does not say."""
     page: float
     """Processor seconds a second, of the page's process; likewise."""
+    clients: float
+    """The same of this process, in which scripted clients ask."""
 
 
 class Training:
@@ -109,13 +112,15 @@ class Training:
     def _period(self, watched: bool) -> Period | None:
         time.sleep(SETTLE_SECONDS)
         first, began = self.next_end()
+        asked = time.process_time()
         time.sleep(PERIOD_SECONDS - SETTLE_SECONDS)
         last, ended = self.next_end()
+        asked = time.process_time() - asked
         if not self.goes_on:
             return None
         ends, count = self.ends(), last - first
         wall = ends[last - 1] - ends[first - 1]
-        return Period(watched, wall / count, (ended[0] - began[0]) / count, (ended[1] - began[1]) / wall)
+        return Period(watched, wall / count, (ended[0] - began[0]) / count, (ended[1] - began[1]) / wall, asked / wall)
 
     def next_end(self) -> tuple[int, tuple[float, float]]:
         """Wait until an iteration ends; return how many have, and the processor seconds by then."""
@@ -264,7 +269,8 @@ def main() -> None:
             f"{most:+.1f}; half of {len(found)} periods {low:+.1f} to {high:+.1f})"
         )
     page = 100.0 * statistics.median(one.page for one in periods[1::2])
-    print(f"the page's process, watched: {page:.1f} % of a core")
+    clients = 100.0 * statistics.median(one.clients for one in periods[1::2])
+    print(f"the page's process, watched: {page:.1f} % of a core; this one, whose clients ask: {clients:.1f} %")
 
 
 if __name__ == "__main__":
