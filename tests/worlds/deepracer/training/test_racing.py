@@ -75,8 +75,10 @@ def test_what_disturbs_a_car_in_training_leaves_its_evaluations_alone_unless_ask
     planned = plan_car(RaceRequest())
     assert planned.all_courses[0].settings.variation.is_on
     assert not planned.judged_courses[0].settings.variation.is_on
+    assert "variation.level=perturbed in training; evaluations are undisturbed" in planned.notes
     asked = plan_car(RaceRequest(overrides=("variation.in_evaluations=true",)))
     assert asked.judged_courses[0].settings.variation.is_on
+    assert not any("variation" in note for note in plan_car(RaceRequest(overrides=("variation.level=off",))).notes)
 
 
 def laps_of(seconds, full, of=20):

@@ -204,6 +204,9 @@ def settings_for(
     settings = apply_overrides(settings, (one for one in overrides if one.split("=")[0].strip() == "race.type"))
     settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
     settings = apply_overrides(settings, overrides)
+    if settings.variation.level != "off":
+        judged = "evaluations, too" if settings.variation.in_evaluations else "evaluations are undisturbed"
+        notes.append(f"variation.level={settings.variation.level} in training; {judged}")
     settings = fit_exploration(settings, metadata, notes)
     return fit_worlds_to_episodes(resolve_precision(settings, notes), notes), notes
 
