@@ -93,7 +93,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End."""
-        self._is_arriving = False
+        self._stop_waiting()
         self._end.cancel()
         super().connection_lost(exc)
 
@@ -112,7 +112,7 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def handle_websocket_upgrade(self) -> None:
         """Leave the connection to another protocol."""
-        self._is_arriving = False
+        self._stop_waiting()
         super().handle_websocket_upgrade()
 
     def on_message_begin(self) -> None:
@@ -143,7 +143,8 @@ class LimitedProtocol(HttpToolsProtocol):
 
     def on_message_complete(self) -> None:
         """End a request."""
-        self._in_head, self._head_bytes, self._is_arriving = True, 0, False
+        self._in_head, self._head_bytes = True, 0
+        self._stop_waiting()
         if not self._refused:
             super().on_message_complete()
 
@@ -160,9 +161,15 @@ class LimitedProtocol(HttpToolsProtocol):
         if self._clock is None:
             self._clock = self.loop.call_later(self._due - time.monotonic(), self._look)
 
+    def _stop_waiting(self) -> None:
+        self._is_arriving = False
+        if self._clock is not None:
+            self._clock.cancel()
+            self._clock = None
+
     def _look(self) -> None:
         self._clock = None
-        if not self._is_arriving or self._refused:
+        if self._refused:
             return
         if self.flow.read_paused:  # what came is not read
             self._due = time.monotonic() + SECONDS_FOR_A_BODY
