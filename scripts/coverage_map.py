@@ -27,13 +27,13 @@ LONGEST_WATCHED_TEST_SECONDS = 20
 
 
 class CoverageMap:
-    """What was learnt of the test files of a house; `kept` is the folder that remembers it."""
+    """What was learnt of the test files of a project; `kept` is the folder that remembers it."""
 
-    def __init__(self, house: Path, kept: Path, ready: Callable[[], None]) -> None:
+    def __init__(self, root: Path, kept: Path, ready: Callable[[], None]) -> None:
         """Begin with what is kept; `ready` sets up a fork in which tests are to run."""
-        self._house, self._kept, self._ready = house, kept, ready
+        self._root, self._kept, self._ready = root, kept, ready
         kept.mkdir(parents=True, exist_ok=True)
-        sources = sorted((house / "src").rglob("*.py"))
+        sources = sorted((root / "src").rglob("*.py"))
         self._package = hashlib.sha256(b"\0".join(one.read_bytes() for one in sources)).hexdigest()
         self._stems: dict[str, Path] = {}
         self._read: dict[tuple[Path, str], dict[int, set[str]]] = {}
@@ -43,7 +43,7 @@ class CoverageMap:
     def read(self, tests: list[Path]) -> None:
         """Learn what these test files run, those not yet known by running them."""
         for test in tests:
-            name = test.relative_to(self._house).as_posix()
+            name = test.relative_to(self._root).as_posix()
             if name in self._stems:
                 continue
             known = hashlib.sha256(test.read_bytes() + self._package.encode()).hexdigest()[:16]
@@ -85,7 +85,7 @@ class CoverageMap:
         if of_file and kept.exists():
             data: Any = CoverageData(kept)
             data.read()
-            for line, contexts in data.contexts_by_lineno(str(self._house / path)).items():
+            for line, contexts in data.contexts_by_lineno(str(self._root / path)).items():
                 lines[line] = of_file if name in contexts else of_file.intersection(contexts)
             data.close()
         return lines
@@ -102,7 +102,7 @@ class CoverageMap:
 
             self._ready()
             watch = coverage.Coverage(
-                stem.with_suffix(".coverage"), include=[f"{self._house}/src/*"], config_file=False, messages=False
+                stem.with_suffix(".coverage"), include=[f"{self._root}/src/*"], config_file=False, messages=False
             )
             witness = Witness(watch if lines else None)
             if lines:
@@ -118,7 +118,7 @@ class CoverageMap:
             return 0 if code in (0, 1, 5) or witness.stopped else code
 
         said = stem.with_suffix(".log")
-        code = forks.in_fork(act, self._house, said, LONGEST_SECONDS)
+        code = forks.in_fork(act, self._root, said, LONGEST_SECONDS)
         if code is None:
             stem.with_suffix(".coverage").unlink(missing_ok=True)
             stem.with_suffix(".json").write_text("{}")

@@ -2,21 +2,21 @@
 
     python scripts/mutants.py                          30 mutants, seed 1
     python scripts/mutants.py --count 300 --seed 2     another sample
-    python scripts/mutants.py --count 300 --minutes 5  so long; the next call goes on where this one ended
-    python scripts/mutants.py --count 300 --in rollout formats     of some rooms only
+    python scripts/mutants.py --count 300 --minutes 5  stop after five minutes; the next call continues
+    python scripts/mutants.py --count 300 --in rollout worlds/unity/env    of these packages only
     python scripts/mutants.py --in algorithms/sac.py --near --unmapped     of one file
     python scripts/mutants.py --count 300 --near --unmapped      a quick sieve, whose survivors are then asked again
-    python scripts/mutants.py --only 17 203 --tests tests/training     those of two that live, with other tests
+    python scripts/mutants.py --only 17 203 --tests tests/training     of these two, survivors only, with other tests
 
 A mutant is one change in one file: a comparison or a sum turned round, a constant moved, a condition negated, a
-statement left out. It is tried in a copy of the house that is kept in build/mutants, with its compiled kernels. A map
-by `coverage` says which tests run the line; it is made of each test file once, when that file is
-first asked. Files that name the module are asked before the others of its room, cheap tests before dear ones, for as
-long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and where it fails
-there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
-tests are asked that run the module, or whoever imports it. Each mutant lives in a fork of one process that has imported
-the large guests, and of kernels only those are compiled again that read what was changed: of cars a minute or two, so
-they come last. With --unmapped nothing is compiled: Python runs the kernels as they are written (`interpreted.py`).
+statement left out. It is tried in a copy of the project, kept in build/mutants with its compiled kernels. A map by
+`coverage` says which tests run the line; it is made of each test file once, when that file is first asked. Files that
+name the module are asked before the others of its package, cheap tests before dear ones, for as long as
+`BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and does not count if it fails
+there as well. Lines that run at import, or in a compiled kernel, no test is seen to run: there all tests are asked that
+run the module or what imports it. Each mutant lives in a fork of one process that has imported the heavy packages, and
+only those kernels are compiled again that read what was changed: a car's take a minute or two, so they come last. With
+--unmapped nothing is compiled: Python runs the kernels as they are written (`interpreted.py`).
 
 docs/decisions/0009-mutants.md says why this is a script of ours, and which survivors were read.
 """
@@ -42,72 +42,98 @@ from interpreted import Hurry, interpret
 from mutations import Mutant, changed, mutants_in
 
 ROOT = Path(__file__).resolve().parents[1]
-HOUSE = Path("src/racecraft")
-ROOMS = ("contract", "envs", "algorithms", "rollout", "evaluation", "formats")
+SOURCES = Path("src/racecraft")
+PACKAGES = (
+    "contract",
+    "worlds/deepracer/env",
+    "worlds/battlesnake/env",
+    "worlds/unity/env",
+    "worlds/gymnasium/env",
+    "algorithms",
+    "rollout",
+    "evaluation",
+    "formats",
+)
+ENOUGH = 0.8
+"""The share of mutants that the tests have to notice."""
 SETTINGS = re.compile(r"^class \w+Config\b", re.MULTILINE)
-THEIR_PAGE = "tests/docs/test_docs.py::test_generated_pages_are_current"
-"""What defines a group of settings; the test that holds their defaults to the page that shows them."""
+SETTINGS_PAGE = "tests/docs/test_docs.py::test_generated_pages_are_current"
+"""What defines a group of settings; the test that compares their defaults with the page that shows them."""
 SIEVE_SECONDS, SIEVE_FILES = 12, 4
-"""What tests asked without a map have for a mutant, processor seconds and files; not caught by then counts as alive."""
+"""Processor seconds and test files for a mutant without a map; one that is not noticed by then counts as alive."""
 INTERPRETED_SECONDS = 30
-"""The same where Python runs the kernels: compiled they would want a minute or two before the first test."""
+"""The same where Python runs the kernels; compiled, they would take a minute or two before the first test."""
 BUDGET_SECONDS = 60
-"""What the tests that are asked about one mutant may cost together, in processor seconds without it."""
-PATIENCE = 4
-"""Tests may take so many times as long as without the mutant; `COMPILING` comes on top."""
+"""What the tests of one mutant may cost together, in processor seconds without it."""
+SLOWER = 4
+"""How many times as long tests may take as without the mutant; `COMPILING` comes on top."""
 COMPILING = {False: 20, True: 240}
 """The processor seconds that imports take, and the kernels that were changed."""
 
 
-def main(words: list[str]) -> int:
-    """Try a sample; 0 where at least 85 % were noticed."""
+def main(args: list[str]) -> int:
+    """Try a sample; return 0 where enough were noticed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=f"or files: {', '.join(ROOMS)}"
+        "--in",
+        dest="packages",
+        nargs="+",
+        default=PACKAGES,
+        metavar="PACKAGE",
+        help=f"packages or files below {SOURCES.as_posix()} [default: {' '.join(PACKAGES)}]",
     )
-    parser.add_argument("--minutes", type=float, default=1e9, help="no further one is begun after so long")
-    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
+    parser.add_argument("--minutes", type=float, default=1e9, help="start no further mutant after this time")
+    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="these of the sample only")
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
     parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
-    parser.add_argument("--unmapped", action="store_true", help="with --near: as they come, without a map; quicker yet")
-    asked = parser.parse_args(words)
-    every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room, ROOT)]
+    parser.add_argument("--unmapped", action="store_true", help="with --near: without a map; quicker still")
+    asked = parser.parse_args(args)
+    missing = [one for one in asked.packages if not (ROOT / SOURCES / one).exists()]
+    if missing:
+        parser.error(f"{', '.join(missing)}: not found below {SOURCES.as_posix()}; expected packages or files there")
+    every = [mutant for package in asked.packages for mutant in mutants_in(SOURCES / package, ROOT)]
     if not every:
-        parser.error(f"there is nothing to change in {', '.join(asked.rooms)}")
+        parser.error(f"there is nothing to change in {', '.join(asked.packages)}")
     sample = dict(enumerate(random.Random(asked.seed).sample(every, min(asked.count, len(every))), 1))
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
     ends = time.monotonic() + 60 * asked.minutes
     copy = Copy(ROOT / "build" / "mutants")
-    tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *map(_tests_of, asked.rooms)]
+    tests = asked.tests or [*(SOURCES / one for one in asked.packages), *map(_tests_of, asked.packages)]
     files = copy.test_files(tests)
-    told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms).replace('/', '.')}-{asked.count}.json")
+    packages = "-".join(asked.packages).replace("/", ".")
+    results = Results(copy.place / f"results-{asked.seed}-{packages}-{asked.count}.json")
     again = [
         number
         for number in asked.only or sample
-        if (told.lives(number) if asked.tests else told.unread(number, sample[number], asked.near or asked.unmapped))
+        if (
+            results.lives(number)
+            if asked.tests
+            else results.untried(number, sample[number], asked.near or asked.unmapped)
+        )
     ]
     for number in sorted(again, key=lambda one: (bool(copy.read_by(sample[one].path)), one)):
         if time.monotonic() > ends:
             break
         mutant = sample[number]
         noticed_by = copy.sieved(mutant, files) if asked.unmapped else copy.noticed(mutant, files, asked.near)
-        told.keep(number, mutant, noticed_by, asked.near or asked.unmapped)
+        results.keep(number, mutant, noticed_by, asked.near or asked.unmapped)
         print(f"{number:4} {noticed_by or 'SURVIVES'}\n     {mutant.path}:{mutant.line}  {mutant.what}", flush=True)
-    return told.summary()
+    return results.summary()
 
 
-def _tests_of(room: str) -> Path:
-    """Return the folder of tests that mirrors a room, or the one that a file is in."""
-    return Path("tests", room).parent if room.endswith(".py") else Path("tests", room)
+def _tests_of(package: str) -> Path:
+    """Return the folder of tests that mirrors a package, or a file's own, or the nearest above it."""
+    folder = Path("tests", package)
+    return next(one for one in (folder, *folder.parents) if (ROOT / one).is_dir())
 
 
-class Told:
-    """What came of each mutant of a sample, on the disk, so that a sample can be tried in slices."""
+class Results:
+    """The result of each mutant of a sample, on the disk, so that a sample can be tried in slices."""
 
     def __init__(self, path: Path) -> None:
-        """Go on with what the file holds."""
+        """Continue with what the file holds."""
         self._path = path
         self._all: dict[str, list[str]] = json.loads(path.read_text()) if path.exists() else {}
 
@@ -115,7 +141,7 @@ class Told:
         """Tell whether a mutant was not noticed yet."""
         return not self._all.get(str(number), ["", ""])[1]
 
-    def unread(self, number: int, mutant: Mutant, near: bool) -> bool:
+    def untried(self, number: int, mutant: Mutant, near: bool) -> bool:
         """Tell whether a mutant was not tried before, or only with the tests near it where others are asked now."""
         known, noticed_by, only_near = self._all.get(str(number), ["", "", ""])
         return known != f"{mutant.path}:{mutant.line}  {mutant.what}" or (
@@ -123,25 +149,25 @@ class Told:
         )
 
     def keep(self, number: int, mutant: Mutant, noticed_by: str, near: bool) -> None:
-        """Keep what came of one."""
+        """Keep the result of one."""
         self._all[str(number)] = [f"{mutant.path}:{mutant.line}  {mutant.what}", noticed_by, "near" * near]
         self._path.write_text(json.dumps(self._all, indent=1))
 
     def summary(self) -> int:
-        """Print how many were noticed and who lived; 0 where at least 85 % were noticed."""
+        """Print how many were noticed and who lived; return 0 where enough were noticed."""
         lived = {number: one for number, (one, noticed_by, _) in self._all.items() if not noticed_by}
         dead = len(self._all) - len(lived)
         print(f"\n{dead} of {len(self._all)} were noticed ({100 * dead / max(1, len(self._all)):.0f} %); survivors:")
         print("\n".join(f"{number:>6}  {one}" for number, one in lived.items()) or "  none")
-        return int(dead < 0.85 * len(self._all))
+        return int(dead < ENOUGH * len(self._all))
 
 
 class Copy:
-    """A copy of the house in which mutants live, one at a time."""
+    """A copy of the project in which mutants live, one at a time."""
 
     def __init__(self, place: Path) -> None:
         """Bring the copy in a folder up to date, and the map of its tests."""
-        self.place, self._root = place.resolve(), place.resolve() / "house"
+        self.place, self._root = place.resolve(), place.resolve() / "project"
         place.mkdir(parents=True, exist_ok=True)
         _mirror(ROOT, self._root)
         if (ROOT.parent / "shared").exists() and not (place / "shared").exists():
@@ -169,7 +195,7 @@ class Copy:
         return [kernel for kernel, read in self._reads.items() if self._root / path in read]
 
     def noticed(self, mutant: Mutant, files: list[Path], only_near: bool = False) -> str:
-        """Return which test noticed a mutant, "late" with a name where tests came to no end; "" for nobody.
+        """Return which test noticed a mutant, "late" with a name where tests did not end; "" for none.
 
         Args:
             mutant: The change.
@@ -181,12 +207,12 @@ class Copy:
         return next(filter(None, (self._asked(mutant, some) for some in asked)), "")
 
     def sieved(self, mutant: Mutant, files: list[Path]) -> str:
-        """Return which test noticed a mutant, of the first few near it, for `SIEVE_SECONDS`; "" for nobody.
+        """Return which test noticed a mutant, of the first few near it, for `SIEVE_SECONDS`; "" for none.
 
-        "late" with a name where they come to an end within it without the mutant only.
+        "late" with a name where they end in time without the mutant only.
 
         Where most test files would be read for one mutant only, to map them first costs more than to ask them. Where
-        none names the module, those are asked that name or bear the name of who imports it, else those of its folder.
+        none names the module, tests of the modules that import it are asked, else those of its folder.
         """
         near, far = self._near_and_far(mutant, files)
         if not near:
@@ -197,20 +223,20 @@ class Copy:
         )  # examples first
         asked = [one.relative_to(self._root).as_posix() for one in (near or far)[:SIEVE_FILES]]
         if SETTINGS.search((self._root / mutant.path).read_text("utf-8")):
-            asked.append(THEIR_PAGE)
+            asked.append(SETTINGS_PAGE)
         unfit: list[str] = []
         plainly = bool(self.read_by(mutant.path))
         allowed = INTERPRETED_SECONDS if plainly else SIEVE_SECONDS
         while asked:
             with self._living(mutant):
-                code, said = self._run([*asked, *(f"--deselect={one}" for one in unfit)], allowed, self._tried, plainly)
-            noticing = re.findall(r"^(?:FAILED|ERROR) (\S+?(?:::.+?)?)(?: - .*)?$", said, re.MULTILINE)
+                code, output = self._run(
+                    [*asked, *(f"--deselect={one}" for one in unfit)], allowed, self._tried, plainly
+                )
+            noticing = re.findall(r"^(?:FAILED|ERROR) (\S+?(?:::.+?)?)(?: - .*)?$", output, re.MULTILINE)
             if code is None and self._run(asked, allowed, self._compiled, plainly)[0] == 0:
                 return f"late: {asked[0]}"
             if code in (0, None, 5) or not noticing:
-                print(
-                    "" if code == 0 else f"     (the tests came to no end: {code})", end="\n" * (code != 0), flush=True
-                )
+                print("" if code == 0 else f"     (the tests did not end: {code})", end="\n" * (code != 0), flush=True)
                 return ""
             if self._judges(mutant, noticing[0], allowed, plainly=plainly):
                 return str(noticing[0])
@@ -229,20 +255,20 @@ class Copy:
         self.map.read(files)
         tests = self._chosen(mutant, {one.relative_to(self._root).as_posix() for one in files})
         while tests:
-            allowed = PATIENCE * sum(self.map.costs[one] for one in tests) + COMPILING[bool(self.read_by(mutant.path))]
+            allowed = SLOWER * sum(self.map.costs[one] for one in tests) + COMPILING[bool(self.read_by(mutant.path))]
             with self._living(mutant):
-                code, said = self._run(tests, allowed, self._tried)
+                code, output = self._run(tests, allowed, self._tried)
             if code == 0:
                 return ""
-            noticing = re.findall(r"^(?:FAILED|ERROR) (\S+::.+?)(?: - .*)?$", said, re.MULTILINE)
+            noticing = re.findall(r"^(?:FAILED|ERROR) (\S+::.+?)(?: - .*)?$", output, re.MULTILINE)
             judge = next((one for one in noticing if one in self.map.costs), tests[0])
-            if self._judges(mutant, judge, PATIENCE * self.map.costs[judge] + COMPILING[True], late=code is None):
+            if self._judges(mutant, judge, SLOWER * self.map.costs[judge] + COMPILING[True], late=code is None):
                 return f"late: {judge}" if code is None else judge
             tests = [one for one in tests if one != judge]
         return ""
 
     def _judges(self, mutant: Mutant, test: str, seconds: float, late: bool = False, plainly: bool = False) -> bool:
-        """Tell whether a test passes without a mutant and fails with it once more: a slow machine kills nobody."""
+        """Tell whether a test passes without a mutant and fails with it once more: a slow machine kills none."""
         if self._run([test], seconds, self._compiled, plainly)[0] != 0:
             if plainly:
                 Hurry(self.place / "unfit.txt").leave_out(test)
@@ -290,14 +316,14 @@ class Copy:
     def _importing(self, name: str) -> list[Path]:
         """Return the modules of the package that import a module, from the root of the repository."""
         imports = _imports(name)
-        every = (self._root / HOUSE).rglob("*.py")
+        every = (self._root / SOURCES).rglob("*.py")
         return [one.relative_to(self._root) for one in every if imports.search(one.read_text("utf-8"))]
 
     def _run(
         self, tests: list[str], cpu_seconds: float, compiled: Path, plainly: bool = False
     ) -> tuple[int | None, str]:
-        """Ask tests, kernels compiled or run by Python; return pytest's exit status, None if late, and its words."""
-        log = self.place / "said.log"
+        """Ask tests, kernels compiled or run by Python; return pytest's exit status, None if late, and its output."""
+        log = self.place / "output.log"
 
         def act() -> int:
             import pytest
@@ -313,9 +339,9 @@ class Copy:
 
     @contextlib.contextmanager
     def _living(self, mutant: Mutant) -> Iterator[None]:
-        """Put a mutant into the house for a while, with compiled kernels that know nothing of what it changes."""
+        """Put a mutant into the copy for a while, with compiled kernels that know nothing of what it changes."""
         path = self._root / mutant.path
-        source, told = path.read_text(encoding="utf-8"), path.stat()
+        source, before = path.read_text(encoding="utf-8"), path.stat()
         self._compiled.mkdir(parents=True, exist_ok=True)
         shutil.rmtree(self._tried, ignore_errors=True)
         shutil.copytree(self._compiled, self._tried, copy_function=os.link)
@@ -327,12 +353,12 @@ class Copy:
             yield
         finally:
             path.write_text(source, encoding="utf-8")
-            os.utime(path, ns=(told.st_atime_ns, told.st_mtime_ns))  # by which Numba knows what it compiled
+            os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # by which Numba knows what it compiled
 
     def _kernels(self) -> tuple[Path, Path]:
-        """Return the folders of compiled kernels, without a mutant and with one; what this machine has is taken over.
+        """Return the folders of compiled kernels, without a mutant and with one; those of this machine are reused.
 
-        They bear one name, by which a kernel knows what it was made of; under another it would be compiled again.
+        Both have the same name: by it a kernel knows its sources, and under another it would be compiled again.
         """
         from racecraft.kernels import compile as kernels
 
@@ -345,7 +371,7 @@ class Copy:
     def _read_by_kernels(self) -> dict[Path, set[Path]]:
         from racecraft.kernels import compile as kernels
 
-        package = self._root / HOUSE
+        package = self._root / SOURCES
         return {path: set(kernels.read_by(path, package)) for path in package.rglob("kernels/*.py")}
 
 
@@ -354,7 +380,7 @@ def _name(path: Path) -> str:
 
 
 def _imports(name: str) -> re.Pattern[str]:
-    """Return how a module is called by whoever imports it."""
+    """Return the pattern of the imports of a module."""
     parent, _, last = (re.escape(part) for part in name.rpartition("."))
     return re.compile(rf"{re.escape(name)}\b|from {parent} import [^\n]*\b{last}\b")
 

@@ -30,9 +30,9 @@ class Mutant:
     what: str
 
 
-def mutants_in(room: Path, root: Path) -> Iterator[Mutant]:
-    """Yield every mutant of the modules under a room, a folder from the root of the repository, or of one file."""
-    place = root / room
+def mutants_in(package: Path, root: Path) -> Iterator[Mutant]:
+    """Yield every mutant of the modules below a package, a folder from the root of the repository, or of one file."""
+    place = root / package
     for path in [place] if place.suffix else sorted(place.rglob("*.py")):
         near = path.relative_to(root)
         for number, (node, what) in enumerate(places(ast.parse(path.read_text(encoding="utf-8")))):
