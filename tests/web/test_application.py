@@ -185,6 +185,17 @@ def test_who_does_not_go_on_is_not_waited_for(served, monkeypatch):
         assert silent.recv(1) == b""
 
 
+def test_a_slow_body_lends_no_time_to_the_next_head(served, monkeypatch):
+    monkeypatch.setattr("racecraft.web.limits.SECONDS_FOR_A_HEAD", 0.2)
+    with served(ROUTES) as client, socket.create_connection(("127.0.0.1", client.port), timeout=2) as wire:
+        wire.sendall(b"POST /size HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 4\r\n\r\nha")
+        time.sleep(0.1)
+        wire.sendall(b"lf")
+        assert b'"size":4' in wire.recv(4096)
+        wire.sendall(b"GET / HT")
+        assert wire.recv(4096).startswith(b"HTTP/1.1 408")
+
+
 def test_access_names_hosts_of_its_own(served):
     with served(ROUTES, Access(frozenset({"car.local"}))) as client:
         assert client.ask("/value", Host="car.local:80")[0] == 200

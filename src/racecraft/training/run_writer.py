@@ -138,7 +138,7 @@ class RunWriter:
         if self._episode_files is not None:
             state["aws"] = self._episode_files.state()
         if self._parts:
-            state["parts"] = {name: part.state() for name, part in self._parts.items()}
+            state["parts"] = self._state_of_parts()
         self._background.give(lambda: self._write(report, columns, weights, state), lambda: None)
 
     def collected(self) -> None:
@@ -160,6 +160,8 @@ class RunWriter:
         if self._episode_files is not None:
             self._episode_files.keep_evaluation(report)
             parts["aws"] = self._episode_files.state()
+        if self._parts:
+            parts["parts"] = self._state_of_parts()
         score = report.result.score if report.result else None
         self._checkpoints.mark(report.iteration, score, best=report.is_best, state=parts)
 
@@ -188,6 +190,9 @@ class RunWriter:
         finally:
             if self._episode_files is not None:
                 self._episode_files.close()
+
+    def _state_of_parts(self) -> dict[str, Any]:
+        return {name: part.state() for name, part in self._parts.items()}
 
     def _write(
         self, report: IterationReport, columns: Columns | None, weights: dict[str, Any], state: dict[str, Any]

@@ -159,7 +159,7 @@ def test_a_car_is_trained_against_a_chosen_run_and_a_league(tmp_path):
     rival = trained(tmp_path, "league/a").run.path
     trained(tmp_path, "league/b")
     one = trained(tmp_path, "one", against=(f"{rival}:0",))
-    assert "parts" not in Checkpoints(one.run.checkpoints).load_state("last")
+    assert "opponents" not in Checkpoints(one.run.checkpoints).load_state("last")["parts"]
     assert league_in([str(tmp_path / "league"), "self"]) == [str(rival), str(tmp_path / "league" / "b"), "self"]
     both = trained(tmp_path, "both", against=("self", str(tmp_path / "league")))
     assert both.run.read_job()["asked"]["against"] == ["self", str(tmp_path / "league")]

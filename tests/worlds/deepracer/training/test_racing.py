@@ -79,6 +79,8 @@ def test_what_disturbs_a_car_in_training_leaves_its_evaluations_alone_unless_ask
     asked = plan_car(RaceRequest(overrides=("variation.in_evaluations=true",)))
     assert asked.judged_courses[0].settings.variation.is_on
     assert not any("variation" in note for note in plan_car(RaceRequest(overrides=("variation.level=off",))).notes)
+    alone = plan_car(RaceRequest(overrides=("variation.level=off", "variation.lamps=true", "variation.slip=0.2")))
+    assert "variation.lamps=1, variation.slip=0.2 in training; evaluations are undisturbed" in alone.notes
 
 
 def laps_of(seconds, full, of=20):
@@ -94,8 +96,12 @@ def test_by_pace_one_lucky_evaluation_is_not_the_best(monkeypatch):
     found = iter([laps_of(18.0, 20), *[usual] * 4, lucky, usual, usual, laps_of(14.5, 12), laps_of(19.0, 20)])
     monkeypatch.setattr(evaluator, "judge_starts", lambda *args, **more: next(found))
     world, policy = SimpleNamespace(habits=habits("sane")), None
-    judge, best, places = evaluator.CarEvaluator(world, policy, best_by="pace"), None, []
+    latest, best, places = evaluator.LatestReports(evaluator.POOLED), None, []
     for place in range(10):
+        resumed = evaluator.LatestReports(evaluator.POOLED)  # after each a training may be stopped, and go on
+        resumed.restore(latest.state())
+        latest = resumed
+        judge = evaluator.CarEvaluator(world, policy, best_by="pace", latest=latest)
         result = judge.evaluate()
         if best is None or result.takes_the_place_of(best):
             best = result

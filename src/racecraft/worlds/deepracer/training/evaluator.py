@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -41,6 +42,31 @@ FLYING_LAPS = 3
 """Laps in a row that a policy drives before it is called stable."""
 
 
+class LatestReports:
+    """The latest evaluations, by which a checkpoint is chosen; a training that is resumed goes on with them.
+
+    Args:
+        count: How many.
+    """
+
+    def __init__(self, count: int = 1) -> None:
+        self._reports: deque[LapReport] = deque(maxlen=count)
+
+    def with_newest(self, report: LapReport) -> LapReport:
+        """Take in an evaluation, and return all of them as one."""
+        self._reports.append(report)
+        return LapReport(tuple(lap for one in self._reports for lap in one.laps))
+
+    def state(self) -> list[list[dict[str, Any]]]:
+        """Return the laps of each."""
+        return [[asdict(lap) for lap in one.laps] for one in self._reports]
+
+    def restore(self, state: list[list[dict[str, Any]]]) -> None:
+        """Go on from what `state` gave."""
+        self._reports.clear()
+        self._reports.extend(LapReport(tuple(Lap(**lap) for lap in laps)) for laps in state)
+
+
 class CarEvaluator:
     """Drives the policy on a world of its own.
 
@@ -55,6 +81,7 @@ class CarEvaluator:
             count neither for the score nor for the best checkpoint. Empty: one track.
         times_flying: Whether the fastest flying lap is measured where every start brings a full lap.
         known_lap_seconds: The best known lap, which it is compared with; None: nobody knows one.
+        latest: What evaluations before this one came to; by pace POOLED of them are kept.
 
     The score is the mean over the tracks that are trained on, each with as many laps; it is solved where all are full.
     """
@@ -72,10 +99,11 @@ class CarEvaluator:
         by_track: Sequence[JudgedCourse] = (),
         times_flying: bool = False,
         known_lap_seconds: float | None = None,
+        latest: LatestReports | None = None,
     ) -> None:
         self._world, self._policy, self._trained_in, self._best_by = world, policy, trained_in, best_by
         self._flying, self._by_track = tuple(flying), tuple(by_track)
-        self._latest: deque[LapReport] = deque(maxlen=POOLED if best_by == "pace" else 1)
+        self._latest = latest or LatestReports()
         self._times_flying, self._known_lap = times_flying, known_lap_seconds
 
     def score(self, episode: EpisodeRecord) -> float:
@@ -122,9 +150,7 @@ class CarEvaluator:
 
     def _selection(self, report: LapReport) -> tuple[float, ...]:
         """Return what a checkpoint is best by; of equals the faster is, at AWS the newest (facts: deepracer.md 8.6)."""
-        self._latest.append(report)
-        together = LapReport(tuple(lap for one in self._latest for lap in one.laps))
-        merit, best = together.merit(self._best_by), report.best_lap_seconds
+        merit, best = self._latest.with_newest(report).merit(self._best_by), report.best_lap_seconds
         if self._world.habits.newest_of_equals:
             return (merit,)
         return (merit, -float("inf") if best is None else -best)

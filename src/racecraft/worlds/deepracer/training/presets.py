@@ -31,7 +31,7 @@ from racecraft.worlds.deepracer.env.settings import (
     RaceConfig,
     with_race_groups,
 )
-from racecraft.worlds.deepracer.env.variation import VariationConfig
+from racecraft.worlds.deepracer.env.variation import RANGES, VariationConfig
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.files.model_metadata import NETWORKS, ModelMetadata
 from racecraft.worlds.deepracer.files.sensor_names import LIDARS
@@ -204,11 +204,18 @@ def settings_for(
     settings = apply_overrides(settings, (one for one in overrides if one.split("=")[0].strip() == "race.type"))
     settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
     settings = apply_overrides(settings, overrides)
-    if settings.variation.level != "off":
+    if settings.variation.is_on:
         judged = "evaluations, too" if settings.variation.in_evaluations else "evaluations are undisturbed"
-        notes.append(f"variation.level={settings.variation.level} in training; {judged}")
+        notes.append(f"{', '.join(_variation_given(settings.variation))} in training; {judged}")
     settings = fit_exploration(settings, metadata, notes)
     return fit_worlds_to_episodes(resolve_precision(settings, notes), notes), notes
+
+
+def _variation_given(variation: VariationConfig) -> list[str]:
+    """Return the level and the ranges that make episodes differ, as they are set."""
+    level = [] if variation.level == "off" else [f"variation.level={variation.level}"]
+    given = {name: getattr(variation, name) for name in RANGES}
+    return level + [f"variation.{name}={value:g}" for name, value in given.items() if value is not None]
 
 
 def default_settings(algorithm: Algorithm = PPO) -> Settings:

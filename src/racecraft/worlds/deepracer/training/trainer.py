@@ -47,7 +47,13 @@ from racecraft.worlds.deepracer.tracks.importer import route_file, travels
 from racecraft.worlds.deepracer.training.aws.files import AwsFiles
 from racecraft.worlds.deepracer.training.aws.setup import aws_setup
 from racecraft.worlds.deepracer.training.courses import both_ways, starts
-from racecraft.worlds.deepracer.training.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
+from racecraft.worlds.deepracer.training.evaluator import (
+    FLYING_LAPS,
+    POOLED,
+    CarEvaluator,
+    LatestReports,
+    begins_where_training_does,
+)
 from racecraft.worlds.deepracer.training.expectations import require_expectations
 from racecraft.worlds.deepracer.training.live import LivePublisher
 from racecraft.worlds.deepracer.training.opponent_world import OpponentWorld
@@ -123,6 +129,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
     is_racing = planned.request.preset == "race"
     world, pool = learned_world(planned, reward)
     judged = judged_world(planned, reward)
+    latest = LatestReports(POOLED if settings.evaluation.best_by == "pace" else 1)
     flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.judged_courses]
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
@@ -133,7 +140,15 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
                 drive.compile()
         times_flying = is_racing or any(stop.kind in (LAP, GAP) for stop in planned.stops)
         return CarEvaluator(
-            judged, policy, world, settings.evaluation.best_by, flying, by_track, times_flying, known_lap_of(planned)
+            judged,
+            policy,
+            world,
+            settings.evaluation.best_by,
+            flying,
+            by_track,
+            times_flying,
+            known_lap_of(planned),
+            latest,
         )
 
     return Experiment(
@@ -151,7 +166,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
         job=job_of(planned),
         notes=(*planned.notes, restrictions_of(reward)),
         after_update=lambda learner: None if pool is None else pool.learned(learner),
-        parts={} if pool is None else {"opponents": pool},
+        parts={"evaluations": latest} | ({} if pool is None else {"opponents": pool}),
         copy_user_files=lambda run: copy_user_files(planned, reward, run),
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         open_observers=lambda run, notes: car_observers(planned, reward, run, notes),
