@@ -5,8 +5,6 @@ The lists of known exceptions only shrink: an entry that is no longer needed fai
 
 import ast
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -191,11 +189,3 @@ def test_heavy_packages_enter_at_few_places():
         if (heavy := used.split(".")[0]) in HEAVY and layer_of(name) not in HEAVY[heavy]
     ]
     assert strays == []
-
-
-def test_help_needs_no_heavy_package():
-    """`racecraft --help` answers at once because nothing heavy is imported for it."""
-    heavy = ("torch", "numba", "matplotlib", "polars")
-    code = f"import sys, racecraft.cli.app; print(*[name for name in {heavy} if name in sys.modules])"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == ""

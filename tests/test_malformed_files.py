@@ -276,15 +276,10 @@ THREE_ACTIONS = json.dumps(ACTIONS)[1:-1].encode()
 MANY_ACTIONS = b'{"action_space": [' + b", ".join([THREE_ACTIONS] * (MANY // 3)) + b'], "version": "5"}'
 NAMED = {
     "a run's job nests 100,000 lists": ("run/job.json", b"[" * DEEP),
-    "an index of checkpoints does": ("run/checkpoints/checkpoints.json", b"[" * DEEP),
-    "a file of groups does": ("groups.json", b"[" * DEEP),
     "a version has 6,000 digits": ("run/job.json", JOB_6000),
     "a key is half a character": ("groups.json", f'[{{"{SURROGATE}": 1}}]'.encode()),
-    "a hyperparameter is": ("hyperparameters.json", f'{{"{SURROGATE}": 1}}'.encode()),
     "a pipe stands in a job's place": ("run/metrics.jsonl", "a pipe"),
-    "a pipe stands in a trace's place": ("trace.csv", "a pipe"),
     "an endless device does": ("run/checkpoints/checkpoints.json", "a device"),
-    "an endless device stands for a game": ("game.jsonl", "a device"),
     "a car has 100,000 actions": ("model_metadata.json", MANY_ACTIONS),
     "a value is 100 KB long": ("groups.json", json_bytes([{"track": "x" * LONG_TEXT, "cars": "y" * LONG_TEXT}])),
 }

@@ -13,12 +13,6 @@ from racecraft.contract.world import allocate
 SMALL = {"rollout.num_worlds": 2, "rollout.horizon": 16, "network.hidden_units": (8,), "ppo.epochs": 1}
 
 
-def test_every_public_name_is_there_and_told_of():
-    assert {name for name in rc.__all__ if getattr(rc, name) is None} == set()
-    for name in rc.__all__:
-        assert name == "__version__" or f"rc.{name}" in rc.__doc__ or name == "load_track"
-
-
 def test_importing_brings_nothing_heavy():
     heavy = ("torch", "numba", "polars", "matplotlib")
     code = f"import sys, racecraft; print(*[name for name in {heavy} if name in sys.modules])"

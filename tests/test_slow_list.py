@@ -6,8 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from scripts.list_slow_tests import seconds_of
-
 HOME = Path(__file__).parents[1]
 
 
@@ -46,14 +44,3 @@ def test_the_everyday_loop_leaves_them_out_and_the_listed_files_begin():
     assert quick == [test for test in tests if test not in listed("slow.txt")]
     assert tests[0].startswith(begins)
     assert tests[-1].startswith(file)
-
-
-def test_a_report_tells_what_each_test_took_with_all_its_parameters():
-    report = """
-============================= slowest durations ==============================
-1.50s call     tests/a/test_b.py::test_c[1-x y]
-0.25s setup    tests/a/test_b.py::test_c[2]
-0.02s call     tests/a/test_b.py::test_d
-(3 durations < 0.005s hidden.  Use -vv to show these durations.)
-    """
-    assert seconds_of(report.split("\n")) == {"tests/a/test_b.py::test_c": 1.75, "tests/a/test_b.py::test_d": 0.02}

@@ -87,11 +87,6 @@ def test_sigterm_leaves_no_pictures_and_is_the_exit_code(done, monkeypatch):
     assert TrainedRun(**vars(stopped)).exit_code == 143
 
 
-def test_a_run_goes_on_by_its_own_stops_or_those_that_are_given(done):
-    train_run(Walk(resume=True, run="r", stop="laps"))
-    assert done[0] == "resume r ('laps',) gymnasium"
-
-
 @pytest.mark.parametrize(
     ("given", "flag"), [({"length": 9}, "--length"), ({"seed": 1}, "--seed"), ({"keep": "all"}, "--keep")]
 )

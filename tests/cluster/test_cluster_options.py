@@ -1,7 +1,6 @@
 """What `--cluster` may be given, who shares what, and what is said where it cannot be."""
 
 import sys
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -24,9 +23,7 @@ from racecraft.worlds.gymnasium.training.trainer import GymRequest
 @pytest.mark.parametrize(
     ("text", "asked"),
     [
-        ("4", ClusterOptions(4, None)),
         ("auto", ClusterOptions(None, "auto")),
-        ("box:6379", ClusterOptions(None, "box:6379")),
         ("8@auto", ClusterOptions(8, "auto")),
         ("8@10.0.0.5:6379", ClusterOptions(8, "10.0.0.5:6379")),
     ],
@@ -79,12 +76,6 @@ def test_a_job_that_would_miss_ray_is_not_begun(tmp_path, monkeypatch):
 def test_a_name_that_is_lent_to_old_scripts_is_no_cluster(tmp_path):
     with foreign_names(), pytest.raises(ClusterError, match="Inside `racecraft run`"):
         train_over(2, tmp_path / "run")
-
-
-def test_a_module_that_only_is_called_ray_is_no_cluster(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "ray", ModuleType("ray"))
-    with pytest.raises(ClusterError):
-        train_over("auto", tmp_path / "run")
 
 
 def a_batch(ticks, rows, cut=()):

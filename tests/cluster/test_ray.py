@@ -16,10 +16,8 @@ import pytest
 from tests.cluster.test_spread_training import assert_same, curve
 from tests.cluster.workers_here import spread_here
 
-from racecraft.cluster.distribute import distribute
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
-from racecraft.worlds.deepracer.training.plan import RaceRequest
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 pytest.importorskip("ray", reason="needs ray: pip install 'racecraft[cluster]'")
@@ -182,25 +180,6 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
     assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": asked, "workers": 2, "machines": 1}
     assert_same(undisturbed, run)
     until(lambda: are_gone(training.pid, os.getsid(0)), "the end of every process")
-
-
-def test_cars_on_two_nodes_learn_what_they_learn_here(tmp_path):
-    from ray.cluster_utils import Cluster
-
-    def asked(run):
-        small = ("rollout.num_worlds=4", "rollout.horizon=16", "evaluation.every=9", "evaluation.episodes=1")
-        return RaceRequest(run=run, stops=("iterations=3",), overrides=(*small, "runtime.threads=1"))
-
-    said = []
-    train(asked(tmp_path / "here"), NullCallback(), lambda text: None, spread_here(2)[0])
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
-    try:
-        for _ in range(2):
-            cluster.add_node(num_cpus=1)
-        train(asked(tmp_path / "there"), NullCallback(), said.append, distribute(f"2@{cluster.address}"))
-    finally:
-        cluster.shutdown()
-    assert_same(tmp_path / "here", tmp_path / "there")
 
 
 def test_a_cluster_that_does_not_stand_is_named(tmp_path):

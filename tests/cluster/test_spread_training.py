@@ -9,7 +9,6 @@ import torch
 from tests.cluster.workers_here import spread_here
 
 from racecraft.cluster import worker_pool
-from racecraft.cluster.deadlines import load_scaled
 from racecraft.cluster.transport import ClusterError
 from racecraft.cluster.worker_pool import LOST_IN_A_ROW
 from racecraft.contract.errors import SettingError, UserInputError
@@ -65,10 +64,8 @@ def assert_same(one, other):
 ALIKE = {
     "ppo": lambda run: cart(run),
     "ppo with a memory": lambda run: cart(run, "network.memory=lstm", "ppo.batch_size=32"),
-    "ppo that sees three ticks": lambda run: cart(run, "network.stack_size=3"),
     "ppo with curiosity": lambda run: cart(run, "curiosity.strength=0.1"),
     "ppo whose learner is beside": lambda run: cart(run, "ppo.asynchronous=true"),
-    "ppo that explores greedily": lambda run: cart(run, "ppo.exploration=e-greedy", "ppo.epsilon_steps=300"),
     "reinforce": lambda run: cart(run, algorithm="reinforce"),
     "cars": lambda run: cars(run),
     "snakes": lambda run: snakes(run),
@@ -218,13 +215,6 @@ def test_what_is_waited_for_is_said(tmp_path, monkeypatch):
     train(cart(tmp_path / "run", stops="iterations=1"), NullCallback(), said.append, spread)
     assert said[0] == "- cluster 2: waiting for its workers"
     assert re.fullmatch(r"- cluster: after \d+ s [01] of 2 workers have opened their worlds", said[1])
-
-
-def test_a_crowded_machine_is_given_time(monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 2)
-    for load, seconds in ((0.5, 180.0), (16.0, 1440.0), (1000.0, 1800.0)):
-        monkeypatch.setattr("os.getloadavg", lambda load=load: (load, 0.0, 0.0))
-        assert load_scaled(180.0) == seconds
 
 
 def test_more_workers_than_worlds_are_not_asked(tmp_path):

@@ -61,43 +61,6 @@ def commands_on(path):
 # --- complete ---------------------------------------------------------------------------------------------------------
 
 
-def test_every_setting_has_a_row():
-    from racecraft.algorithms.registry import ALGORITHMS
-    from racecraft.contract.kinds import kind_names
-    from racecraft.settings.table import rows_of
-    from racecraft.training.worlds import training_in
-
-    page = (DOCS / "reference/settings.md").read_text(encoding="utf-8")
-    composed = [training_in(world).default_settings(one) for world in kind_names() for one in ALGORITHMS.values()]
-    names = [row.full_name for one in composed for name in one for row in rows_of(getattr(one, name), name)]
-    assert len(set(names)) > 50
-    assert [name for name in names if f"\n| `{name}` |" not in page] == []
-
-
-def test_every_command_has_a_heading_and_every_option_a_row():
-    page = (DOCS / "reference/cli.md").read_text(encoding="utf-8")
-    known = commands()
-    assert {"racecraft train", "racecraft evaluate", "racecraft tracks show"} <= set(known)
-    for name, function in known.items():
-        assert f"\n## {name}\n" in page
-        section = page.split(f"\n## {name}\n")[1].split("\n## ")[0]
-        assert [option for option in options(function) - {"--help"} if option not in section] == []
-
-
-def test_every_reward_key_has_a_row():
-    from racecraft.worlds.deepracer.env.reward_params import REWARD_PARAMETERS
-
-    page = (DOCS / "reference/reward_parameters.md").read_text(encoding="utf-8")
-    assert [key for key in REWARD_PARAMETERS if f"\n| `{key}` |" not in page] == []
-
-
-def test_every_column_of_an_episode_file_has_a_row():
-    from racecraft.formats.episodes import EPISODE_COLUMNS
-
-    page = (DOCS / "reference/episode_columns.md").read_text(encoding="utf-8")
-    assert [column.name for column in EPISODE_COLUMNS if f"| `{column.name}` |" not in page] == []
-
-
 def test_every_name_a_training_writes_into_its_metrics_has_a_row():
     from racecraft.training.callbacks import IterationReport
     from racecraft.training.run_writer import metrics_row
@@ -115,13 +78,6 @@ def ppo_figures():
     return FIGURES
 
 
-def test_every_track_has_a_row():
-    from racecraft.worlds.deepracer.tracks.catalogue import names
-
-    page = (DOCS / "reference/tracks.md").read_text(encoding="utf-8")
-    assert [name for name in names() if f"\n| `{name}` |" not in page] == []
-
-
 def test_every_key_of_a_racers_files_is_spoken_of():
     from racecraft.worlds.deepracer.files.model_metadata import KEYS
     from racecraft.worlds.deepracer.training.presets import FROM_JSON
@@ -129,15 +85,6 @@ def test_every_key_of_a_racers_files_is_spoken_of():
     page = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8")
     keys = [*FROM_JSON, "term_cond_max_episodes", "term_cond_avg_score", "exploration_type", *KEYS]
     assert [key for key in keys if f"`{key}`" not in page] == []
-
-
-def test_every_setting_that_a_hyperparameter_becomes_is_named_beside_it():
-    from racecraft.worlds.deepracer.training.presets import FROM_JSON
-
-    rows = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8").splitlines()
-    for key, places in FROM_JSON.items():
-        for group, name in places:
-            assert any(row.startswith(f"| `{key}` |") and f"`{group}.{name}`" in row for row in rows), (key, group)
 
 
 def test_every_preset_and_every_stop_is_told():
@@ -193,36 +140,6 @@ def test_every_file_that_the_architecture_names_is_there():
 def test_generated_pages_are_current():
     stale = [place for place, text in generate_docs.pages().items() if (DOCS / place).read_text("utf-8") != text]
     assert stale == [], "`make docs` writes them anew"
-
-
-def test_the_curve_on_the_page_is_the_one_that_was_measured():
-    shown, measured = (DOCS / "pictures" / "aws-curve.png"), ROOT / "benchmarks" / "aws-curve.png"
-    assert shown.read_bytes() == measured.read_bytes(), "copy the benchmark's picture, and mend the figures beside it"
-
-
-def test_the_check_says_what_is_stale(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(generate_docs, "DOCS", tmp_path)
-    monkeypatch.setattr(generate_docs, "PAGES", {"one.md": lambda: "one", "two.md": lambda: "two"})
-    monkeypatch.setattr(generate_docs, "track_pictures", dict)
-    monkeypatch.setattr(generate_docs, "package_pages", dict)
-    assert generate_docs.main([]) == 0
-    assert generate_docs.main(["--check"]) == 0
-    (tmp_path / "two.md").write_text("three")
-    capsys.readouterr()
-    assert generate_docs.main(["--check"]) == 1
-    said = capsys.readouterr().err
-    assert "two.md" in said
-    assert "one.md" not in said
-    assert generate_docs.main(["--chek"]) == 2
-
-
-def test_a_command_is_drawn_with_flags_values_and_defaults():
-    rows = {row[0]: row[1:] for row in generate_docs.options_of(commands()["racecraft train"])}
-    assert rows["FOLDER"][1] == ""
-    assert rows["--set"][0] == "text, may be repeated"
-    assert rows["--seed"][:2] == ("whole number", "`1`")
-    assert rows["--json"][0] == ""
-    assert {row[0]: row[2] for row in generate_docs.options_of(commands()["racecraft evaluate"])}["RUN"] == "required"
 
 
 # --- true -------------------------------------------------------------------------------------------------------------
@@ -324,27 +241,6 @@ def test_no_page_names_a_place_on_somebodys_machine(page):
     assert not re.search(r"(^|[\s`(])/(home|work|tmp|root|Users)/", page.read_text(encoding="utf-8"))
 
 
-def test_pictures_are_there_and_light():
-    pictures = sorted((DOCS / "pictures").glob("*.png"))
-    assert pictures
-    assert [place_of(picture) for picture in pictures if picture.stat().st_size > 300_000] == []
-
-
-def test_the_readme_is_one_screen():
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 50
-
-
-def test_every_decision_is_in_the_list_and_says_the_five_things():
-    index = (DOCS / "decisions/index.md").read_text(encoding="utf-8")
-    records = sorted((DOCS / "decisions").glob("0*.md"))
-    assert records
-    for record in records:
-        text = record.read_text(encoding="utf-8")
-        assert f"({record.name})" in index
-        for words in ("**We needed**", "**We chose**", "**We gave up**", "**It shows in**", "**Look again when**"):
-            assert words in text, f"{record.name}: {words}"
-
-
 def test_the_documentation_builds_without_a_warning(tmp_path):
     pytest.importorskip("mkdocs", reason="mkdocs is a builder's tool")
     built = subprocess.run(
@@ -362,63 +258,3 @@ def test_every_page_is_in_the_menu():
     menu = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     pages = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]
     assert [page for page in pages if f": {page}\n" not in menu] == []
-
-
-# --- what pages quote is what the program says ------------------------------------------------------------------------
-
-
-def quoted_notes(page):
-    """Return the lines "- …" in the blocks of a page: what a training says before its first tick."""
-    text = (DOCS / page).read_text(encoding="utf-8")
-    return [line[2:] for kind, body in FENCE.findall(text) for line in body.splitlines() if line.startswith("- ")]
-
-
-def test_the_notes_quoted_for_a_training_without_files_are_said():
-    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
-
-    quoted = quoted_notes("racing/getting_started.md")
-    assert len(quoted) >= 3
-    assert [note for note in quoted if note not in plan_car(RaceRequest()).notes] == []
-
-
-def test_the_notes_quoted_for_a_template_of_deepracer_for_cloud_are_said(tmp_path):
-    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
-
-    (tmp_path / "hyperparameters.json").write_text(
-        '{"batch_size": "64", "beta_entropy": "0.01", "discount_factor": "0.999", "e_greedy_value": "0.05",'
-        ' "epsilon_steps": "10000", "exploration_type": "categorical", "loss_type": "huber", "lr": "0.0003",'
-        ' "num_episodes_between_training": "20", "num_epochs": "10", "stack_size": "1",'
-        ' "term_cond_avg_score": "100000", "term_cond_max_episodes": "100000"}'
-    )
-    quoted = quoted_notes("racing/your_folder.md")
-    assert len(quoted) >= 3
-    assert [note for note in quoted if note not in plan_car(RaceRequest(folder=tmp_path)).notes] == []
-
-
-def test_the_letter_quoted_for_a_misspelt_setting_is_what_is_said():
-    from racecraft.contract.errors import SettingError
-    from racecraft.settings.overrides import apply_overrides
-    from racecraft.worlds.deepracer.training.presets import default_settings
-
-    with pytest.raises(SettingError) as caught:
-        apply_overrides(default_settings(), ["ppo.learnin_rate=1"])
-    assert f"racecraft: {caught.value}\n" in (DOCS / "racing/presets.md").read_text(encoding="utf-8")
-
-
-def test_the_letters_quoted_for_bad_reward_functions_are_what_is_said(tmp_path, monkeypatch):
-    from racecraft.contract.errors import RewardError, RewardFileError
-    from racecraft.worlds.deepracer.files.reward_file import example_situations, load_reward_function
-
-    monkeypatch.chdir(tmp_path)
-    file = Path("my-car/reward_function.py")
-    file.parent.mkdir()
-    page = (DOCS / "racing/reward.md").read_text(encoding="utf-8")
-    file.write_text("def reward_function(params):\n    return 1.0 +\n")
-    with pytest.raises(RewardFileError) as unloadable:
-        load_reward_function(file)
-    assert f"racecraft: {unloadable.value}\n" in page
-    file.write_text('def reward_function(params):\n\n    return 1.0 / params["distance_from_centre"]\n')
-    with pytest.raises(RewardError) as failing:
-        load_reward_function(file).call(example_situations()["on the way"])
-    letter = str(failing.value).split("  The parameters")[0]
-    assert f"racecraft: {letter}" in page

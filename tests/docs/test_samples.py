@@ -60,18 +60,3 @@ def test_every_line_that_the_first_page_shows_is_printed(printed):
     }
     laps = {"# # # % lap complete", "fastest lap # s; best known lap # s; gap +# %"}  # who learned nothing drives none
     assert [line for line in shown if shape(line) not in printed | constant | laps] == []
-
-
-def test_the_figures_that_the_first_page_shows_agree_with_each_other():
-    """The lap it ends with is one of the best checkpoint; that is the one which `evaluate` then drives."""
-    train, evaluate = SAMPLES
-    judged = re.findall(
-        r"^iteration (\d+) .*evaluation progress % ([\d.]+)(?: \| best lap ([\d.]+) s)?(?: \| flying lap .*)?$",
-        train,
-        re.M,
-    )
-    best = max(judged, key=lambda one: (float(one[1]), -float(one[2] or "inf"), int(one[0])))
-    assert f"best lap of the best checkpoint {best[2]} s." in train
-    driven = re.search(r"checkpoint (\d+), on", evaluate)
-    assert driven is not None
-    assert int(driven[1]) >= int(best[0])  # the evaluation at the end has no line; of equals it is the newest

@@ -27,13 +27,6 @@ def test_a_taken_port_is_named():
             ServerThread(make_application([]), "test").start("127.0.0.1", port)
 
 
-def test_closing_twice_is_closing_once():
-    thread = ServerThread(make_application([]), "test")
-    thread.start("127.0.0.1", 0)
-    thread.close()
-    thread.close()
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it(number):
     server = subprocess.Popen([sys.executable, "-c", SERVES], stdout=subprocess.PIPE, text=True)
