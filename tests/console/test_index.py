@@ -17,7 +17,7 @@ from racecraft.console import paging
 from racecraft.console.index import FILE, Index
 from racecraft.console.index_tables import MODELS
 from racecraft.console.pages import garage
-from racecraft.console.run_row import RunRow, read_run
+from racecraft.console.run_row import read_run
 from racecraft.console.workspace import Note, WorkspaceError
 from racecraft.database.engine import DatabaseError
 from racecraft.formats.job_spec import JobSpec
@@ -179,16 +179,6 @@ def test_a_job_that_waits_and_one_that_failed_show_in_their_model(workspace, ind
     index.refresh([began.moved(State.TRAINING, 2.5, "").finished(State.COMPLETED, 3.0, "")])
     assert (index.row("car")["status"], index.row("car")["reason"]) == ("new", "It ended before its first iteration.")
     assert index.row("car")["run"] == str(run), "its folder is there"
-
-
-def test_the_rows_of_runs_survive_the_process(workspace):
-    write_run(workspace.path / "runs/a")
-    first = Index(workspace)
-    first.refresh()
-    first.close()
-    again = Index(workspace)
-    assert [type(row) for row in again._runs.values()] == [RunRow]
-    again.close()
 
 
 def test_rows_are_there_at_once_when_the_console_comes_back(workspace):

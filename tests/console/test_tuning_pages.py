@@ -4,7 +4,7 @@ import pytest
 from tests.browser import Browser, needs_chromium
 
 from racecraft.actions.submit_job import submit_training
-from racecraft.console.tuning_form import SearchForm, offers
+from racecraft.console.tuning_form import SearchForm
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.submit import wait
 
@@ -26,22 +26,14 @@ def test_the_words_of_a_search_are_the_trainings_without_its_ends_and_place():
     ("changes", "said"),
     [
         ({"chosen": ()}, "Nothing is varied"),
-        ({"ranges": {"ppo.epochs": "a..b"}}, "expected NAME=LOW..HIGH"),
         ({"more": "ppo.epochs=1,2"}, "varied twice"),
         ({"trials": "none"}, "Trials: found 'none'; expected a number from 1 to 1000"),
-        ({"minutes": "0"}, "expected a number from 0.05"),
     ],
 )
 def test_what_cannot_be_used_is_said(changes, said):
     typed = {"model": "m", "chosen": ("ppo.epochs",), "ranges": {"ppo.epochs": "2..8"}, **changes}
     with pytest.raises(SettingError, match=said):
         SearchForm(**typed).command(TRAINED)
-
-
-def test_what_is_offered_are_settings_of_the_learner():
-    assert [one.name for one in offers("deepracer", "ppo")][:2] == ["ppo.learning_rate", "ppo.entropy_weight"]
-    assert {one.name.partition(".")[0] for one in offers("gymnasium", "dqn")} == {"dqn"}
-    assert offers("gymnasium", "another program's") == []
 
 
 @needs_chromium

@@ -168,27 +168,16 @@ def test_names_of_both_versions_mean_the_same(source):
 @pytest.mark.parametrize(
     ("words", "error", "letter"),
     [
-        ({"train_instance_typ": "local"}, SettingError, "Did you mean 'train_instance_type'"),
         ({"source_dirr": "src"}, SettingError, "Did you mean 'source_dir'"),
-        ({"max_run": 1, "train_max_run": 2}, SettingError, "one word; give it once"),
         ({"max_run": 60, "max_wait": 30}, SettingError, "max_wait 30 is less than max_run 60"),
         ({"toolkit": None}, AttributeError, "toolkit missing"),
-        ({"toolkit_version": "9.9"}, SettingError, "no ray 9.9 at SageMaker; expected 0.5.3"),
         ({"entry_point": "train.py"}, CodeError, "There are: neighbour.py, train-it.py"),
-        ({"source_dir": "scr"}, CodeError, "no such folder"),
-        ({"dependencies": ["common/gone"]}, CodeError, "no such folder or file"),
         ({"hyperparameters": {"rl.training.stop.time_totl_s": 1}}, SettingError, "Did you mean 'time_total_s'"),
-        ({"hyperparameters": {"rl.training.confg.lr": 1}}, SettingError, "Did you mean 'config'"),
     ],
 )
 def test_what_cannot_be_meant_is_said_before_anything_runs(source, words, error, letter):
     with pytest.raises(error, match=letter):
         estimator(**words)
-
-
-def test_the_slips_of_the_printed_code_are_told(source):
-    with pytest.warns(UserWarning, match="num_cpus means nothing to RLlib"):
-        estimator(hyperparameters={"rl.training.config.num_cpus": 3})
 
 
 def test_an_input_that_is_not_there_is_told_before_a_job_is_made(source, home):
@@ -211,10 +200,6 @@ def test_of_a_dependency_with_a_slash_behind_it_lies_what_it_holds(source, home)
     assert "sum 3.5" in home.log("slash").read_text()
 
 
-def test_a_dependency_that_we_lend_need_not_be_there(source):
-    assert estimator(dependencies=["common/sagemaker_rl"]).dependencies == []
-
-
 def test_hyperparameters_travel_as_sagemakers_toolkit_has_them():
     told = {"num_iters": 10, "greedy": True, "layers": [1, 2], "name": "x", "sagemaker_program": "t.py"}
     assert decoded(encoded(told)) == told
@@ -227,21 +212,6 @@ def test_overrides_of_the_public_notebooks_are_known():
     seen += ["rl.training.config.num_sgd_iter", "rl.training.stop.time_total_s", "rl.training.config.env_config.size"]
     seen += ["rl.agent_params.algorithm.discount", "num_agents", "rl_cluster_type"]
     assert check_overrides(dict.fromkeys(seen, 1)) == ()
-
-
-@pytest.mark.parametrize(
-    ("words", "cores"),
-    [
-        ({}, None),
-        ({"rl_cluster_type": "primary"}, None),
-        ({"rl_cluster_type": "secondary"}, 0),
-        ({"rl_cluster_type": "secondary", "cores": 2}, 2),
-    ],
-)
-def test_a_primary_takes_all_cores_and_its_secondary_none(source, words, cores):
-    asked = {**words}
-    made = estimator(cores=asked.pop("cores", None), hyperparameters=asked)
-    assert made._spec("one", {}, None).cores == cores
 
 
 @pytest.mark.long

@@ -3,8 +3,8 @@
 import pytest
 
 from racecraft.formats.job_spec import JobSpec
-from racecraft.jobs.job import BARREN_ATTEMPTS, job_of, new_job
-from racecraft.jobs.states import ENDED, MOVES, IllegalMove, JobError, State, status_of
+from racecraft.jobs.job import new_job
+from racecraft.jobs.states import IllegalMove, JobError, State
 
 
 def begun(**more):
@@ -13,15 +13,6 @@ def begun(**more):
 
 def training():
     return begun().claimed("me", 101.0).started(7, 102.0)
-
-
-def test_every_state_is_on_the_map_and_every_ended_one_can_be_resumed():
-    assert set(MOVES) == set(State)
-    assert all(MOVES[state] == {State.PENDING} for state in ENDED)
-
-
-def test_statuses_are_the_five_of_sagemaker():
-    assert {status_of(state) for state in State} == {"InProgress", "Completed", "Failed", "Stopping", "Stopped"}
 
 
 def test_a_job_that_completes_says_when_each_step_was():
@@ -36,17 +27,6 @@ def test_waiting_is_no_training():
     job = training().interrupted(110.0, "ended by SIGKILL", progressed=True).claimed("you", 200.0).started(8, 201.0)
     assert job.training_seconds(204.0) == 9.0 + 4.0
     assert (job.attempts, job.owner) == (2, "you")
-
-
-def test_a_job_that_dies_again_and_again_without_progress_has_failed():
-    job = training()
-    for attempt in range(1, BARREN_ATTEMPTS):
-        job = job.interrupted(110.0, "ended by SIGKILL", progressed=False)
-        assert (job.state, job.barren) == (State.INTERRUPTED, attempt)
-        job = job.claimed("me", 111.0).started(9, 112.0)
-    job = job.interrupted(113.0, "ended by SIGKILL", progressed=False)
-    assert job.state is State.FAILED
-    assert job.reason == "ended by SIGKILL, 3 times in a row without anything new on the disk"
 
 
 def test_progress_forgives_what_came_before():
@@ -78,8 +58,3 @@ def test_only_what_has_ended_is_resumed():
 def test_what_is_not_on_the_map_is_refused():
     with pytest.raises(IllegalMove, match="Completed and can become Pending; asked for Training"):
         training().finished(State.COMPLETED, 110.0).started(3, 111.0)
-
-
-def test_a_job_is_told_and_read_back():
-    job = training().with_stop_requested(103.0, "enough")
-    assert job_of(job.as_dictionary()) == job

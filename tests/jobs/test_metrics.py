@@ -34,17 +34,12 @@ def test_figures_of_a_coach_log(tmp_path):
     ("wrong", "letter"),
     [
         ({"Name": "a"}, "expected {'Name'"),
-        ({"Name": "a", "Regex": "("}, "Regex of 'a' is none"),
         ({"Name": "a", "Regex": "reward=.*"}, "has no group"),
     ],
 )
 def test_a_definition_that_finds_nothing_is_refused_at_once(wrong, letter):
     with pytest.raises(SettingError, match=letter):
         check_definitions([wrong])
-
-
-def test_no_log_has_no_figures(tmp_path):
-    assert read_metrics(tmp_path / "no", tmp_path / "none", RAY) == []
 
 
 def test_a_log_is_followed_to_its_last_half_line(tmp_path):

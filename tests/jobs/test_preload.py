@@ -14,7 +14,7 @@ from tests.jobs.memory_store import MemoryStore
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.job import new_job
-from racecraft.jobs.preload import NOTE, READY, VARIABLE, WARM, WARM_NOTE, PreloadedProcess, is_awaited
+from racecraft.jobs.preload import NOTE, VARIABLE, WARM_NOTE, PreloadedProcess, is_awaited
 from racecraft.jobs.states import State
 from racecraft.jobs.supervisor import Supervisor
 
@@ -127,10 +127,7 @@ def test_nobody_waits_for_one_who_is_gone_or_takes_too_long(home):
     "other",
     [
         {"environment": {"OMP_NUM_THREADS": "3"}},
-        {"environment": {"RACECRAFT_CACHE": "/elsewhere"}},
-        {"cores": 2},
         {"python": "/usr/bin/env"},
-        {"folder": "/nowhere"},
     ],
 )
 def test_a_job_whose_own_interpreter_would_be_another_gets_its_own(home, here, other):
@@ -176,27 +173,4 @@ def test_a_job_does_not_wait_for_a_worker_that_is_not_warm_yet(home, here):
     supervisor.reconcile()
     assert store.find("asks").process != cold._process.pid
     assert not is_alive(cold), "it would take time from the training"
-    supervisor.close()
-
-
-def test_a_warm_worker_says_when_it_is_ready(home):
-    code = "import racecraft.jobs.preload as p; p.await_words([], [lambda: None])"
-    environment = {**os.environ, VARIABLE: WARM}
-    with subprocess.Popen(
-        [sys.executable, "-c", code], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    ) as process:
-        assert process.stdout.read(len(READY)) == READY
-        process.stdin.close()
-        assert process.wait() == 0
-
-
-def test_a_warm_worker_that_ended_is_replaced(home):
-    (home.path / WARM_NOTE).write_text(f'{{"pid": {os.getpid()}}}')
-    supervisor = Supervisor(MemoryStore(), home, "me", Capacity(2, 2000))
-    supervisor.reconcile()
-    gone = supervisor._spare
-    gone._process.kill()
-    gone._process.wait()
-    supervisor.reconcile()
-    assert is_alive(supervisor._spare)
     supervisor.close()

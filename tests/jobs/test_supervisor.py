@@ -91,14 +91,6 @@ def test_what_does_not_fit_waits_and_nobody_overtakes(tmp_path, store, working):
     ]  # fmt: skip
 
 
-def test_memory_counts_as_cores_do(tmp_path, store, working):
-    for name in ("a", "b"):
-        add(store, script_job(tmp_path, name, "import time\ntime.sleep(60)\n", memory_mib=600))
-    turn_until(working, lambda: state_of(store, "a") is State.TRAINING)
-    working.reconcile()
-    assert state_of(store, "b") is State.PENDING
-
-
 def test_a_spot_job_makes_room_and_goes_on_afterwards(tmp_path, store, working):
     once = "import os, time\nif not os.path.exists('up'):\n    open('up', 'w').close()\n    time.sleep(60)\n"
     add(store, script_job(tmp_path, "spot", once, cores=2, use_spot_instances=True))
@@ -351,18 +343,6 @@ def test_a_lock_is_held_on_a_full_disk_too(tmp_path, monkeypatch):
     lock.release()
 
 
-def test_one_who_waits_for_a_run_is_told_when_the_job_waits_behind_others(tmp_path, store, monkeypatch):
-    from racecraft.formats.run_lock import RunLock
-    from racecraft.jobs import submit
-
-    monkeypatch.setattr(submit, "LOOK_AGAIN_SECONDS", 0.1)
-    home = home_in(tmp_path / "home")
-    add(store, script_job(tmp_path, "later", "", run="r"))
-    (tmp_path / "home").mkdir()
-    with RunLock(home.path):  # somebody works there, at other jobs
-        assert submit.wait_for_run(home, store, "later").waits
-
-
 def test_one_who_waits_for_a_run_goes_on_when_it_stands_or_the_job_has_ended(tmp_path, store, working):
     from racecraft.jobs.submit import wait_for_run
 
@@ -374,17 +354,6 @@ def test_one_who_waits_for_a_run_goes_on_when_it_stands_or_the_job_has_ended(tmp
     assert state_of(store, "stands") is State.TRAINING
     assert wait_for_run(home_in(tmp_path / "home"), store, "stands").state is State.TRAINING
     assert wait_for_run(home_in(tmp_path / "home"), store, "ended").state is State.FAILED
-
-
-def test_the_letter_a_job_ended_with_is_told_as_it_was_said(tmp_path):
-    from racecraft.jobs.follow import last_error
-
-    log = tmp_path / "log.txt"
-    assert last_error(log) == ""
-    log.write_text("fetching\nracecraft: old\nracecraft: run.env:3: wrong\n  - one\n  - two\n")
-    assert last_error(log) == "run.env:3: wrong\n  - one\n  - two"
-    log.write_text("racecraft: old\nTraceback (most recent call last):\nValueError: x\n")
-    assert last_error(log) == ""
 
 
 def test_a_run_that_stood_there_before_is_neither_gone_on_with_nor_asked_to_stop(tmp_path):

@@ -63,11 +63,6 @@ def test_a_hostile_answer_is_refused_and_nothing_is_kept(client, progress, body)
     assert progress.of("grid") == {}
 
 
-def test_another_site_cannot_answer(client):
-    status, _, _ = client.ask("/lessons/grid/best-drive", "POST", "{}", Origin="http://evil.example")
-    assert status == 403
-
-
 def test_a_damaged_record_costs_no_lesson(client, progress):
     progress.path.write_text("{")
     assert client.ask("/lessons")[0] == 200

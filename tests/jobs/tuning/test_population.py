@@ -15,7 +15,7 @@ from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.population import FILE, PopulationRecord, read_population
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.tuning import population
-from racecraft.jobs.tuning.population import check_population, explore, first_values, train
+from racecraft.jobs.tuning.population import explore, first_values, train
 from racecraft.jobs.tuning.population_trials import check_round
 from racecraft.jobs.tuning.search import TrialStatus
 from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter
@@ -101,13 +101,6 @@ def test_who_takes_over_is_begun_first_and_the_line_of_the_best_is_told(tmp_path
     assert sum(one.values["lr"] for one in line) == pytest.approx(record.best.score)
 
 
-def test_less_is_better_where_it_is_asked(tmp_path):
-    record = train(tmp_path, dataclasses.replace(ASKED, maximise=False), LR, Members(), 8, lambda one: None)
-    before = record.best_first(record.of_round(0))
-    assert before[0].score < before[-1].score
-    assert {one.parent for one in record.of_round(1)} - {None} <= {one.member for one in before[:2]}
-
-
 def test_broken_off_it_goes_on_and_comes_to_the_same(tmp_path):
     (tmp_path / "whole").mkdir()
     (tmp_path / "broken").mkdir()
@@ -161,12 +154,6 @@ def test_settings_move_within_their_bounds_and_whole_numbers_by_one_at_least():
     assert {2, 4} <= moved
 
 
-@pytest.mark.parametrize(("size", "rounds"), [(1, 3), (3, 1)])
-def test_one_member_or_one_round_is_no_population(size, rounds):
-    with pytest.raises(SettingError, match="at least 2 of each"):
-        check_population(size, rounds)
-
-
 def test_a_round_has_an_end_and_weights_keep_their_shape():
     check_round(("gym", "train", "X", "--stop=score=5", "--stop=steps=100"), LR)
     with pytest.raises(SettingError, match="a round needs a --stop of minutes, iterations, steps; found score=5"):
@@ -206,7 +193,6 @@ def test_a_command_is_trained_as_a_population(home, tmp_path, monkeypatch):  # n
     [
         (["--sampler", "pbt", "--trials", "9"], "--trials: --sampler pbt has a population"),
         (["--population", "3"], "--population: only --sampler pbt"),
-        (["--sampler", "pbt", "--last"], "--last: --sampler pbt"),
         (["--sampler", "pbt", "--population", "1"], "1 members, 5 rounds"),
     ],
 )

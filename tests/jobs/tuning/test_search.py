@@ -9,7 +9,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED
 from racecraft.jobs.tuning import search as searching
 from racecraft.jobs.tuning.search import TrialStatus, search
-from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter, read_parameter
+from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, read_parameter
 from racecraft.jobs.tuning.study import Study, TuningError
 from racecraft.jobs.tuning.training_trials import Objective, check_command, column_of
 
@@ -67,12 +67,6 @@ def test_a_search_that_is_gone_on_with_keeps_its_trials(tmp_path):
         Study(tmp_path, {"x": ContinuousParameter(0.0, 1.0)})
     with pytest.raises(TuningError, match="with other bounds or another aim"):
         Study(tmp_path, PARAMETERS, maximise=False)
-
-
-def test_less_is_better_where_asked(tmp_path):
-    study = Study(tmp_path, {"x": IntegerParameter(1, 9)}, maximise=False, sampler="random")
-    search(study, lambda number, values: Scripted([values["x"] ** 2]), 12, 3, lambda one: None)
-    assert study.best().score == min(one.score for one in study.trials())
 
 
 def test_a_hopeless_trial_is_stopped(tmp_path):
@@ -148,13 +142,9 @@ def test_an_earlier_search_is_taken_over_where_it_fits(tmp_path):
     ("text", "words"),
     [
         ("ppo.epochs", "expected NAME=LOW..HIGH"),
-        ("=1..2", "expected NAME=LOW..HIGH"),
         ("a=2..1", "the lesser first"),
         ("a=0..1:log", "a lower end above 0"),
-        ("a=1..2:cubic", "no scale 'cubic'"),
-        ("a=one..two", "expected NAME=LOW..HIGH"),
         ("a=nan..1", "is no range"),
-        ("a=,", "has no values"),
     ],
 )
 def test_what_no_parameter_can_be_is_refused(text, words):
