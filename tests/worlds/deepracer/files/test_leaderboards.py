@@ -81,8 +81,6 @@ def test_own_laps_are_timed_as_the_race_was(archive):
 WRONG = {
     "a rank that is none": ("new/FINAL.csv", NEW.replace("\n1,a", "\nfirst,a"), "FINAL.csv:3: Rank is 'first'"),
     "a row cut short": ("new/FINAL.csv", NEW + "4,d\n", "FINAL.csv:5: more or fewer cells"),
-    "another table": ("new/FINAL.csv", "a,b\n1,2\n", "has no column Rank"),
-    "no text": ("new/FINAL.csv", b"\xff\xfe\x00", "cannot be read"),
     "a timing nobody knows": ("", f"{HEAD}\n{RACES.replace('TOTAL_TIME', 'LUCK')}", "TimingMethod is 'LUCK'"),
     "a date that is none": ("", f"{HEAD}\n{RACES.replace('1725148800000', '1e300')}", "LaunchTime is 1e[+]300"),
     "no races": ("", f"{HEAD}\n", "names no race"),
@@ -142,10 +140,8 @@ def test_who_never_finished_has_no_place(tmp_path):
 
 @pytest.mark.parametrize(
     ("row", "words"),
-    [("1,a,,-1", "RankingScore is '-1'; expected a number, 0 or more"), ("1,a,,inf", "RankingScore is 'inf'"),
-     ("1,a,,nan", "RankingScore is 'nan'"), ("1,a,,5,6", "more or fewer cells"), ("1,a", "more or fewer cells"),
-     ('1,"a"b,,5', "cannot be read")],
-)  # fmt: skip
+    [("1,a,,-1", "RankingScore is '-1'; expected a number, 0 or more"), ('1,"a"b,,5', "cannot be read")],
+)
 def test_a_damaged_row_is_named_with_its_line(tmp_path, row, words):
     with pytest.raises(LeaderboardError, match=words) as caught:
         raced(tmp_path, ["1,a,,5", row]).entries()
@@ -159,18 +155,6 @@ def test_of_several_states_the_latest_counts(tmp_path):
         (tmp_path / f"{ARN}x" / f"2021-05-0{day}.csv").write_text(f"Rank,RankingScore\n1,{score}\n")
     (board,) = read_leaderboards(tmp_path)
     assert [(one.alias, one.score_seconds) for one in board.entries()] == [("", 9.0)]
-
-
-def test_a_list_of_races_needs_its_columns_and_dates(tmp_path):
-    raced(tmp_path, [])
-    index = tmp_path / "leaderboards.csv"
-    for text, words in (
-        ("", "has no column Arn, Name, LaunchTime, TrackArn, RaceType, TimingMethod; expected the columns Arn, Name"),
-        (f"{HEAD}\n1,a,N,,,a::track/T,,TIME_TRIAL,TOTAL_TIME,\n", "leaderboards.csv:2: LaunchTime is empty"),
-    ):
-        index.write_text(text)
-        with pytest.raises(LeaderboardError, match=words):
-            read_leaderboards(tmp_path)
 
 
 def test_the_copy_may_be_named_by_any_of_three_folders(tmp_path):

@@ -9,9 +9,7 @@ import pytest
 
 from racecraft.formats.archive import ArchiveError, is_archive
 from racecraft.worlds.deepracer.files.car_archive import GRAPH, METADATA, archive_folder, write_car_archive
-from racecraft.worlds.deepracer.files.model_archive import (
-    unpack_model,
-)
+from racecraft.worlds.deepracer.files.model_archive import unpack_model
 
 GOOD = {"model_metadata.json": b"{}", "agent/model.pb": b"weights"}
 
@@ -70,7 +68,6 @@ BAD = {
     "no file": (lambda path: path, "there is no such file"),
     "empty": (lambda path: path.write_bytes(b""), "empty"),
     "a text": (lambda path: path.write_bytes(b"hello, I am a model"), "not an archive"),
-    "a page that says no": (lambda path: path.write_bytes(b"<Error><Code>AccessDenied</Code>"), "not an archive"),
     "xz": (lambda path: tar(path, GOOD.items(), "w:xz"), "packed by xz"),
     "7z": (lambda path: path.write_bytes(b"7z\xbc\xaf\x27\x1c"), "a 7z archive"),
     "gzip of no tar": (lambda path: path.write_bytes(gzip.compress(b"x" * 2000)), "damaged"),
@@ -80,7 +77,6 @@ BAD = {
         lambda path: path.write_bytes(tar(path, GOOD.items()).read_bytes()[:-8] + b"\0" * 8), "damaged"
     ),
     "a way out": (lambda path: tar(path, [("../../model.pb", b"x")]), "leads out of the archive"),
-    "a way out that comes back": (lambda path: tar(path, [("a/../../model.pb", b"x")]), "leads out"),
     "a way out in Windows's way": (lambda path: tar(path, [("..\\model.pb", b"x")]), "leads out"),
     "from the root": (lambda path: tar(path, [("/etc/model.pb", b"x")]), "leads out"),
     "from a drive": (lambda path: tar(path, [("C:/model.pb", b"x")]), "leads out"),
@@ -104,7 +100,6 @@ BAD = {
     "zip: cut short": (
         lambda path: path.write_bytes(packed(path, [("model.pb", bytes(5000))]).read_bytes()[:60]), "damaged"
     ),
-    "zip: nothing of a model": (lambda path: packed(path, [("a.txt", b"x")]), "no file of a model"),
 }  # fmt: skip
 
 
@@ -133,13 +128,8 @@ def test_a_header_that_asks_for_gigabytes_is_refused(tmp_path):
 
 
 MIB = 2**20
-LIMITS = {  # MiB; a console's checkpoint of the largest network has some 500
-    "model_metadata.json": 1, "hyperparameters.json": 1, "deepracer_checkpoints.json": 1, "reward_function.py": 1,
-    ".coach_checkpoint": 1, "checkpoint": 1, "training_params.yaml": 10, "training_params.yml": 10, "model.pb": 2048,
-    "training_params_b080e2d4-1823.yaml": 10,
-    "model_12.pb": 2048, "3_Step-9.ckpt.index": 64, "3_Step-9.ckpt.meta": 512,
-    "3_Step-9.ckpt.data-00000-of-00001": 4096,
-}  # fmt: skip
+LIMITS = {"model_metadata.json": 1, "model_12.pb": 2048, "3_Step-9.ckpt.data-00000-of-00001": 4096}
+"""MiB; a console's checkpoint of the largest network has some 500."""
 
 
 @pytest.mark.parametrize("name", LIMITS)
@@ -157,23 +147,10 @@ def test_a_file_says_in_its_header_how_large_it_is_and_may_be_so_large(tmp_path,
             unpack_model(path, tmp_path / f"out {beyond}")
 
 
-@pytest.mark.parametrize(
-    "name", ["model_x.pb", "my.pb", "a.ckpt", "3.ckpt.data-0-of-1", ".index", "reward_function.pyc"]
-)
+@pytest.mark.parametrize("name", ["my.pb", "3.ckpt.data-0-of-1"])
 def test_names_that_are_only_near_a_models_are_passed_over(tmp_path, name):
     unpacked = unpack_model(tar(tmp_path / "a.tar", [(name, b"x"), ("model.pb", b"y")], "w"), tmp_path / "out")
     assert [path.name for path in unpacked] == ["model.pb"]
-
-
-@pytest.mark.parametrize(("size", "words"), [(8 * MIB, "damaged"), (8 * MIB + 1, "asks for 8389120 bytes")])
-def test_a_header_may_ask_for_eight_megabytes(tmp_path, size, words):
-    """Headers are read in blocks of 512 bytes."""
-    entry = tarfile.TarInfo("././@PaxHeader")
-    entry.type, entry.size = tarfile.XHDTYPE, size
-    path = tmp_path / "model.tar"
-    path.write_bytes(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(4096))
-    with pytest.raises(ArchiveError, match=words):
-        unpack_model(path, tmp_path / "out")
 
 
 def test_what_is_inside_folders_of_a_zip_comes_out_in_them(tmp_path):
@@ -212,11 +189,3 @@ def test_what_a_car_takes_has_no_times_and_may_be_read_by_all(tmp_path):
     with tarfile.open(path) as archive:
         assert [(one.mode, one.mtime, one.size) for one in archive] == [(0o644, 0, 5), (0o644, 0, 2)]
         assert archive.extractfile(GRAPH).read() == b"graph"
-
-
-def test_a_header_that_says_nothing_stands_in_nobodys_way(tmp_path):
-    empty = tarfile.TarInfo("././@PaxHeader")
-    empty.type = tarfile.XHDTYPE
-    path = tmp_path / "model.tar"
-    path.write_bytes(empty.tobuf(tarfile.USTAR_FORMAT) + tar(tmp_path / "good.tar", GOOD.items(), "w").read_bytes())
-    assert len(unpack_model(path, tmp_path / "out")) == 2

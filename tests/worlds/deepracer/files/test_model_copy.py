@@ -145,10 +145,7 @@ def test_of_a_chosen_checkpoint_the_weights_go_along_and_the_index_says_so(tmp_p
     folder = tmp_path / "b" / "checkpoints"
     index = next(path for path in folder.iterdir() if path.suffix == ".json")
     assert {path.name for path in folder.iterdir()} == {chosen.policy, index.name}
-    text = index.read_text()
-    assert text.startswith('{\n  "version": ')
-    assert text.endswith("}\n")
-    told = json.loads(text)
+    told = json.loads(index.read_text())
     (entry,) = told["checkpoints"]
     assert (told["best"], told["last"]) == (1, 1)
     assert entry == {"iteration": 1, "steps": 10, "score": 0.5, "policy": chosen.policy, "state": None}

@@ -81,16 +81,7 @@ def test_minus_thirty_degrees_is_to_the_right_and_is_written_as_minus_thirty(tmp
 
 
 def test_the_version_chooses_the_car_and_one_between_two_counts_as_the_lower():
-    cars = {
-        "1": "v4",
-        "4": "v4",
-        "4.9": "v4",
-        "5": "v5-classic",
-        "5.9": "v5-classic",
-        "6": "v6",
-        "6.9": "v6",
-        None: "v6",
-    }
+    cars = {"1": "v4", "4.9": "v4", "5": "v5-classic", "6": "v6", None: "v6"}
     assert {version: car_for_version(version) for version in cars} == cars
 
 
@@ -131,28 +122,6 @@ def test_a_car_without_sensor_and_version_is_the_oldest_kind(tmp_path):
     assert metadata.neural_network == "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW"
 
 
-@pytest.mark.parametrize(
-    ("lidar", "config", "told"),
-    [
-        (
-            "DISCRETIZED_SECTOR_LIDAR",
-            None,
-            "no lidar_config; num_sectors 8, num_values_per_sector 8, clipping",
-        ),
-        ("DISCRETIZED_SECTOR_LIDAR", {"num_sectors": 16, "clipping_dist": 3}, "leaves out num_values_per_sector 8,"),
-        ("DISCRETIZED_SECTOR_LIDAR", {"num_sector": 16}, "unknown key 'num_sector' in lidar_config"),
-        ("DISCRETIZED_SECTOR_LIDAR", {"num_sector": 16}, "Did you mean 'num_sectors'?"),
-        ("SECTOR_LIDAR", {"num_sectors": 16}, "does nothing: SECTOR_LIDAR has its own figures"),
-    ],
-)
-def test_what_is_odd_about_a_lidar_is_said(tmp_path, lidar, config, told):
-    changes = {"sensor": ["STEREO_CAMERAS", lidar], **({} if config is None else {"lidar_config": config})}
-    metadata = read_model_metadata(car_file(tmp_path, **changes))
-    assert told in " | ".join(metadata.notes)
-    assert metadata.lidar_config == config
-    assert metadata.sensors == ("STEREO_CAMERAS", lidar)
-
-
 CONTINUOUS = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 2}}
 
 
@@ -181,16 +150,10 @@ def test_more_actions_than_a_console_takes_are_taken_and_said(tmp_path, count, n
 
 @pytest.mark.parametrize(
     ("angles", "speeds", "noted"),
-    [
-        ((-25, 25), (1, 2), False), ((-30, 30), (0.1, 4), False), ((-31, 30), (1, 2), True), ((-20, 31), (1, 2), True),
-        ((-20, 20), (1, 4.1), True), ((-5, 5), (0, 2), True),
-    ],
-)  # fmt: skip
+    [((-30, 30), (0.1, 4), False), ((-31, 30), (1, 2), True), ((-20, 20), (1, 4.1), True)],
+)
 def test_a_continuous_car_is_read_and_written_as_aws_has_it(tmp_path, angles, speeds, noted):
-    space = {
-        "steering_angle": {"low": angles[0], "high": angles[1]},
-        "speed": {"low": speeds[0], "high": speeds[1]},
-    }
+    space = {"steering_angle": {"low": angles[0], "high": angles[1]}, "speed": {"low": speeds[0], "high": speeds[1]}}
     metadata = read_model_metadata(car_file(tmp_path, action_space=space, action_space_type="continuous"))
     low, high = math.radians(angles[0]), math.radians(angles[1])
     assert metadata.action_space == ActionRanges(low, high, *map(float, speeds))
@@ -210,14 +173,6 @@ def action(**changes):
 WRONG = [  # changes, what the letter must hold: line (None where there can be none), key, found, expected
     ({"action_space": None}, None, "action_space", "missing", "list of actions"),
     ({"action_space": []}, 2, "action_space", "0 action", "2 actions or more"),
-    ({"action_space": "left"}, 2, "action_space", "a word", "list of actions"),
-    (
-        {"action_space": [1, {"steering_angle": 0, "speed": 1}]},
-        3,
-        "action_space[0]",
-        "a number",
-        "steering_angle and speed",
-    ),
     (
         {"action_space": [{"speed": 1}, {"steering_angle": 0, "speed": 1}]},
         3,
@@ -226,11 +181,7 @@ WRONG = [  # changes, what the letter must hold: line (None where there can be n
         "degrees",
     ),
     ({"action_space": action(speed="fast")}, 9, "action_space[1].speed", "'fast'", "a number, in m/s"),
-    ({"action_space": action(speed=10**400)}, 9, "action_space[1].speed", "1000", "a number, in m/s"),
     ({"action_space": action(speed=float("nan"))}, 9, "action_space[1].speed", "nan", "a number, in m/s"),
-    ({"action_space": action(speed=True)}, 9, "action_space[1].speed", "True", "a number, in m/s"),
-    ({"action_space": action(steering_angle=[])}, 8, "action_space[1].steering_angle", "[]", "in degrees"),
-    ({"action_space": action(steering_angle="left")}, 8, "action_space[1].steering_angle", "'left'", "in degrees"),
     (
         {"action_space": {**CONTINUOUS, "speed": {"low": 2, "high": 1}}},
         7,
@@ -241,27 +192,18 @@ WRONG = [  # changes, what the letter must hold: line (None where there can be n
     ({"action_space": {"speed": {"low": 1, "high": 2}}}, 2, "action_space.steering_angle", "no 'steering", '"low"'),
     *(
         ({"action_space": {**CONTINUOUS, "speed": ends}}, 7, "action_space.speed", "", "")
-        for ends in ({"low": 1}, {"high": 1}, {"low": 1, "high": 1}, [1, 2], 3)
+        for ends in ({"low": 1}, {"low": 1, "high": 1}, 3)
     ),
     ({"sensor": ["FRONT_FACING_CAM"]}, 12, "sensor", "FRONT_FACING_CAM", "Did you mean 'FRONT_FACING_CAMERA'"),
     ({"sensor": ["LIDAR"]}, 12, "sensor", "0 camera", "exactly one camera"),
-    ({"sensor": ["FRONT_FACING_CAMERA", "STEREO_CAMERAS"]}, 12, "sensor", "2 camera", "exactly one camera"),
     ({"sensor": ["FRONT_FACING_CAMERA", "LIDAR", "SECTOR_LIDAR"]}, 12, "sensor", "2 LiDAR", "at most one LiDAR"),
-    ({"sensor": 7}, 12, "sensor", "7", "list of names"),
     ({"neural_network": "BIG"}, 15, "neural_network", "BIG", "DEEP_CONVOLUTIONAL_NETWORK_DEEP"),
-    *(({"version": wrong}, 16, "version", "", '"1" to "6"') for wrong in (0.9, -1, True, "new")),
-    *(({"version": wrong}, 16, "version", f"'{wrong}'", '"1" to "6"') for wrong in ("7", "9")),
-    ({"action_space_type": "both"}, 17, "action_space_type", "'both'", "discrete or continuous"),
+    *(({"version": wrong}, 16, "version", "", '"1" to "6"') for wrong in (0.9, "new", "7")),
     ({"training_algorithm": "dqn"}, 17, "training_algorithm", "dqn", "clipped_ppo or sac"),
     ({"training_algorithm": "sac"}, 17, "training_algorithm", "list of actions", "continuous"),
     ({"action_space_type": "continuous"}, 17, "action_space_type", "a list of actions", "discrete"),
     ({"lidar_config": {"num_sectors": 7}}, 18, "lidar_config.num_sectors", "7", "divisor of its 64 beams"),
-    ({"lidar_config": {"num_sectors": 1e300}}, 18, "lidar_config.num_sectors", "1e+300", "divisor of its 64 beams"),
-    ({"lidar_config": {"num_values_per_sector": 2.5}}, 18, "lidar_config.num_values_per_sector", "2.5", "whole number"),
-    ({"lidar_config": {"num_values_per_sector": 0}}, 18, "lidar_config.num_values_per_sector", "0", "whole number"),
-    ({"lidar_config": {"clipping_dist": "far"}}, 18, "lidar_config.clipping_dist", "'far'", "a number"),
     ({"lidar_config": [8, 8]}, 17, "lidar_config", "a list", "an object"),
-    ({"lidar_config": {"clipping_dist": 99}}, 18, "lidar_config.clipping_dist", "99", "0.15 to 12"),
 ]
 
 
@@ -279,12 +221,8 @@ def test_a_wrong_car_gets_a_letter_with_line_and_key(tmp_path, changes, line, ke
 
 BROKEN = [  # text, line, found
     ('{\n "a": 1,\n}\n', 2, "comma stands after the last"),  # the comma's own line, on every Python
-    ('{\n "a": [1,\n\n ]}\n', 2, "comma stands after the last"),
-    ('{"a": 1\n , }\n', 2, "comma stands after the last"),
     ("{\n 'a': 1}", 2, "quoted with '"),
     ('{\n "a": \u201c1\u201d}', 2, "typographic quote"),
-    ('{\n "a": [1,\n 2', 3, "ends too early"),
-    ('{\n "a": 1\n "b": 2}', 3, "delimiter"),
     ("", None, "empty"),
     ("[]", 1, "a list"),
 ]
@@ -308,7 +246,7 @@ def test_a_missing_file_a_folder_and_no_text_are_told_apart(tmp_path):
             read_model_metadata(tmp_path / name)
 
 
-@pytest.mark.parametrize(("version", "read"), [("1", "1"), (6, "6"), ("6.9", "6.9"), ("", None), (4.0, "4")])
+@pytest.mark.parametrize(("version", "read"), [("6.9", "6.9"), ("", None), (4.0, "4")])
 def test_versions_from_one_to_below_seven_are_read(tmp_path, version, read):
     metadata = read_model_metadata(car_file(tmp_path, version=version))
     assert (metadata.version, metadata.notes) == (read, ())
@@ -332,9 +270,7 @@ def numbered(*indices):
     ("space", "said"),
     [
         (numbered(0, 1, 2), ""),
-        (numbered("0", 1.0), ""),
         (numbered(1, 0), "the written index differs from the order of the list; the order counts, as at AWS"),
-        (numbered(1, 2), "the written index differs from the order of the list; the order counts, as at AWS"),
         ([CAR["action_space"][0]] * 2, "the same action stands in the list more than once"),
     ],
 )
@@ -342,46 +278,15 @@ def test_what_is_odd_about_a_list_of_actions_is_said(tmp_path, space, said):
     assert read_model_metadata(car_file(tmp_path, action_space=space)).notes == ((said,) if said else ())
 
 
-def test_of_many_actions_that_reach_too_far_three_are_named(tmp_path):
-    space = [{"steering_angle": angle, "speed": 1.0} for angle in (31, 32, 33, 34, 0)]
-    (note,) = read_model_metadata(car_file(tmp_path, action_space=space)).notes
-    assert note.startswith("4 of 5 actions (left 31°, 1 m/s; left 32°, 1 m/s; left 33°, 1 m/s; …) reach beyond")
-
-
-@pytest.mark.parametrize("word", ["Discrete", " DISCRETE "])
-def test_the_kind_of_actions_may_be_said_in_any_case(tmp_path, word):
-    assert read_model_metadata(car_file(tmp_path, action_space_type=word)).action_space_type == "discrete"
-
-
-@pytest.mark.parametrize("key", ["steering_angle", "speed"])
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [(10**400, "1" + 39 * "0"), (float("-inf"), "-inf"), (None, "None")],
-    ids=["too long", "endless", "nothing"],
-)
-def test_of_a_number_that_is_none_forty_letters_are_shown(tmp_path, key, value, shown):
-    with pytest.raises(MetadataError) as caught:
-        read_model_metadata(car_file(tmp_path, action_space=action(**{key: value})))
-    assert caught.value.found == shown
-
-
 def test_a_car_is_written_for_people_with_every_key(tmp_path):
     car = dataclasses.replace(default_model_metadata(), version=None, lidar_config={"num_sectors": 8}, unknown={"a": 1})
     write_model_metadata(car, tmp_path / "car.json")
-    text = (tmp_path / "car.json").read_text()
-    assert text.startswith('{\n  "action_space": [\n    {\n      "steering_angle": -30.0,')
-    assert list(json.loads(text)) == ["action_space", "sensor", "neural_network", "training_algorithm",
-                                      "action_space_type", "version", "lidar_config", "a"]  # fmt: skip
-    assert (json.loads(text)["version"], text[-2:]) == ("5", "}\n")
+    told = json.loads((tmp_path / "car.json").read_text())
+    assert list(told) == ["action_space", "sensor", "neural_network", "training_algorithm", "action_space_type",
+                          "version", "lidar_config", "a"]  # fmt: skip
+    assert told["version"] == "5"
 
 
 def test_straight_on_is_written_without_a_sign():
     car = ModelMetadata((CarAction(-0.0, 1.0), CarAction(math.radians(-1e-12), 2.0)))
     assert [str(action["steering_angle"]) for action in as_aws_dict(car)["action_space"]] == ["0.0", "0.0"]
-    assert (car.neural_network, car.training_algorithm) == ("DEEP_CONVOLUTIONAL_NETWORK_SHALLOW", "clipped_ppo")
-
-
-def test_two_cars_are_the_same_whatever_was_said_of_them():
-    car = default_model_metadata()
-    assert dataclasses.replace(car, notes=("read from a template",)) == car
-    assert dataclasses.replace(car, version="5") != car

@@ -9,12 +9,10 @@ REWARD, METADATA, HYPERPARAMETERS = "reward_function.py", "model_metadata.json",
 PAYS = "import math\ndef reward_function(params):\n    return 1.0\n"
 
 NEAR = {
-    REWARD: ["reward_function (1).py", "Reward-Function.PY", "reward_function.py.txt", "reward_function",
-             "reward_function.txt", "reward_function.old.txt", "reward_funtion.py", "rewards.py", "idea.py",
-             "my.idea.py"],
-    METADATA: ["model_metadata copy 2.json", "metadata.json", "action_space.json", "model_metada.json"],
-    HYPERPARAMETERS: ["hyperparameters .json.txt", "hyperparams.json", "hyperparamters.json", "params.json"],
-}  # fmt: skip
+    REWARD: ["reward_function (1).py", "Reward-Function.PY", "reward_function.txt", "reward_funtion.py", "idea.py"],
+    METADATA: ["model_metadata copy 2.json", "action_space.json", "model_metada.json"],
+    HYPERPARAMETERS: ["hyperparameters .json.txt", "hyperparams.json"],
+}
 
 
 def files_in(folder, *names, text=PAYS):
@@ -34,9 +32,7 @@ def test_a_file_of_nearly_the_name_is_taken_and_told_of(tmp_path, right, near):
     assert (found.notes, found.is_empty) == ((f"{near}: taken for {right}",), False)
 
 
-@pytest.mark.parametrize(
-    "other", ["reward_function.md", "idea.txt", "idea.py.txt", "idea.json", "notes.md", "model.pb", "waypoints.json"]
-)
+@pytest.mark.parametrize("other", ["reward_function.md", "idea.py.txt", "waypoints.json"])
 def test_another_file_is_none_of_them(tmp_path, other):
     found = files_in(tmp_path, other)
     assert (found.notes, found.is_empty) == ((), True)
@@ -53,9 +49,8 @@ def test_a_folder_of_such_a_name_is_no_file(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "part"),
-    [(REWARD, "reward"), (METADATA, "metadata"), (f"model/{METADATA}", "metadata"),
-     (HYPERPARAMETERS, "hyperparameters"), (f"ip/{HYPERPARAMETERS}", "hyperparameters")],
-)  # fmt: skip
+    [(REWARD, "reward"), (f"model/{METADATA}", "metadata"), (f"ip/{HYPERPARAMETERS}", "hyperparameters")],
+)
 def test_a_right_name_is_taken_without_a_word(tmp_path, name, part):
     found = files_in(tmp_path, name)
     assert getattr(found, part) == tmp_path / name

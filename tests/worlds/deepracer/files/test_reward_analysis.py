@@ -17,20 +17,15 @@ def told(text):
 KEEPS = [  # text, line
     ("n = 0\ndef reward_function(p):\n    global n\n    n += 1\n    return n\n", 3),
     ("seen = []\ndef reward_function(p):\n    seen.append(p['x'])\n    return len(seen)\n", 1),
-    ("seen = {}\n" + BODY, 1),
-    ("seen = list()\n" + BODY, 1),
-    ("class Car:\n    speeds = []\n" + BODY, 1),
     ("class Car:\n    last = 0\ndef reward_function(p):\n    Car.last += 1\n    return Car.last\n", 4),
     ("class Car:\n    pass\nreward = Car()\n" + BODY, 3),
     ("def reward_function(p):\n    reward_function.n = 1\n    return 1\n", 2),
     ("def reward_function(p):\n    setattr(reward_function, 'n', 1)\n    return 1\n", 2),
     ("def reward_function(p, seen=[]):\n    seen.append(1)\n    return len(seen)\n", 1),
-    ("def reward_function(p, *, seen={}):\n    return 1\n", 1),
     ("import functools\n@functools.lru_cache\ndef far(x):\n    return x\n" + BODY, 2),
     ("def made():\n    n = 0\n    def pay(p):\n        nonlocal n\n        n += 1\n    return pay\n", 4),
     ("def made():\n    return lambda p: 1\nreward_function = made()\n", 3),
     ("def reward_function(p):\n    globals()['n'] = 1\n    return 1\n", 2),
-    ("for k in range(3):\n    pass\n" + BODY, 1),
     ("import racing_line\n" + BODY, 1),
     ("def reward_function(p):\n    from helper import state\n    return state()\n", 2),
 ]  # fmt: skip
@@ -58,29 +53,12 @@ def test_what_cannot_keep_anything_is_not_copied(text):
     assert told(text).state is None
 
 
-@pytest.mark.parametrize(
-    "compared", ["{} == 1", "{} <= 1", "{} < 2", "{} == 0", "1 == {}", "1 >= {}", "{} < 1.5", "{} == 2.5"]
-)
-@pytest.mark.parametrize("steps", ["params['steps']", "steps", "self_steps", "int(steps)", "params.get('steps')"])
-def test_a_wait_for_a_step_before_the_second_is_named_with_its_line(compared, steps):
-    text = "def reward_function(params):\n    steps = self_steps = params['steps']\n    if " + compared.format(steps)
+@pytest.mark.parametrize("compared", ["params['steps'] == 1", "steps <= 1", "2 > int(steps)"])
+def test_a_wait_for_a_step_before_the_second_is_named_with_its_line(compared):
+    text = "def reward_function(params):\n    steps = params['steps']\n    if " + compared
     remark = told(text + ":\n        return 9.0\n    return 1.0\n").remarks[0]
     assert remark.line == 3
     assert "never holds: `steps` is 2.0 at the first call of an episode" in remark.text
-
-
-@pytest.mark.parametrize(
-    "compared", ["{} == 2", "{} <= 2", "{} < 3", "{} > 1", "{} != 1", "2 >= {}", "{} == 300", "{} % 1 == 0"]
-)
-def test_a_comparison_that_can_hold_is_not_spoken_of(compared):
-    text = "def reward_function(params):\n    steps = params['steps']\n    return 1.0 if " + compared.format("steps")
-    assert told(text + " else 0.5\n").remarks == ()
-
-
-def test_objects_that_a_time_trial_has_not_are_named_once():
-    text = "def reward_function(p):\n    a, b = p['closest_objects']\n    return p['objects_distance'][a]\n"
-    (remark,) = told(text).remarks
-    assert (remark.line, remark.text.startswith("`closest_objects`, `objects_distance`: a time trial")) == (2, True)
 
 
 TALE = """
@@ -164,26 +142,13 @@ def test_packages_and_folders_without_init_beside_the_file_are_imported_from_the
     assert not list(tmp_path.rglob("__pycache__"))
 
 
-def test_a_wait_for_what_is_no_number_is_not_spoken_of():
-    text = "def reward_function(params):\n    if params['steps'] == params['progress']:\n        return 9.0\n"
-    assert told(text + "    return 1.0\n").remarks == ()
-
-
 STATES = [  # text, line, what is shown
     ("x = 1\nprint(x)\n" + BODY, 2, "`print(x)`"),
-    ("class A(metaclass=type):\n    pass\n" + BODY, 1, "`class A(metaclass=type):`"),
-    ("import dataclasses\n@dataclasses.dataclass\nclass A:\n    pass\n" + BODY, 3, "`@dataclasses.dataclass`"),
-    ("class A:\n    x: list = []\n" + BODY, 1, "`class A:`"),
     ("x: dict = {}\n" + BODY, 1, "`x: dict = {}`"),
-    ("import math\nmath.pi: float = 3\n" + BODY, 2, "`math.pi: float = 3`"),
     ("a, b = 1, 2\n" + BODY, 1, "`a, b = (1, 2)`"),
     ("if __name__ == '__main__':\n    pass\nelse:\n    x = 1\n" + BODY, 1, "`if __name__ == '__main__':`"),
-    ("if True:\n    x = 1\n" + BODY, 1, "`if True:`"),
-    ("async def f():\n    pass\n" + BODY, 1, "`async def f():`"),
     (BODY + "def far(x, y=[1]):\n    return x\n", 3, "the default `[1]`"),
-    (BODY + "far = 1\ndel far\n", 4, "`del far`"),
     ("def f(p):\n    p.x = 1\n", 2, "`p.x` is set"),
-    ("def f(p):\n    del p.x\n", 2, "`p.x` is set"),
     ("def f(p):\n    return eval('1')\n", 2, "`eval`"),
     ("import math\nimport b.c\n\nimport a\n" + BODY, 2, "the module `b`"),
 ]
@@ -197,20 +162,10 @@ def test_what_can_keep_something_is_shown_as_it_is_written(text, line, shown):
 
 @pytest.mark.parametrize(
     "text",
-    ["pass\n", "x: int\n", "x = y = 1\n", "x = -1 if True else not 2\n",
-     "class A:\n    x = 1\n    def f(self, *, a, b=1): ...\n", "if '__main__' == __name__:\n    x = []\n",
-     "'a text'\n", "from scipy import a\n", "f = 1 < 2 and 3\n"],
-)  # fmt: skip
+    ["x: int\n", "x = -1 if True else not 2\n", "if '__main__' == __name__:\n    x = []\n", "from scipy import a\n"],
+)
 def test_what_is_plainly_stateless_is_not_copied(text):
     assert told(text + BODY).state is None
-
-
-@pytest.mark.parametrize(("length", "shown"), [(60, 60), (61, 60)])
-def test_of_a_long_line_57_letters_and_three_points_are_shown(length, shown):
-    line = "print(" + "x" * (length - 7) + ")"
-    text = told(line + "\n" + BODY).state.text
-    assert text == f"`{line if length == 60 else line[:57] + '...'}`"
-    assert len(text) == shown + 2
 
 
 def test_what_is_imported_is_told_by_first_names_without_neighbours():
@@ -219,9 +174,8 @@ def test_what_is_imported_is_told_by_first_names_without_neighbours():
 
 
 WAITS = [
-    ("2 > {}", True), ("2.5 > {}", False), ("{} < 2.5", False), ("{} <= 1.9", True), ("{} == 2.0", False),
-    ("1 == {} == 1", False), ("1 < {}", False), ("1 != {}", False), ("{} == '1'", False), ("{} > 1", False),
-    ("{} == True", True),
+    ("2 > {}", True), ("2.5 > {}", False), ("{} <= 1.9", True), ("{} <= 2", False), ("{} == 300", False),
+    ("{} == '1'", False), ("{} % 1 == 0", False),
 ]  # fmt: skip
 
 
@@ -233,15 +187,9 @@ def test_a_comparison_is_vain_where_no_step_from_the_second_on_fulfils_it(compar
 
 NAMED = [
     ("n: float = params['steps']", "n", True),
-    ("n: float", "n", False),
-    ("n = params['speed']", "n", False),
     ("self.n = params['steps']", "self.n", True),
     ("n = round(float(params['steps']))", "n", True),
-    ("n = int(params['steps'], 10)", "n", False),
     ("n = abs(params['steps'])", "n", False),
-    ("n = params.get()", "n", False),
-    ("n = params.pop('steps')", "n", False),
-    ("n = params[0]", "n", False),
     ("pass", "params.get('steps', 0)", True),
     ("pass", "params['steps', 1]", False),
 ]
@@ -251,14 +199,6 @@ NAMED = [
 def test_steps_are_known_under_the_names_they_are_given(line, name, is_known):
     text = f"def reward_function(params, self=None):\n    {line}\n    return float({name} == 1)\n"
     assert bool(told(text).remarks) is is_known
-
-
-def test_a_remark_says_what_to_ask_instead():
-    (remark,) = told("def reward_function(p):\n    return float(p['steps'] < 1)\n").remarks
-    assert remark.text == (
-        "`p['steps'] < 1` never holds: `steps` is 2.0 at the first call of an episode, here as at AWS; for the first "
-        "call ask `steps <= 2`"
-    )
 
 
 def test_objects_are_named_in_order_at_the_first_line_that_reads_of_them():

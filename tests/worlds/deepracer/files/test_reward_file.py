@@ -6,7 +6,6 @@ import linecache
 import signal
 import sys
 
-import numpy as np
 import pytest
 
 from racecraft.contract.errors import RewardError, RewardFileError
@@ -30,7 +29,6 @@ def loaded(tmp_path, text, output=None):
 
 @pytest.fixture(autouse=True)
 def _the_path_as_it_was(monkeypatch):
-    import sys
 
     monkeypatch.setattr(sys, "path", list(sys.path))
 
@@ -48,17 +46,10 @@ def test_our_own_reward_pays_by_bands_of_the_width(tmp_path):
 @pytest.mark.parametrize(
     ("text", "number"),
     [
-        ("2", 2.0),
         ("True", 1.0),
-        ("0.25", 0.25),
         ("numpy.float32(0.5)", 0.5),
-        ("numpy.int64(3)", 3.0),
-        ("numpy.bool_(True)", 1.0),
         ("numpy.array(1.5)", 1.5),
-        ("1e5", 1e5),
         ("'1.0'", 1.0),
-        ("' 2e1 '", 20.0),
-        ("numpy.ones(1)", 1.0),
         ("numpy.full((1, 1), 2.5)", 2.5),
         ("__import__('decimal').Decimal('0.5')", 0.5),
     ],
@@ -119,23 +110,14 @@ HEAD = "import numpy\ndef deep(n): return deep(n - 1) if n else numpy.zeros(0)[3
 FAILING = [  # body, line, found
     ("    return None", 3, "returned None, of type NoneType"),
     ("    return 'one'", 3, "returned 'one', of type str"),
-    ("    return 'nan'", 3, "returned nan"),
     ("    return 10**400", 3, "too large for a number"),
-    ("    return 10**5000", 3, "a value that cannot be shown"),
-    ("    return [1.0]", 3, "of type list"),
     ("    return float('nan')", 3, "returned nan"),
-    ("    return float('-inf')", 3, "returned -inf"),
     ("    return 100001", 3, "returned 100001"),
     ("    return numpy.ones(2)", 3, "of type ndarray"),
-    ("    return {}", 3, "returned {}, of type dict"),
-    ("    return 1j", 3, "of type complex"),
     ("    pay = 1\n    return pay / 0", 5, "ZeroDivisionError: division by zero"),
-    ("    return params['heading']", 4, "KeyError: 'heading'"),
     ("    return deep(3)", 2, "IndexError: index 3"),
-    ("    exit(1)", 4, "SystemExit: 1"),
     ("    raise KeyboardInterrupt", 4, "KeyboardInterrupt"),
     ("    import sys\n    sys.exit('over')", 5, "SystemExit: over"),
-    ("    raise GeneratorExit('x')", 4, "GeneratorExit: x"),
     ("    import shapely_missing", 4, "`python -m pip install shapely_missing`"),
     ("    return reward_function(params)", 4, "RecursionError"),
 ]
@@ -163,14 +145,10 @@ def reward_function(params):
 """
 OBJECTS = [  # method, statement, line, found
     ("__float__", "raise RuntimeError('none')", 3, "raised RuntimeError: none"),
-    ("__float__", "raise ValueError('none')", 3, "raised ValueError: none"),
     ("__float__", "raise KeyboardInterrupt", 3, "raised KeyboardInterrupt"),
-    ("__float__", "import sys; sys.exit(0)", 3, "raised SystemExit: 0"),
     ("__float__", "return 'fast'", 4, "returned <"),
-    ("__float__", "return 1e6", 4, "returned 1e+06"),
     ("__getattr__", "raise RuntimeError(names)", 3, "raised RuntimeError: ('size',)"),
     ("__repr__", "raise RuntimeError('none')", 4, "returned a value that cannot be shown (RuntimeError), of type Pay"),
-    ("__repr__", "import sys; sys.exit(0)", 4, "returned a value that cannot be shown (SystemExit), of type Pay"),
 ]
 
 
@@ -274,20 +252,14 @@ def test_a_fault_in_a_module_beside_it_is_told_with_both_lines(tmp_path):
 
 UNLOADABLE = [  # text, line, found, helped by
     ("", None, "the file is empty", "racecraft new"),
-    ("\n\n", None, "the file is empty", "racecraft new"),
     ("x = 1\ndef reward_function(params)\n    return 1\n", 2, "def reward_function(params)", "valid Python"),
     ("def reward_function(params):\n\treturn 1\n        return 2\n", 3, "inconsistent", "valid Python"),
-    ("import no_such_module_here\n", 1, "ModuleNotFoundError", "Install 'no_such_module_here'"),
     ("x = 1\ny = x / 0\n", 2, "ZeroDivisionError", "can be imported"),
     ("import sys\nsys.exit(3)\n", 2, "SystemExit", "can be imported"),
     ("def reward_funktion(params):\n    return 1\n", None, "no function", "Did you mean 'reward_funktion'"),
-    ("x = 1\nraise KeyboardInterrupt\n", 2, "raised KeyboardInterrupt while it was imported", "can be imported"),
     ("from scipy_missing import x\n", 1, "ModuleNotFoundError", "`python -m pip install scipy_missing`"),
-    ("import sklearn_missing, PIL_.x\n", 1, "No module named 'sklearn_missing'", "or put sklearn_missing.py beside"),
-    ("reward = 3\n", None, "no function `reward_function`", "def reward_function(params)"),
     ("reward_function = 3\n", None, "`reward_function` is 3", "def reward_function(params)"),
     ("def reward_function():\n    return 1\n", 1, "`reward_function()`", "`def reward_function(params):`"),
-    ("\ndef reward_function(a, b):\n    return 1\n", 2, "`reward_function(a, b)`", "`def reward_function(params):`"),
     ("class Reward:\n    def reward_function(self, p):\n        return 1\n", None, "no function", "reward = Reward()"),
     ("x = '\x00'\n", None, "", "valid Python"),
 ]
@@ -326,11 +298,11 @@ def test_what_python_only_warns_of_is_not_told(tmp_path):
     assert loaded(tmp_path, text).call({"x": 3}) == 1.0
 
 
-def test_what_numpy_returns_is_no_surprise(tmp_path):
-    reward = loaded(tmp_path, "import numpy as np\ndef reward_function(p):\n    return np.exp(-p['d'])\n")
-    assert reward.call({"d": 0.0}) == 1.0
-    with pytest.raises(RewardError, match="returned inf"), np.errstate(over="ignore"):
-        reward.call({"d": -1e4})
+def test_a_first_reward_fits_the_race():
+    alone, objects, cars = default_reward_source(), default_reward_source(True), default_reward_source(True, True)
+    assert "objects_" not in alone
+    assert "nearest object" in objects
+    assert "nearest car" in cars
 
 
 def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
@@ -352,56 +324,13 @@ def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
     assert paid(0.0, projection_distance=6.3 + 0.5) > paid(-0.25, projection_distance=6.3 + 0.5)
 
 
-@pytest.mark.parametrize(("letters", "told"), [(198, "'" + "a" * 198 + "'"), (199, "'" + "a" * 199 + "...")])
-def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
-    with pytest.raises(RewardError) as refused:
-        loaded(tmp_path, f"def reward_function(params):\n    return 'a' * {letters}\n").call({})
-    assert f"returned {told}, of type str" in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "never"),
-    [
-        ("reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n", "Rename it"),
-        ("from math import sqrt as reward_functio\n", "reward_functio'"),
-    ],
-)
-def test_neither_a_helper_nor_what_is_imported_is_taken_for_a_wrong_name(tmp_path, text, never):
-    with pytest.raises(RewardFileError) as refused:
-        loaded(tmp_path, text)
-    assert never not in str(refused.value)
-
-
-@pytest.mark.parametrize("pay", ["1e5", "-1e5", "100000", "-100000"])
+@pytest.mark.parametrize("pay", ["1e5", "-100000"])
 def test_a_reward_of_a_hundred_thousand_is_the_largest(tmp_path, pay):
     """AWS ended a training beyond it."""
     assert loaded(tmp_path, f"def reward_function(p):\n    return {pay}\n").call({}) == float(pay)
     for beyond in (f"{pay} * 1.000001", f"int({pay} * 1.00001)"):
         with pytest.raises(RewardError, match="expected a number from -1e5 to 1e5"):
             loaded(tmp_path, f"def reward_function(p):\n    return {beyond}\n").call({})
-
-
-ODD = """\
-import numpy
-class Sized:
-    size = 1
-    def __float__(self):
-        return 2.0
-class Many:
-    size = 2
-    def item(self):
-        return 9.0
-    def __float__(self):
-        return 3.0
-ANSWERS = [Sized(), Many(), numpy.full((1, 1), 4.0), numpy.float32(5), True]
-def reward_function(k):
-    return ANSWERS[k]
-"""
-
-
-def test_whatever_float_takes_is_a_number_and_arrays_of_one_are_without_a_warning(tmp_path):
-    reward = loaded(tmp_path, ODD)
-    assert [reward.call(k) for k in range(5)] == [2.0, 3.0, 4.0, 5.0, 1.0]
 
 
 def test_what_copies_print_goes_where_the_first_ones_goes(tmp_path, capsys):
@@ -415,13 +344,6 @@ def test_what_copies_print_goes_where_the_first_ones_goes(tmp_path, capsys):
     assert (log.getvalue(), other.getvalue(), capsys.readouterr().out) == ("here!" * 3, "there\n" * 3, "")
 
 
-def test_a_file_that_fails_leaves_no_module_behind(tmp_path):
-    before = set(sys.modules)
-    with pytest.raises(RewardFileError):
-        loaded(tmp_path, "x = 1 / 0\n")
-    assert {name for name in set(sys.modules) - before if name.startswith("racecraft_reward")} == set()
-
-
 def test_of_a_fault_deep_in_the_file_the_innermost_line_is_told(tmp_path):
     text = (
         "def part(x):\n    return 1 / x\ndef far(x):\n    return part(x)\ndef reward_function(p):\n    return far(0)\n"
@@ -432,19 +354,3 @@ def test_of_a_fault_deep_in_the_file_the_innermost_line_is_told(tmp_path):
         loaded(tmp_path, text + "far(0)\n")
     with pytest.raises(RewardError, match=r"reward_function\.py:1: .*\n    def reward_function\(p\): return 1 / 0\n"):
         loaded(tmp_path, "def reward_function(p): return 1 / 0").call({})
-
-
-@pytest.mark.parametrize("raised", ["KeyError", "KeyError(3)", "KeyError('x')"])
-def test_a_missing_key_that_is_no_parameter_has_no_nearest(tmp_path, raised):
-    reward = loaded(tmp_path, f"def reward_function(p):\n    raise {raised}\n")
-    params = {} if "'" in raised else {"x": 1}
-    with pytest.raises(RewardError, match="expected a number. Mend this line, or guard it") as caught:
-        reward.call(params)
-    assert "nearest" not in str(caught.value)
-
-
-def test_what_is_no_set_of_parameters_is_shown_as_it_is(tmp_path):
-    with pytest.raises(RewardError, match=r"\n  parameters: \[1, 2, ... 7 in all\]"):
-        loaded(tmp_path, "def reward_function(p):\n    return None\n").call([1, 2, 3, 4, 5, 6, 7])
-    with pytest.raises(RewardError, match=r"parameters of that moment:\n    a = \(1, 2, 3, 4, 5, 6\)\n    b = \[\]"):
-        loaded(tmp_path, "def reward_function(p):\n    return None\n").call({"a": (1, 2, 3, 4, 5, 6), "b": []})

@@ -17,19 +17,9 @@ def test_a_file_and_what_it_needs_are_written_as_they_were(tmp_path):
     assert (again.text, again.modules) == (source.text, {"helpers/inner.py": "PAY = 2\n"})
 
 
-@pytest.mark.parametrize("line", ["x = '\\d'", "x = 1 is 1"])
-def test_what_python_only_warns_of_stops_nobody(tmp_path, line):
-    (tmp_path / "r.py").write_text(f"{line}\ndef reward_function(p):\n    return 1\n")
-    assert read_reward_source(tmp_path / "r.py").text.startswith(line)
-
-
-@pytest.mark.parametrize(
-    ("name", "package", "top"),
-    [("cv2", "opencv-python-headless", "cv2"), ("PIL.Image", "pillow", "PIL"), ("pandas.io", "pandas", "pandas")],
-)
-def test_a_missing_module_is_named_as_it_is_installed(tmp_path, name, package, top):
-    assert how_to_install(name, tmp_path / "r.py") == (
-        f"Install '{top}' into this environment with `python -m pip install {package}`, or put {top}.py beside r.py."
+def test_a_missing_module_is_named_as_it_is_installed(tmp_path):
+    assert how_to_install("PIL.Image", tmp_path / "r.py") == (
+        "Install 'PIL' into this environment with `python -m pip install pillow`, or put PIL.py beside r.py."
     )
 
 
@@ -37,17 +27,6 @@ def test_a_remark_is_told_with_file_and_line(tmp_path):
     (tmp_path / "r.py").write_text("def reward_function(p):\n    return float(p['steps'] == 1)\n")
     (remark,) = read_reward_source(tmp_path / "r.py").remarks
     assert remark.startswith("r.py:2: `p['steps'] == 1` never holds")
-
-
-def test_what_is_no_python_is_refused_with_its_line(tmp_path):
-    (tmp_path / "r.py").write_text("x = 1\ny = (\n")
-    with pytest.raises(RewardFileError, match=r"r\.py:2: '\(' was never closed in `y = \(`; expected valid Python"):
-        read_reward_source(tmp_path / "r.py")
-    (tmp_path / "r.py").write_text(" \n\t\n")
-    with pytest.raises(RewardFileError, match="the file is empty"):
-        read_reward_source(tmp_path / "r.py")
-    with pytest.raises(RewardFileError, match="a folder"):
-        read_reward_source(tmp_path)
 
 
 def test_a_module_beside_it_that_is_no_text_is_refused(tmp_path):

@@ -52,24 +52,9 @@ def test_where_there_are_no_checkpoints_graphs_are_taken(tmp_path):
     assert all(one.is_graph for one in model.weights)
 
 
-def test_names_without_numbers_are_number_0(tmp_path):
-    laid_out(tmp_path, "model_metadata.json", "agent.ckpt.index")
-    assert found(find_model(tmp_path), tmp_path) == [("agent.ckpt.index", 0, 0)]
-    laid_out(tmp_path / "b", "model_metadata.json", "mine.pb")
-    assert found(find_model(tmp_path / "b"), tmp_path / "b") == [("mine.pb", 0, 0)]
-
-
 def test_of_two_of_a_number_the_one_that_lies_less_deep_is_taken(tmp_path):
     laid_out(tmp_path, "model_metadata.json", "0/1_Step-5.ckpt.index", "1_Step-9.ckpt.index", "a/1_Step-7.ckpt.index")
     assert found(find_model(tmp_path), tmp_path) == [("1_Step-9.ckpt.index", 1, 9)]
-
-
-def test_files_lie_five_folders_deep_at_most(tmp_path):
-    laid_out(tmp_path, "model_metadata.json", "1/2/3/4/5/model_1.pb", "1/2/3/4/5/6/model_2.pb")
-    assert found(find_model(tmp_path), tmp_path) == [("1/2/3/4/5/model_1.pb", 1, 0)]
-    assert looks_like_aws_model(tmp_path)
-    assert not looks_like_aws_model(tmp_path / "1/2/3/4/5/6/none")
-    assert not looks_like_aws_model(laid_out(tmp_path / "far", "1/2/3/4/5/6/model.pb"))
 
 
 SIDES = ("model_metadata.json", "reward_function.py", "hyperparameters.json", "training_params_b080e2d4-1823.yaml")

@@ -27,8 +27,6 @@ def ints(*numbers):
 
 OPERATIONS = [
     ("Identity", (ROWS,), {}, ROWS),
-    ("StopGradient", (ROWS,), {}, ROWS),
-    ("Add", (ROWS, ROWS), {}, [[0, 2, 4], [6, 8, 10]]),
     ("AddV2", (ROWS, np.float32(1)), {}, [[1, 2, 3], [4, 5, 6]]),
     ("BiasAdd", (ROWS, LINE[:3]), {}, [[-2, 0.5, 2], [1, 3.5, 5]]),
     ("Sub", (LINE, np.float32(1)), {}, [-3, -1.5, -1, -0.5, 2]),
@@ -36,7 +34,6 @@ OPERATIONS = [
     ("RealDiv", (LINE, np.float32(2)), {}, [-1, -0.25, 0, 0.25, 1.5]),
     ("RealDiv", (LINE[2:], np.float32(0)), {}, [np.nan, np.inf, np.inf]),
     ("Maximum", (LINE, np.float32(0.25)), {}, [0.25, 0.25, 0.25, 0.5, 3]),
-    ("Minimum", (LINE, np.float32(0.25)), {}, [-2, -0.5, 0, 0.25, 0.25]),
     ("Relu", (LINE,), {}, [0, 0, 0, 0.5, 3]),
     ("Tanh", (LINE,), {}, torch.tanh(torch.tensor(LINE)).numpy()),
     ("Exp", (np.float32([0, 1, 1000]),), {}, [1, np.e, np.inf]),
@@ -46,42 +43,30 @@ OPERATIONS = [
     ("Softmax", (np.float32([1000, 1000]),), {}, [0.5, 0.5]),
     ("MatMul", (ROWS, ROWS.T.copy()), {}, [[5, 14], [14, 50]]),
     ("MatMul", (ROWS, ROWS), {"transpose_b": True}, [[5, 14], [14, 50]]),
-    ("MatMul", (ROWS, ROWS), {"transpose_a": True}, [[9, 12, 15], [12, 17, 22], [15, 22, 29]]),
     ("Reshape", (ROWS, ints(3, -1)), {}, [[0, 1], [2, 3], [4, 5]]),
-    ("Reshape", (ROWS, ints(6)), {}, [0, 1, 2, 3, 4, 5]),
     ("Reshape", (ROWS, np.int32(-1)), {}, [0, 1, 2, 3, 4, 5]),
     ("Shape", (CUBE,), {}, [2, 3, 4]),
-    ("Pack", (np.int32(2), np.int32(-1)), {}, [2, -1]),
     ("Pack", (ROWS[0], ROWS[1]), {}, [[0, 1, 2], [3, 4, 5]]),
     ("Pack", (ROWS[0], ROWS[1]), {"axis": 1}, [[0, 3], [1, 4], [2, 5]]),
-    ("ConcatV2", (ROWS, ROWS[:1], np.int32(0)), {}, [[0, 1, 2], [3, 4, 5], [0, 1, 2]]),
     ("ConcatV2", (ROWS, ROWS[:, :1], ROWS[:, 2:], np.int32(-1)), {}, [[0, 1, 2, 0, 2], [3, 4, 5, 3, 5]]),
-    ("GatherV2", (ROWS, ints(1, 0, 1), np.int32(0)), {}, [[3, 4, 5], [0, 1, 2], [3, 4, 5]]),
     ("GatherV2", (ROWS, ints(2, 0), np.int32(1)), {}, [[2, 0], [5, 3]]),
-    ("Prod", (WHOLE, ints(0)), {}, [8, 15]),
     ("Prod", (WHOLE, np.int32(1)), {}, [6, 20]),
     ("Prod", (WHOLE, ints(0, 1)), {}, 120),
     ("Prod", (WHOLE, ints(1)), {"keep_dims": True}, [[6], [20]]),
-    ("Transpose", (ROWS, ints(1, 0)), {}, [[0, 3], [1, 4], [2, 5]]),
     ("Transpose", (CUBE, ints(0, 2, 1)), {}, CUBE.swapaxes(1, 2)),
-    ("ExpandDims", (ROWS, np.int32(1)), {}, ROWS.reshape(2, 1, 3)),
     ("ExpandDims", (ROWS, np.int32(-1)), {}, ROWS.reshape(2, 3, 1)),
     ("Squeeze", (ROWS.reshape(1, 2, 1, 3),), {}, ROWS),
     ("Squeeze", (ROWS.reshape(1, 2, 1, 3),), {"squeeze_dims": [2]}, ROWS.reshape(1, 2, 3)),
     ("Tile", (ROWS, ints(2, 1)), {}, [[0, 1, 2], [3, 4, 5], [0, 1, 2], [3, 4, 5]]),
-    ("Tile", (ROWS[:, :1], ints(1, 3)), {}, [[0, 0, 0], [3, 3, 3]]),
     ("Cast", (LINE,), {"DstT": NumberType(3)}, [-2, 0, 0, 0, 3]),
     ("Cast", (LINE,), {"DstT": NumberType(10)}, [True, True, False, True, True]),
     ("StridedSlice", (LINE, ints(1), ints(4), ints(2)), {}, [-0.5, 0.5]),
-    ("StridedSlice", (LINE, ints(-2), ints(5), ints(1)), {}, [0.5, 3]),
     ("StridedSlice", (LINE, ints(1), ints(3), ints(1)), {"begin_mask": 1}, [-2, -0.5, 0]),
     ("StridedSlice", (LINE, ints(1), ints(3), ints(1)), {"end_mask": 1}, [-0.5, 0, 0.5, 3]),
     ("StridedSlice", (LINE, ints(3), ints(4), ints(1)), {"shrink_axis_mask": 1}, 0.5),
     ("StridedSlice", (CUBE, ints(1, 1, 1), ints(2, 3, 2), ints(1, 1, 1)), {}, [[[17], [21]]]),
     ("StridedSlice", (CUBE, ints(1, 1, 1), ints(2, 3, 2), ints(1, 1, 1)), {"shrink_axis_mask": 5}, [17, 21]),
     ("StridedSlice", (CUBE, ints(1, 1, 1), ints(2, 3, 2), ints(1, 1, 1)), {"begin_mask": 6}, CUBE[1:2, :3, :2]),
-    ("StridedSlice", (CUBE, ints(1, 1, 1), ints(2, 2, 2), ints(1, 1, 1)), {"end_mask": 2}, CUBE[1:2, 1:, 1:2]),
-    ("StridedSlice", (CUBE, ints(1), ints(2), ints(1)), {}, CUBE[1:]),
 ]
 
 
@@ -118,9 +103,7 @@ def convolved(maps, kernel, strides, before, after):
     [
         ((5, 6), (3, 2), (2, 1), (1, 0), (1, 1)),  # an uneven rest lies behind
         ((6, 5), (3, 4), (1, 3), (1, 1), (1, 1)),
-        ((7, 4), (2, 5), (2, 2), (0, 1), (1, 2)),
         ((4, 4), (1, 1), (2, 2), (0, 0), (0, 0)),  # steps that are wider than the window
-        ((2, 3), (1, 1), (1, 1), (0, 0), (0, 0)),
     ],
 )
 def test_a_convolution_pads_as_tensorflow_does(size, window, strides, before, after):
@@ -147,16 +130,11 @@ PICTURE, KERNEL = np.zeros((1, 4, 4, 1), np.float32), np.zeros((2, 2, 1, 1), np.
 FLAT = {"strides": [1, 1, 1, 1], "padding": b"VALID"}
 REFUSED = [
     ("Conv2D", (PICTURE, KERNEL), {**FLAT, "dilations": [1, 2, 2, 1]}, "dilations"),
-    ("Conv2D", (PICTURE, KERNEL), {**FLAT, "dilations": [1, 1, 2, 1]}, "dilations"),
     ("Conv2D", (PICTURE, KERNEL), {**FLAT, "data_format": b"NCHW"}, "data format b'NCHW'"),
-    ("AvgPool", (PICTURE,), {**FLAT, "ksize": [1, 2, 2, 1], "data_format": b"NCHW"}, "data format"),
     ("AvgPool", (PICTURE,), {**FLAT, "ksize": [1, 2, 2, 1], "padding": b"SAME"}, "averages with padding"),
     ("StridedSlice", (LINE, ints(0), ints(1), ints(1)), {"new_axis_mask": 1}, "new axes"),
-    ("StridedSlice", (LINE, ints(0), ints(1), ints(1)), {"ellipsis_mask": 1}, "new axes"),
     ("Cast", (LINE,), {"DstT": NumberType(7)}, "type 7"),
     ("Reshape", (ROWS, ints(4)), {}, "Reshape cannot be computed"),
-    ("Conv2D", (PICTURE, KERNEL), {"padding": b"VALID"}, "Conv2D cannot be computed"),
-    ("Squeeze", (ROWS,), {"squeeze_dims": [0]}, "Squeeze cannot be computed"),
 ]
 
 
@@ -167,12 +145,9 @@ def test_what_is_not_known_of_an_operation_is_refused(op, read, attributes, word
 
 
 ROOMS = [  # the most numbers that are held at once, and what holds them
-    (12, "Conv2D", (drawn(1, 2, 2, 2), drawn(1, 1, 2, 3)), FLAT),  # the result
     (16, "Conv2D", (drawn(1, 3, 3, 1), drawn(2, 2, 1, 1)), FLAT),  # four windows of four
     (64, "Conv2D", (drawn(4, 3, 3, 1), drawn(2, 2, 1, 1)), {**FLAT, "padding": b"SAME"}),  # four padded pictures
     (8, "MatMul", (drawn(2, 9), drawn(9, 4)), {}),
-    (8, "MatMul", (drawn(2, 9), drawn(4, 9)), {"transpose_b": True}),
-    (6, "Mul", (drawn(2, 1), drawn(3)), {}),
     (6, "Tile", (drawn(2, 1), ints(1, 3)), {}),
 ]
 
@@ -184,10 +159,6 @@ def test_no_more_numbers_are_held_at_once_than_there_may_be(monkeypatch, most, o
     monkeypatch.setattr(arithmetic, "MAX_NUMBERS", most - 1)
     with pytest.raises(GraphArithmeticError, match="too large"):
         computed(op, *read, **attributes)
-
-
-def const(name, value):
-    return Node(name, "Const", (), {"value": np.asarray(value, np.float32)})
 
 
 def test_a_graph_is_gone_through_once_each_node_behind_those_it_reads():
@@ -205,11 +176,7 @@ def test_a_graph_is_gone_through_once_each_node_behind_those_it_reads():
     assert told.tolist() == [[-2, -200]], "what is fed as bytes is reckoned in float32"
 
 
-def test_a_placeholder_may_leave_its_shape_open():
-    assert GraphFunction(Graph([Node("x", "Placeholder")]), "x").inputs == {"x": ()}
-
-
-@pytest.mark.parametrize("op", ["VariableV2", "VarHandleOp", "Variable"])
+@pytest.mark.parametrize("op", ["VariableV2", "VarHandleOp"])
 def test_variables_have_the_values_that_are_given(op):
     graph = Graph([Node("v", op), Node("read", "ReadVariableOp", ("v",)), Node("y", "Add", ("read", "v"))])
     assert GraphFunction(graph, "y", {"v": LINE})({}).tolist() == [-4, -1, 0, 1, 6]

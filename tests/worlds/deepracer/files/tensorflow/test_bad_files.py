@@ -8,9 +8,8 @@ import pytest
 from tests.worlds.deepracer.files.tensorflow.wire import bytes_field, varint_field
 
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.protobuf_messages import MessageError, parsed, read_varint, varint
+from racecraft.formats.protobuf_messages import parsed, read_varint, varint
 from racecraft.worlds.deepracer.files.policy_graph import policy_in, read_policy_graph
-from racecraft.worlds.deepracer.files.tensorflow import arithmetic
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import TensorFlowCheckpointError, read_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import (
@@ -23,7 +22,7 @@ from racecraft.worlds.deepracer.files.tensorflow.graph import (
     write_graph,
 )
 from racecraft.worlds.deepracer.files.tensorflow.messages import load
-from racecraft.worlds.deepracer.files.tensorflow.table import _block, write_table
+from racecraft.worlds.deepracer.files.tensorflow.table import write_table
 from racecraft.worlds.deepracer.files.tensorflow.tensors import read_shape
 
 SPECIMENS = Path(__file__).with_name("specimens") / "discrete"
@@ -56,17 +55,12 @@ BAD_GRAPHS = {
     "an endless number": (b"\xff" * 40, "damaged, or no graph"),
     "a length beyond the end": (b"\x0a" + varint(2**40), "damaged, or no graph"),
     "field number 0": (b"\x02\x01a", "damaged, or no graph"),
-    "groups": (b"\x0b\x0c", "it holds no node"),
     "a number for a node": (varint_field(1, 7), "it holds no node"),
     "a name of no UTF-8": (bytes_field(1, bytes_field(1, b"\xff\xfe")), "damaged, or no graph"),
     "a node without operation": (bytes_field(1, bytes_field(1, "a")), "no operation"),
     "two nodes of one name": (write_graph(Graph([PLACEHOLDER])) * 2, "two nodes are called 'x'"),
     "an array larger than its bytes": (const(tensor((1000, 1000), b"\0" * 8)), "holds 8 bytes, not 4000000"),
     "an array of 2^60 numbers": (const(tensor((2**30, 2**30), b"")), "at most 2 GiB"),
-    "an array of negative size": (const(tensor((-4,), b"")), "expected sizes from 0 up"),
-    "an array of 2^63 in one size": (const(tensor((2**63 - 1,), b"")), "at most 2 GiB"),
-    "an array of complex numbers": (const(tensor((1,), b"\0" * 8, code=8)), "type 8"),
-    "an array of nine dimensions": (const(tensor((1,) * 9, b"")), "more than 8 dimensions"),
     "an array filled by one number into gigabytes": (
         const(bytes_field(8, varint_field(1, 1) + bytes_field(2, bytes_field(2, varint_field(1, 2**40))) + ZERO)),
         "at most 2 GiB",
@@ -111,22 +105,12 @@ NO_POLICY = {
     "not frozen": (
         Graph([node(f"{ONLINE}/ppo_head_0/policy_fc/kernel", "VariableV2")]), "is a variable"
     ),
-    "no bias": (frozen_with(policy_fc__bias=None), "has no bias"),
     "a bias that does not fit": (frozen_with(policy_fc__bias=np.zeros(3, np.float32)), "do not fit"),
-    "weights that are no numbers": (
-        frozen_with(policy_fc__bias=np.full(5, np.nan, np.float32)), "no finite numbers"
-    ),
-    "layers that do not follow": (
-        frozen_with(policy_fc__kernel=np.zeros((7, 5), np.float32)), "reads 7 numbers where 6 arrive"
-    ),
     "a kernel larger than the image": (
         frozen_with(Conv2d_0__kernel=np.zeros((200, 200, 1, 2), np.float32)), "finds no room"
     ),
     "channels that do not follow": (
         frozen_with(Conv2d_2__kernel=np.zeros((3, 3, 9, 3), np.float32)), "9 channels where 2 arrive"
-    ),
-    "a kernel of three dimensions": (
-        frozen_with(Conv2d_2__kernel=np.zeros((3, 9, 3), np.float32)), "do not fit"
     ),
     "a padded convolution": (
         Graph([
@@ -177,20 +161,6 @@ def test_what_cannot_be_computed_is_refused_by_name(case):
     assert words in str(caught.value)
 
 
-def test_a_window_that_keeps_the_size_sees_as_far_to_every_side():
-    maps = np.arange(25, dtype=np.float32).reshape(1, 5, 5, 1)
-    seen = arithmetic._windows(node("w", "Conv2D", padding=b"SAME"), maps, (3, 3), (1, 1, 1, 1), -1.0)
-    assert seen.shape == (1, 5, 5, 1, 3, 3)
-    assert (seen[0, :, :, 0, 1, 1] == maps[0, :, :, 0]).all(), "its middle lies where it stands"
-    assert seen[0, 4, 4, 0].tolist() == [[18, 19, -1], [23, 24, -1], [-1, -1, -1]]
-
-
-def test_a_result_of_a_gigabyte_is_computed_and_a_larger_one_is_not():
-    arithmetic._require_memory((2**28,))
-    with pytest.raises(ValueError, match="too large"):
-        arithmetic._require_memory((2**28 + 1,))
-
-
 def _without(name):
     return lambda folder: (folder / name).unlink()
 
@@ -214,8 +184,6 @@ def _flip(place):
 INDEX, DATA = "3_Step-700.ckpt.index", "3_Step-700.ckpt.data-00000-of-00001"
 BAD_CHECKPOINTS = {
     "no index": (_without(INDEX), "there is no such file"),
-    "no data": (_without(DATA), "there is no such file"),
-    "an empty index": (_edited(INDEX, bytearray.clear), "the end of a table is missing"),
     "an index cut short": (_edited(INDEX, lambda data: data.__delitem__(slice(500, None))), "the end of a table"),
     "a flipped bit in the index": (_edited(INDEX, _flip(40)), "checksum"),
     "a flipped bit in the weights": (_edited(DATA, _flip(6000)), "the checksum of"),
@@ -252,7 +220,7 @@ def test_a_bad_checkpoint_is_refused_by_a_letter(tmp_path, case):
 
 
 def test_any_bytes_at_all_end_in_a_letter_or_in_a_graph(tmp_path):
-    """A thousand spoilt copies of a real graph: whatever comes of them, it is no traceback."""
+    """Hundreds of spoilt copies of a real graph: whatever comes of them, it is no traceback."""
     whole = np.frombuffer((SPECIMENS / "model_3.pb").read_bytes(), np.uint8)
     rng, path, refused = np.random.default_rng(0), tmp_path / "model.pb", 0
     for _ in range(300):
@@ -289,9 +257,3 @@ def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp
     (tmp_path / "three.pb").write_bytes(write_graph(Graph(nodes)))
     with pytest.raises(GraphError, match="more than 2 nodes"):
         read_graph(tmp_path / "three.pb")
-
-
-@pytest.mark.parametrize("handle", [(60, 60), (0, 1000), (1000, 0), (95, 1)])
-def test_a_block_that_reaches_beyond_the_end_is_refused(handle):
-    with pytest.raises(MessageError, match="reaches beyond the end"):
-        _block(bytes(148), memoryview(varint(handle[0]) + varint(handle[1])))

@@ -87,15 +87,10 @@ ROW_BYTES = ROW.tobytes()
 BAD = {
     "no header": ({b"": None}, "it has no header"),
     "no data file": ({b"": header(0)}, "it claims 0 data files"),
-    "too many data files": ({b"": header(1001)}, "it claims 1001 data files"),
-    "numbers of the other end": ({b"": header(1, varint_field(2, 1))}, "big-endian"),
     "slices": ({b"a": entry(ROW_BYTES, (3,)) + bytes_field(7, b"")}, "a lies in slices"),
-    "too few bytes": ({b"a": entry(ROW_BYTES, (3,), size=11)}, "claims 11 bytes"),
     "another shape": ({b"a": entry(ROW_BYTES, (4,))}, r"a of shape \(4,\) claims 12 bytes at 0 of data file 0"),
-    "a place before the file": ({b"a": entry(ROW_BYTES, (3,), offset=-1)}, "claims 12 bytes at -1"),
     "a file that is none": ({b"a": entry(ROW_BYTES, (3,), shard=1)}, "of data file 1"),
     "behind the end": ({b"a": entry(ROW_BYTES, (3,), offset=1)}, r"ends before a does \(byte 13\)"),
-    "another checksum": ({b"a": entry(ROW_BYTES, (3,), checksum=5)}, "the checksum of a is wrong"),
     "a name of no UTF-8": ({b"\xff": entry(ROW_BYTES, (3,))}, "damaged, or no index"),
     "a shape that ends early": ({b"a": varint_field(1, 1) + b"\x12\x05a"}, "5 bytes are no BundleEntryProto"),
 }
@@ -106,10 +101,6 @@ def test_an_index_that_claims_what_is_not_there_is_refused(tmp_path, case):
     entries, letter = BAD[case]
     with pytest.raises(TensorFlowCheckpointError, match=letter):
         read_checkpoint(laid(tmp_path, entries, ROW_BYTES))
-
-
-def test_a_thousand_data_files_of_which_nothing_is_read_are_fine(tmp_path):
-    assert read_checkpoint(laid(tmp_path, {}, head=header(1000, varint_field(2, 0)))) == {}
 
 
 def test_an_index_that_cannot_be_read_or_is_too_large_is_refused(tmp_path, monkeypatch):
@@ -125,10 +116,3 @@ def test_an_index_that_cannot_be_read_or_is_too_large_is_refused(tmp_path, monke
     monkeypatch.setattr(checkpoint, "MAX_INDEX_BYTES", size - 1)
     with pytest.raises(TensorFlowCheckpointError, match=rf"{size} bytes long; expected an index of a few kilobytes"):
         read_checkpoint(name)
-
-
-def test_an_index_of_64_mebibytes_is_looked_at_and_a_larger_one_is_not(tmp_path):
-    with open(tmp_path / "m.index", "wb") as file:
-        file.truncate(64 * 1024 * 1024 + 1)
-    with pytest.raises(TensorFlowCheckpointError, match="67108865 bytes long"):
-        read_checkpoint(tmp_path / "m")
