@@ -31,12 +31,17 @@ def cut(text, first, behind):
 def unity_script():
     """Return the script of the article on Unity, word for word."""
     text, end = article(UNITY), "MyLauncher().train_main()"
-    wrapper = cut(text, "class UnityEnvWrapper", "class MyLauncher").splitlines()
     launcher = (cut(text, "class MyLauncher", end) + end).splitlines()
     depths = {"class": 0, "def": 1, "if": 0, end: 1}
-    lines = [4 * int(depth) * " " + line for depth, line in zip(WRAPPER_DEPTHS, wrapper, strict=True)]
-    lines += [4 * depths.get(line.split()[0], 2) * " " + line for line in launcher]
-    return cut(text, "import json\nimport os\nimport gym", "class UnityEnvWrapper") + "\n".join(lines) + "\n"
+    lines = [4 * depths.get(line.split()[0], 2) * " " + line for line in launcher]
+    imports = cut(text, "import json\nimport os\nimport gym", "class UnityEnvWrapper")
+    return imports + unity_wrapper() + "\n".join(lines) + "\n"
+
+
+def unity_wrapper():
+    """Return the class of that script that wraps the scene."""
+    lines = cut(article(UNITY), "class UnityEnvWrapper", "class MyLauncher").splitlines()
+    return "".join(4 * int(depth) * " " + line + "\n" for depth, line in zip(WRAPPER_DEPTHS, lines, strict=True))
 
 
 def unity_cells():

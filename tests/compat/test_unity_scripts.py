@@ -4,15 +4,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.compat.articles import unity_wrapper
+from tests.forked import ran
 
 from racecraft.compat.shims import foreign_names, run_script
 from racecraft.contract.errors import InputFileError
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 
-SEED = Path(__file__).resolve().parents[2] / ".." / "shared" / "seeds" / "2-sagemaker-rl-unity.ja.txt"
-DEPTHS = "01223333345666645452334566645452221212"
-"""How deep each line of the article's class stands: the text has lost its indentation."""
 IMPORTS = """
 import os
 import gym
@@ -49,15 +48,6 @@ def _offline(monkeypatch, tmp_path):
     monkeypatch.delenv("SM_CHANNEL_TRAIN", raising=False)
 
 
-def published_wrapper():
-    """Return the wrapper class of AWS's article, word for word."""
-    if not SEED.exists():
-        pytest.skip("the article does not lie beside the checkout")
-    text = SEED.read_text(encoding="utf-8")
-    lines = text[text.index("class UnityEnvWrapper") : text.index("class MyLauncher")].splitlines()
-    return "\n".join(4 * int(depth) * " " + line for depth, line in zip(DEPTHS, lines, strict=True)) + "\n"
-
-
 def play(folder, code, *args):
     """Run a script in this process, as `racecraft run` does."""
     script = folder / "train-unity.py"
@@ -68,7 +58,7 @@ def play(folder, code, *args):
 def test_the_published_wrapper_runs_unchanged(tmp_path, capsys, monkeypatch):
     """`default_registry` has no network here: the stand-in plays, and that is said."""
     monkeypatch.chdir(tmp_path)
-    play(tmp_path, IMPORTS + published_wrapper() + PLAY, "--any", "thing")
+    play(tmp_path, IMPORTS + unity_wrapper() + PLAY, "--any", "thing")
     told = capsys.readouterr()
     assert told.out.splitlines() == ["Discrete(3) (20,) ['--any', 'thing']", "0.93"]
     assert "builtin:Basic plays instead" in told.err
@@ -85,7 +75,7 @@ def test_the_published_wrapper_starts_the_build_that_sagemaker_brings(tmp_path, 
     )
     monkeypatch.setenv("SM_CHANNEL_TRAIN", str(tmp_path))
     monkeypatch.chdir(tmp_path)
-    play(tmp_path, IMPORTS + published_wrapper() + PLAY)
+    play(tmp_path, IMPORTS + unity_wrapper() + PLAY)
     assert capsys.readouterr().out.splitlines()[-1] == "0.93"
 
 
@@ -223,15 +213,6 @@ def test_a_script_sees_its_neighbours_and_leaves_no_trace(tmp_path, capsys):
 
 
 def test_the_command_hands_options_on_to_the_script(tmp_path):
-    import typer
-    from typer.testing import CliRunner
-
-    from racecraft.cli import run
-
-    app = typer.Typer()
-    app.command(name="run", context_settings=run.CONTEXT)(run.run)
-    app.command(name="other")(lambda: None)
-    script = tmp_path / "script.py"
-    script.write_text("import sys, gym; print(sys.argv[1:])")
-    result = CliRunner().invoke(app, ["run", str(script), "--json", "-x", "1", "--help"])
-    assert result.stdout == "['--json', '-x', '1', '--help']\n"
+    (tmp_path / "script.py").write_text("import sys, gym; print(sys.argv[1:])")
+    done = ran(["run", "script.py", "--json", "-x", "1", "--help"], tmp_path)
+    assert done.stdout == "['--json', '-x', '1', '--help']\n"

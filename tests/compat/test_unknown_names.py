@@ -13,37 +13,23 @@ from racecraft.contract.errors import SettingError
 LENDS = "`racecraft run` lends no "
 UNKNOWN = [
     ("from sagemaker.rl import RLEstimater", LENDS + "sagemaker.rl.RLEstimater. Did you mean 'RLEstimator'?"),
-    (
-        "import ray.rllib.agents.dream",
-        LENDS + "module ray.rllib.agents.dream. Of ray.rllib.agents: Known: cal",
-    ),
-    ("import sagemaker_rl.ray_launchr", "Of sagemaker_rl: Did you mean 'ray_launcher'?"),
+    ("import ray.rllib.agents.dream", LENDS + "module ray.rllib.agents.dream. Of ray.rllib.agents: Known: cal"),
     ("import sagemaker.rl.deeper.still", LENDS + "module sagemaker.rl.deeper. sagemaker.rl is no package here."),
-    (
-        "from ray import tune\ntune.runn('PPO')",
-        LENDS + "ray.tune.runn. Did you mean 'run'?",
-    ),
-    ("import sagemaker\nsagemaker.get_execution_rolle()", "Did you mean 'get_execution_role'?"),
+    ("from ray import tune\ntune.runn('PPO')", LENDS + "ray.tune.runn. Did you mean 'run'?"),
     ("import sagemaker\nsagemaker.session.Session().default_buckett()", "Did you mean 'default_bucket'?"),
-    ("from sagemaker.rl import RLToolkit\nRLToolkit.COACHY", "RLToolkit has no COACHY here. Did you mean 'COACH'?"),
     ("import racecraft\nracecraft.trian()", "racecraft has no trian. Did you mean 'train'?"),
     ("import rayy", "Did you mean 'ray'? If not, install it beside racecraft: pip install rayy"),
     ("import nieghbour", "none stands beside the script and none is installed. Did you mean 'neighbour'?"),
-    ("import zzzqqq", "If it is a package, install it beside racecraft: pip install zzzqqq"),
     ("import numpy.nothing", "the numpy that is installed has no module numpy.nothing"),
     ("\nprint(primary_max_run_time)", "nothing sets primary_max_run_time. Set it, in seconds."),
-    ("import mlagents_envs.environment as e\ne.Nothing", "mlagents_envs.environment.Nothing. Known: UnityEnvironment."),
     ("import gym\ngym.make('CartPole-v99')", "Environment version `v99` for environment `CartPole` doesn't exist"),
 ]
 GETS = "def __getattr__(self, name): return self.of(name)"
 RAISES = "def of(self, name): raise AttributeError(name)"
 OWN = [
-    ("1 / 0", ZeroDivisionError),
-    ("x = 1\nx.nothing", AttributeError),
     ("print(nobody)", NameError),
     ("from json import nothing", ImportError),
     (f"class A:\n    {GETS}\n    {RAISES}\nA().x", AttributeError),
-    ("import gym\ngym.spaces.Discrete('three')", Exception),
     ("import shutil, sagemaker\nshutil.copyfileobj(sagemaker, sagemaker)", AttributeError),
 ]
 

@@ -20,35 +20,15 @@ e = RLEstimator("train.py", **words)
 """
 TYPED_WRONG = [
     ("import ray\nray.init(num_cpuss=2)", 2, "ray.init has no argument 'num_cpuss'. Did you mean 'num_cpus'?"),
-    ("from ray import tune\ntune.run('PPO', stopp={})", 2, "tune.run has no argument 'stopp'."),
-    ("from ray.tune import run_experiments\nrun_experiments({}, verbos=1)", 2, "Did you mean 'verbose'?"),
     ("from ray.tune import run_experiments\nrun_experiments(['PPO'])", 2, "is given a list; expected {name: {'run'"),
-    ("import ray\nray.shutdown(now=True)", 2, "shutdown has no argument 'now' here. Known: _exiting_interpreter."),
     ("import boto3\nboto3.client('s3', region='x')", 2, "Did you mean 'region_name'?"),
-    ("import boto3\nboto3.Session(profile='x')", 2, "Did you mean 'profile_name'?"),
-    ("import boto3\nboto3.resource('s3', endpoint='x')", 2, "Did you mean 'endpoint_url'?"),
     (
         "import boto3\nc = boto3.client(service_name='sagemaker')\nc.describe_training_job(\n  JobName='x')",
         3,
         "describe_training_job has no argument 'JobName' here. Did you mean 'TrainingJobName'?",
     ),
-    ("import sagemaker\nsagemaker.Session(default_buckt='x')", 2, "Did you mean 'default_bucket'?"),
-    ("import sagemaker\nsagemaker.Session().upload_data('.', prefix='x')", 2, "Did you mean 'key_prefix'?"),
     ("import sagemaker\nsagemaker.Session().upload_data(bukket='x')", 2, "upload_data missing 1 required positional"),
-    (
-        "from sagemaker.analytics import TrainingJobAnalytics as A\nA('j', metrics=[])",
-        2,
-        "Did you mean 'metric_names'?",
-    ),
-    ("from sagemaker.predictor import Predictor\nPredictor('e').predict([], target='m')", 2, "Did you mean 'target_m"),
-    ("from sagemaker.tensorflow import TensorFlowModel\nTensorFlowModel('m', entrypoint='x')", 2, "'entry_point'?"),
-    ("from sagemaker.rl import RLEstimator\nRLEstimator(source_dir='.')", 2, "missing 1 required positional argument"),
     (ESTIMATOR + "e.fit(waits=False)", 8, "fit has no argument 'waits' here. Did you mean 'wait'?"),
-    (
-        ESTIMATOR + "e.deploy(1, 'local', endpont_name='x')",
-        8,
-        "Did you mean 'endpoint_name'?",
-    ),
     (ESTIMATOR.replace("toolkit=", "tolkit="), 3, "RLEstimator has no 'tolkit'. Did you mean 'toolkit'?"),
     (ESTIMATOR.replace("1.6.0", "1.6.1"), 7, "there was no ray 1.6.1 at SageMaker; expected 0.5.3"),
     (
@@ -58,15 +38,11 @@ TYPED_WRONG = [
     ),
 ]
 NOT_THERE = "from sagemaker.rl import RLEstimator\nmeant = 'toolkit'\n" + "RLEstimator('train.py', tolkitt=1)"
-TYPED_WRONG.append((NOT_THERE, 3, "RLEstimator has no 'tolkitt'. Did you mean 'toolkit'?"))
-TYPED_WRONG.append(("from ray import tune\ntune.grid_search([1])", 2, "ray.tune.grid_search searches, and a script"))
 TYPED_WRONG += [
+    (NOT_THERE, 3, "RLEstimator has no 'tolkitt'. Did you mean 'toolkit'?"),
+    ("from ray import tune\ntune.grid_search([1])", 2, "ray.tune.grid_search searches, and a script"),
     ("import tf_slim as slim\nslim.fully_connected(1)", 2, "tf_slim.fully_connected: its networks are TensorFlow's"),
-    (
-        ESTIMATOR.replace('    framework="pytorch",\n', ""),
-        6,
-        "RLEstimator: framework missing; expected them all",
-    ),
+    (ESTIMATOR.replace('    framework="pytorch",\n', ""), 6, "RLEstimator: framework missing; expected them all"),
     (
         ESTIMATOR.replace(")\ne", "    max_run=3,\n    train_max_run=4,\n)\ne"),
         9,
@@ -75,9 +51,7 @@ TYPED_WRONG += [
 ]
 OWN = [
     ("def init(a): pass\ninit(b=1)", TypeError),
-    ("import json\njson.dumps(1, indnt=2)", TypeError),
     ("class A:\n    def f(self): pass\nA().f(x=1)", TypeError),
-    ("'a' + 1", TypeError),
     ("import sagemaker\nlen(sagemaker)", TypeError),
 ]
 
