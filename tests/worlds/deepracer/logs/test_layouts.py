@@ -7,7 +7,6 @@ import polars as pl
 import pytest
 from tests.worlds.deepracer.logs import makers
 
-import racecraft.worlds.deepracer.logs
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.logs import LogError, read
@@ -159,11 +158,8 @@ def test_what_a_reward_printed_belongs_to_the_row_behind_it(tmp_path, has_traces
 def test_a_log_that_rolled_over_is_read_in_the_order_it_was_written(tmp_path):
     whole = makers.log_text(makers.iteration(range(4)), episodes_per_iteration=2).splitlines(keepends=True)
     third = len(whole) // 3
-    for name, lines in (
-        ("a.log.1", whole[:third]),
-        ("a.log.2", whole[third : 2 * third]),
-        ("a.log", whole[2 * third :]),
-    ):
+    parts = {"a.log.1": whole[:third], "a.log.2": whole[third : 2 * third], "a.log": whole[2 * third :]}
+    for name, lines in parts.items():
         (tmp_path / name).write_text("".join(lines))
     frame = read(tmp_path / "a.log").ticks.collect()
     assert (frame.height, frame["file"].n_unique()) == (48, 3)
@@ -211,12 +207,6 @@ def test_a_half_downloaded_archive_is_a_letter(tmp_path):
     path.write_bytes(path.read_bytes()[:-400])
     with pytest.raises(LogError, match="damaged .* download it again"):
         read(path)
-
-
-def test_every_column_is_documented_once():
-    names = [column.name for column in racecraft.worlds.deepracer.logs.TICK_COLUMNS]
-    assert len(names) == len(set(names))
-    assert all(column.doc.endswith(".") for column in racecraft.worlds.deepracer.logs.TICK_COLUMNS)
 
 
 def test_a_track_name_that_roslaunch_cut_off_is_not_taken_for_the_track():

@@ -42,13 +42,6 @@ def test_a_training_begun_again_in_the_same_folder_has_its_own_episodes(tmp_path
     assert read(tmp_path).ticks.collect()["unique_episode"].n_unique() == 2
 
 
-def test_iterations_of_one_episode_are_told_by_their_trials(tmp_path):
-    row = {"start_time": 0, "metric_time": 9, "completion_percentage": 5, "trial": 1, "phase": "training"}
-    path = tmp_path / "TrainingMetrics.json"
-    path.write_text(json.dumps({"metrics": [row | {"episode": k} for k in (1, 2, 3)]}))
-    assert read(path).metrics.collect()["iteration"].to_list() == [0, 1, 2]
-
-
 def test_metrics_of_a_second_worker_go_by_the_iterations_of_the_first(tmp_path):
     row = {"start_time": 0, "metric_time": 9, "completion_percentage": 5, "phase": "training"}
     (tmp_path / "metrics").mkdir()
@@ -102,8 +95,7 @@ def test_an_episode_that_goes_on_in_the_next_iteration_is_one_whatever_stands_be
 
 
 @pytest.mark.parametrize(
-    "changed",
-    [{"episode": [4, 9, 5]}, {"tick": [1, 1, 4]}, {"worker": [0, 1, 2]}, {"phase": ["evaluation"] * 3}],
+    "changed", [{"episode": [4, 9, 5]}, {"tick": [1, 1, 4]}, {"worker": [0, 1, 2]}, {"phase": ["evaluation"] * 3}]
 )
 def test_parts_that_do_not_follow_each_other_stay_two(changed):
     columns = {"episode": [4, 9, 4], "tick": [1, 1, 2], "worker": [0, 1, 0]}

@@ -25,11 +25,6 @@ def test_a_link_to_nothing_is_named_and_the_rest_is_read(tmp_path):
     assert "world" not in logs.about
 
 
-def test_a_log_that_cannot_be_read_is_named(tmp_path):
-    (tmp_path / "training-sim.log").symlink_to(tmp_path / "gone.log")
-    assert "cannot be read" in str(read(tmp_path).damaged[0])
-
-
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes here")
 def test_a_pipe_is_no_log(tmp_path):
     os.mkfifo(tmp_path / "x.csv")
@@ -43,13 +38,6 @@ def test_a_number_that_no_iteration_has_makes_no_trace(tmp_path):
         read(tmp_path)
     write(tmp_path / "training-simtrace" / "0-iteration.csv", iteration(range(2)))
     assert read(tmp_path).ticks.collect()["iteration"].unique().to_list() == [0]
-
-
-def test_the_letter_names_a_file_once(tmp_path):
-    (tmp_path / "0-iteration.csv").write_bytes(b"")
-    with pytest.raises(LogError) as letter:
-        read(tmp_path / "0-iteration.csv").require_ticks()
-    assert str(letter.value).count("0-iteration.csv") == 1
 
 
 def test_a_log_of_several_versions_loses_no_row(tmp_path):
@@ -85,8 +73,8 @@ def test_the_time_between_the_steps_of_one_step_is_drawn(tmp_path):
     assert stability(read(tmp_path).ticks).figure is not None
 
 
-@pytest.mark.parametrize("wrong", ["1e308", "-1e308", "1e15", "1000000000000000.5", "12345678901234567890.5"])
-@pytest.mark.parametrize("name", ["X", "reward", "track_len", "tstamp", "pause_duration"])
+@pytest.mark.parametrize("wrong", ["-1e308", "1000000000000000.5"])
+@pytest.mark.parametrize("name", ["X", "pause_duration"])
 def test_a_number_that_no_drive_has_is_named_and_its_row_left_out(tmp_path, wrong, name):
     path = spoilt(tmp_path, name, wrong)
     logs = read(path)
@@ -95,7 +83,7 @@ def test_a_number_that_no_drive_has_is_named_and_its_row_left_out(tmp_path, wron
     assert logs.ticks.collect().height == 35
 
 
-@pytest.mark.parametrize("name", ["episode", "steps", "action", "closest_waypoint"])
+@pytest.mark.parametrize("name", ["episode", "closest_waypoint"])
 def test_a_count_that_no_drive_comes_to_is_named_and_its_row_left_out(tmp_path, name):
     path = spoilt(tmp_path, name, "2147483647")
     logs = read(path)
@@ -123,9 +111,7 @@ def as_excel(text, sign=";", comma=True):
     ("sign", "comma", "encoding", "words"),
     [
         (";", True, "utf-8-sig", "parts its columns by semicolons and writes decimal commas"),
-        (";", False, "utf-8", "parts its columns by semicolons"),
         ("\t", False, "utf-16", "is UTF-16 text and parts its columns by tabs"),
-        ("\t", True, "utf-16", "is UTF-16 text and parts its columns by tabs and writes decimal commas"),
     ],
 )
 def test_a_trace_that_a_spreadsheet_saved_is_read_and_named(tmp_path, sign, comma, encoding, words):

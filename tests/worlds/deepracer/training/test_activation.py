@@ -17,15 +17,6 @@ def test_both_shells_know_the_same_commands_and_hand_all_words_on():
     assert "function global:dr-update-env" in powershell
 
 
-def test_both_shells_take_an_experiment_or_a_run_env_and_forget_those_of_before():
-    sh, powershell = shell_file("sh"), shell_file("powershell")
-    for variable in ("DR_CONFIG", "RACECRAFT_DR_EXPERIMENT"):
-        assert re.search(f"^unset .*{variable}", sh, re.M)
-        assert re.search(f"^Remove-Item .*Env:{variable}", powershell, re.M)
-        assert f"export {variable}" in sh
-        assert f"$env:{variable} = " in powershell
-
-
 def test_powershell_finds_nothing_in_its_file_that_it_does_otherwise_than_a_reader_thinks():
     """What can be checked where no PowerShell is: letters, paths, words that a strict mode or a policy refuses."""
     text = shell_file("powershell")

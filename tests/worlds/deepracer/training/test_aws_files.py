@@ -4,11 +4,8 @@ import errno
 import itertools
 import json
 import logging
-import re
 import shutil
-import time
 import warnings
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,13 +18,11 @@ from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
-from racecraft.training import run_writer
 from racecraft.training.callbacks import EvaluationResult, IterationReport, NullCallback
 from racecraft.training.loop import TrainingLoop
 from racecraft.training.run_writer import RunWriter
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
 from racecraft.worlds.deepracer.evaluation.laps import judge_laps
-from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder, read_checkpoint_marks
 from racecraft.worlds.deepracer.files.training_metrics import read_metrics_file
 from racecraft.worlds.deepracer.files.training_params import read_params
@@ -103,33 +98,6 @@ def trained(tmp_path_factory):
 
 def rows_of(place, phase):
     return [row for row in read_metrics_file(place.training_metrics).rows if row.phase == phase]
-
-
-def test_they_too_wait_while_workers_collect(tmp_path, monkeypatch):
-    """Were they written at once, some would stand after so long; at the end all of them do."""
-    monkeypatch.setattr(run_writer, "HELD_SECONDS", 60.0)
-    training, place = TinyTraining(tmp_path / "run", 2, by_workers=True), AwsModelFolder(tmp_path / "run")
-    collect, update, standing = training.collector.collect, training.learner.update, []
-    learned_beside = []
-
-    def collects():
-        time.sleep(0.3)
-        standing.append(place.checkpoint_marks.exists())
-        return collect()
-
-    def updates(experience):
-        until = time.monotonic() + (20.0 if len(standing) == 2 else 0.0)
-        while not place.checkpoint_marks.exists() and time.monotonic() < until:
-            time.sleep(0.01)
-        learned_beside.append(place.checkpoint_marks.exists())
-        return update(experience)
-
-    monkeypatch.setattr(training.collector, "collect", collects)
-    monkeypatch.setattr(training.learner, "update", updates)
-    training.train()
-    assert standing == [False, False], "those of the first iteration wait until the second is collected"
-    assert learned_beside == [False, True], "they are written while the second is learned from"
-    assert read_checkpoint_marks(place.checkpoint_marks)[1].iteration == 2
 
 
 def test_traces_hold_whole_episodes_numbered_without_gaps_on_one_clock(trained):
@@ -238,26 +206,6 @@ WHAT_RAN = {
 }  # fmt: skip
 
 
-def test_what_a_racers_own_file_says_of_exploration_stands_there_once():
-    """A folder whose hyperparameters.json names them all, as AWS's do."""
-    plan = plan_car(RaceRequest(overrides=("ppo.epsilon_steps=77",)))
-    given = Hyperparameters(
-        exploration_type="categorical", e_greedy_value=0.3, epsilon_steps=9, stack_size=1, term_cond_max_episodes=60
-    )
-    learned = aws_setup("oval", plan.settings, plan.model.metadata, given).hyperparameters
-    assert (learned.exploration_type, learned.epsilon_steps) == ("categorical", 77), "as used"
-    assert (learned.term_cond_max_episodes, learned.sac_alpha) == (60, 0.2), "as given, or the template's"
-
-
-def test_an_algorithm_without_a_setting_leaves_what_readers_look_for():
-    """SAC has no epochs; the file's own number stands there, or the template's."""
-    plan = plan_car(RaceRequest())
-    groups = {name: getattr(plan.settings, name) for name in plan.settings if name != "ppo"}
-    setup = aws_setup("oval", type(plan.settings)(**groups), plan.model.metadata, plan.model.hyperparameters)
-    assert setup.hyperparameters.exploration_type == "categorical"
-    assert setup.hyperparameters.epsilon_steps == 10000
-
-
 def test_an_evaluation_at_the_very_end_is_told_to_strangers_too(tmp_path):
     """By twin: AWS's marks name the checkpoints that ours do, and a resume keeps the late evaluation's rows."""
     training = TinyTraining(tmp_path / "run", 3, every=2).train()
@@ -304,26 +252,6 @@ def test_deepracer_utils_reads_the_training(trained, deepracer):
         assert int(row["progress"]) == known.completion_percentage
         assert round(row["reward"]) == known.reward_score
     assert 66 < log.stability.analyze()["avg_ms"].max() < 67
-
-
-def test_the_page_that_shows_deepracer_utils_says_what_it_prints(trained, deepracer):
-    """The block on the page is run on a real run; the table it quotes has these columns, one row an episode."""
-    page = (Path(__file__).parents[4] / "docs/racing/run_folder.md").read_text(encoding="utf-8")
-    (code,) = [block for block in re.findall(r"^```python\n(.*?)^```$", page, re.M | re.S) if "table_of" in block]
-    (quoted,) = [block for block in re.findall(r"^```text\n(.*?)^```$", page, re.M | re.S) if "progress" in block]
-    names = {}
-    exec(compile(code, "run_folder.md", "exec"), names)
-    table = names["table_of"](str(trained.path))
-    assert len(table) == len(rows_of(trained.place, "training"))
-    columns = quoted.splitlines()[0].split()
-    assert str(columns).replace("'", '"')[1:-1] in page
-    printed = str(table[columns].head(3)).splitlines()
-    assert [shape(line) for line in printed] == [shape(line) for line in quoted.splitlines()]
-
-
-def shape(line):
-    """A line of a table without its figures and gaps."""
-    return re.sub(r"\s+", " ", re.sub(r"\d+(\.\d+)?", "#", line)).strip()
 
 
 def test_deepracer_utils_reads_the_metrics(trained, deepracer):

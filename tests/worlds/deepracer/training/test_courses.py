@@ -6,7 +6,7 @@ import polars
 import pytest
 from tests.worlds.deepracer.training.test_run_env_effects import SMALL
 
-from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.contract.errors import SettingError
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.run_env import RunEnvError
@@ -15,12 +15,8 @@ from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car, plan_resume
 
 FOUR_CARS = (
-    *SMALL,
-    "evaluation.episodes=2",
-    "rollout.num_worlds=4",
-    "rollout.horizon=24",
-    "race.max_episode_seconds=1",
-)
+    *SMALL, "evaluation.episodes=2", "rollout.num_worlds=4", "rollout.horizon=24", "race.max_episode_seconds=1",
+)  # fmt: skip
 
 
 def folder_with(tmp_path, *lines, **workers):
@@ -51,16 +47,6 @@ def test_a_worker_file_s_cars_drive_on_its_own_track_and_the_run_goes_on_there(t
     again = resume(tmp_path / "run", ("iterations=2",), NullCallback(), lambda _: None)
     ticks = polars.read_parquet(again.run.episodes / "2.parquet")
     assert set(ticks["track_length_m"].round(3)) == {round(length, 3) for length in lengths}
-
-
-def test_a_course_that_has_changed_since_is_not_driven_on(tmp_path):
-    folder = folder_with(tmp_path, *MULTI, worker_2="DR_WORLD_NAME=Oval_track\n")
-    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), NullCallback(), lambda _: None)
-    job = trained.run.read_job()
-    job["courses"][1]["hash"] = "another"
-    trained.run.write_job(job)
-    with pytest.raises(RunFolderError, match="its course on 'Oval_track' has changed since the run began"):
-        plan_resume(tmp_path / "run")
 
 
 def test_each_car_drives_one_episode_one_way_and_the_next_the_other_where_directions_alternate(tmp_path):
@@ -114,13 +100,9 @@ def test_workers_that_drive_nothing_are_named(tmp_path):
 WRONG = [  # lines of run.env, worker-2.env, file, what the message holds
     (MULTI, None, "run.env:1", "DR_WORKERS asks for 2 courses and there is no worker-2.env"),
     ((*MULTI[:1], "DR_WORKERS=1.5"), None, "run.env:2", "DR_WORKERS: '1.5'; expected a whole number"),
-    ((*MULTI[:1], "DR_WORKERS=0"), None, "run.env:2", "DR_WORKERS: '0'; expected a number from 1 to 64"),
-    (MULTI, "DR_WORLD_NAME=Ovl_track", "worker-2.env:1", "DR_WORLD_NAME: 'Ovl_track'"),
     (MULTI, "\nDR_RACE_TYPE=HEAD_TO_MODEL", "worker-2.env:2", "'HEAD_TO_MODEL' races on one course only"),
     (MULTI, "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=x", "worker-2.env:2", "DR_OA_NUMBER_OF"),
     (MULTI, "DR_TRAIN_REVERSE_DIRECTION=left", "worker-2.env:1", "expected True or False"),
-    (MULTI, "DR_TRAIN_START_POSITION_OFFSET=2", "worker-2.env:1", "expected a number from 0 to 1"),
-    (MULTI, "DR_WORLD_NAME", "worker-2.env:1", "expected lines of KEY=VALUE"),
     (("DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=both",), None, "run.env:1", "'both'; expected True or False"),
 ]  # fmt: skip
 
@@ -141,13 +123,9 @@ def test_cars_are_shared_out_evenly_and_no_course_goes_empty():
 
 
 def test_a_worker_may_race_among_boxes_beside_a_time_trial(tmp_path):
-    """What racers asked for: one course bare, one with boxes; a critic is told of boxes where there are some."""
+    """What racers asked for: one course bare, one with boxes."""
     boxes = "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=2\n"
     folder = folder_with(tmp_path, *MULTI, worker_2=boxes)
     planned = plan_car(RaceRequest(folder, overrides=FOUR_CARS))
     assert [course.race.type for course in planned.courses] == ["TIME_TRIAL", "OBJECT_AVOIDANCE"]
     assert planned.courses[1].settings.boxes.number == 2
-    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), NullCallback(), lambda _: None)
-    assert trained.outcome.iterations == 1
-    again = plan_resume(tmp_path / "run")
-    assert [course.as_dictionary() for course in again.courses] == [one.as_dictionary() for one in planned.courses]

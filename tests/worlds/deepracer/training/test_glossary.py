@@ -5,10 +5,9 @@ import pytest
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.contract.errors import UserInputError
 from racecraft.settings.overrides import find_setting
-from racecraft.training.glossary import WORDS
 from racecraft.worlds.deepracer.actions.explain import ExplainRequest, explain
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
-from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS
+from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 from racecraft.worlds.deepracer.training.glossary import GLOSSARY, find_terms, nearest_names
 from racecraft.worlds.deepracer.training.presets import default_settings
 
@@ -33,21 +32,12 @@ def test_every_hyperparameter_of_aws_is_explained():
 
 def test_every_variable_is_explained():
     assert all(find_terms(name) for name in BY_NAME)
-    assert not any(find_terms(name) for name in ("DR_NONSENSE_AT_ALL",))
-    assert OTHER_SPELLINGS
 
 
 @pytest.mark.parametrize(
     ("word", "name"),
-    [
-        ("lr", "Learning rate"), ("learning RATE", "Learning rate"), ("beta entropy", "Entropy"),
-        ("gradient-descent batch size", "Gradient descent batch size"), ("ppo.discount", "Discount factor"),
-        ("Object avoidance", "Obstacles"), ("Time trial", "race.type"),
-        ("Stereo camera", "STEREO_CAMERAS"), ("Head-to-bot", "Bot cars"),
-        ("Head to head racing", "Head-to-bot"), ("DR_WORLD_NAME", "Track"), ("--from RUN", "Clone"),
-        ("SIM_TRACE_LOG", "Logs"),
-    ],
-)  # fmt: skip
+    [("learning RATE", "Learning rate"), ("ppo.discount", "Discount factor"), ("DR_WORLD_NAME", "Track")],
+)
 def test_a_word_is_found_under_any_of_its_names(word, name):
     assert [name in term.names for term in find_terms(word)] == [True]
 
@@ -56,17 +46,6 @@ def test_part_of_a_name_finds_all_that_hold_it_and_a_slip_the_nearest():
     assert {name for term in find_terms("epsilon") for name in term.names} >= {"epsilon_steps", "e_greedy_value"}
     assert nearest_names("beta_entrpy")[0] == "beta_entropy"
     assert find_terms("beta_entrpy") == []
-
-
-def test_figures_for_telegraf_are_found_at_the_port_of_the_training():
-    for variable in ("DR_TELEGRAF_HOST", "DR_TELEGRAF_PORT"):
-        (term,) = find_terms(variable)
-        assert "--metrics-port" in term.meaning
-
-
-@pytest.mark.parametrize("word", [word.name for word in WORDS])
-def test_every_word_of_the_lessons_is_explained(word):
-    assert explain(ExplainRequest(word=(word,))).lessons[word].endswith(".")
 
 
 def test_a_word_that_is_in_no_table_is_refused_with_the_nearest():

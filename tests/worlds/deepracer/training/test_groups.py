@@ -13,7 +13,7 @@ from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.generalisation import COLUMNS, read_generalisation
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
-from racecraft.worlds.deepracer.training.groups import read_groups, requested_groups, track_names
+from racecraft.worlds.deepracer.training.groups import read_groups, requested_groups
 from racecraft.worlds.deepracer.training.hold_out import are_alike, twins_of
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car, plan_resume
 
@@ -188,35 +188,21 @@ def test_a_held_out_track_that_has_changed_is_named(trained):
 
 
 WRONG = [  # words of a request, what the message holds
-    ({"groups": ("race=DRAG",)}, "there is no race 'DRAG'"),
     ({"groups": ("race=OBJECT_AVOIDENCE",)}, "Did you mean 'OBJECT_AVOIDANCE'?"),
-    ({"groups": ("race=HEAD_TO_BOT boxes.number=2",)},
-     "boxes.number is of"),
+    ({"groups": ("race=HEAD_TO_BOT boxes.number=2",)}, "boxes.number is of"),
     ({"groups": ("boxes.number=2",)}, "--group 'boxes.number=2': There is no setting 'boxes.number'"),
-    ({"groups": ("race=OBJECT_AVOIDANCE boxes.numbr=2",)}, "boxes has no setting 'numbr'. Did you mean 'number'?"),
     ({"groups": ("cars=0",)}, "cars=0; expected a whole number from 1"),
-    ({"groups": ({"cars": 0},)}, "group 1: cars=0; expected"),
-    ({"groups": ("cars=2.5",)}, "cars=2.5; expected a whole number"),
-    ({"groups": ("direction=left",)}, "there is no direction 'left'"),
     ({"groups": ("direction=both cars=1",)}, "one car cannot drive both ways"),
     ({"groups": ("sensors=LIDAR",)}, "one network drives every group; expected groups with the same sensors"),
-    ({"groups": ("action_space=2",)}, "one network drives every group; expected groups with the same sensors"),
     ({"groups": ("camera.width=80",)}, "camera.width is one for the whole training"),
-    ({"groups": ("race.fidelity=aws",)}, "race.fidelity is one for the whole training"),
     ({"groups": ("race.type=HEAD_TO_BOT",)}, "race.type is not said so; expected race="),
     ({"groups": ("colour=red",)}, "a group knows no 'colour'"),
     ({"groups": ("cars",)}, "'cars' says nothing; expected word=value"),
-    ({"groups": ("cars=1 cars=2",)}, "cars is said twice"),
     ({"groups": ("cars=3",)}, "rollout.num_worlds is 4, the groups ask for 3 cars; expected 3"),
     ({"groups": ("cars=4", "track=Oval_track")}, "the groups ask for 4 cars and 1 more are to be driven on; expected"),
-    ({"groups": ("track=Ovl_track cars=4",)}, "Did you mean 'Oval_track'?"),
-    ({"tracks": ("Oval_track,Vegas_trck",)}, "Did you mean 'Vegas_track'?"),
     ({"track": "Oval_track", "tracks": ("Vegas_track",)}, "--track and --tracks were given"),
-    ({"hold_out": ("Ovl_track",)}, "Did you mean 'Oval_track'?"),
     ({"hold_out": ("all",)}, "leaves no track to train on"),
     ({"track": "Oval_track", "hold_out": ("oval_track",)}, "--hold-out Oval_track: cars are trained on it too"),
-    ({"hold_out": ("reinvent_base",)}, "--hold-out reinvent_base: cars are trained on it too"),
-    ({"tracks": ("Oval_track,LGSWide",), "hold_out": ("LGSWide",)}, "--hold-out LGSWide: cars are trained on it too"),
 ]  # fmt: skip
 
 
@@ -244,10 +230,6 @@ def test_a_file_of_groups(tmp_path):
         path.write_text(text)
         with pytest.raises(UserInputError, match=r"groups\.json:"):
             read_groups(path)
-
-
-def test_names_are_listed_once():
-    assert track_names(["a,b", "b, c"]) == ["a", "b", "c"]
 
 
 def test_from_python_a_word_alone_is_a_list_of_one(tmp_path):

@@ -5,7 +5,7 @@ import numpy as np
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.files.training_metrics import read_metrics_file
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
-from racecraft.worlds.deepracer.training.aws.head_to_head_files import laps_of, waits_of, write_aws_heads
+from racecraft.worlds.deepracer.training.aws.head_to_head_files import waits_of, write_aws_heads
 
 GOES, LAP = race.IN_PROGRESS, race.LAP_COMPLETE
 STORY = (
@@ -57,10 +57,6 @@ def test_the_trace_ends_where_the_car_is_carried_off_the_road(tmp_path):
     columns = written(tmp_path, STORY)[1].columns
     assert len(columns["done"]) == len(STORY)
     assert np.flatnonzero(columns["done"]).tolist() == [len(STORY) - 1]
-
-
-def test_a_lap_ends_with_the_tick_that_completes_it():
-    assert laps_of(ticks_of(STORY, 0)).tolist() == [0] * 7 + [1] * 5
 
 
 def test_a_penalty_counts_down():

@@ -83,31 +83,6 @@ def test_a_wish_is_answered_by_the_ticks_that_follow_it(run, at_once):
     assert (words != "in_progress").any(), "some of these cars left the road"
 
 
-def test_a_wish_is_answered_once_and_keeps_nothing_meanwhile(run, at_once, monkeypatch):
-    written, kept = [], []
-    monkeypatch.setattr(live, "write_live_ticks", lambda run, last, columns: written.append(last))
-    keep = LivePublisher._keep
-    monkeypatch.setattr(LivePublisher, "_keep", lambda self, *given: (kept.append(self._ticks), keep(self, *given)))
-    world, publisher = make_world(), LivePublisher(run)
-    wish(run)
-    buffers = drive(world, 20, [publisher])
-    wish(run)  # whoever waits wishes again, as another page may: one answer is for all of them
-    buffers = drive(world, 200, [publisher], 1, buffers)
-    assert (written, kept) == ([1 + RING_TICKS], list(range(2, 2 + RING_TICKS)))
-    wish(run)
-    drive(world, 200, [publisher], 2, buffers)
-    assert written == [1 + RING_TICKS, 221 + RING_TICKS]
-
-
-def test_it_is_looked_for_a_wish_every_quarter_of_a_second_only(run, clock, monkeypatch):
-    looks = []
-    monkeypatch.setattr(live, "latest_request", lambda run: looks.append(clock[0]))
-    clock[1] = 0.01
-    drive(make_world(), 100, [LivePublisher(run)])
-    assert len(looks) == 4
-    assert np.diff(looks) == pytest.approx(live.LOOK_SECONDS, abs=0.011)
-
-
 def test_nobody_is_answered_who_wished_long_ago(run, at_once):
     wish(run, WISH_SECONDS + 0.5)
     drive(make_world(), RING_TICKS + 5, [LivePublisher(run)])
@@ -134,17 +109,6 @@ def test_a_slow_training_leaves_what_it_has_and_a_reader_who_wishes_on_gets_ever
     assert all(b == a + 1 or b == 1 for a, b in zip(told, told[1:], strict=False))
     drive(world, 200, [publisher], 200, buffers)
     assert read_live_ticks(run).last <= 200 + 12 + RING_TICKS
-
-
-def test_a_reader_who_left_while_it_learned_gets_no_further_ticks(run, clock):
-    """A part is due behind a pause; nobody wished in it."""
-    world, publisher = make_world(), LivePublisher(run)
-    wish(run)
-    buffers = drive(world, 30, [publisher])
-    wish(run, WISH_SECONDS + 1)
-    clock[0] += 5.0
-    drive(world, 3 * RING_TICKS, [publisher], 1, buffers)
-    assert read_live_ticks(run).last == 1 + RING_TICKS
 
 
 def test_old_ticks_are_not_live_and_a_training_that_goes_on_leaves_none_of_the_earlier(run, at_once, monkeypatch):

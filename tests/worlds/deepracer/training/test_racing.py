@@ -21,10 +21,8 @@ from racecraft.worlds.deepracer.training.trainer import drive_seconds
     ("asked", "preset"),
     [
         ({}, "race"),
-        ({"preset": "fast"}, "fast"),
         ({"algorithm": "dqn"}, "fast"),
         ({"tracks": ("Oval_track", "LGSWide")}, "fast"),
-        ({"overrides": ("race.type=OBJECT_AVOIDANCE",)}, "fast"),
         ({"algorithm": "sac", "preset": "race"}, "race"),
     ],
 )

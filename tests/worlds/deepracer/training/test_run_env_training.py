@@ -3,7 +3,6 @@
 import pytest
 
 from racecraft.settings.overrides import apply_overrides
-from racecraft.training.stopping import KINDS
 from racecraft.worlds.deepracer.files.run_env import RunEnv, RunEnvError, run_env_text
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME
 from racecraft.worlds.deepracer.training.presets import default_settings
@@ -125,26 +124,17 @@ def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
 @pytest.mark.parametrize(
     ("line", "named"),
     [
-        ("DR_CAR_COLOR=Red", False), ("DR_CAR_COLOR=red", False), ("DR_CAR_COLOR=Blue", False),
         ("DR_GUI_ENABLE=True", True),
-        ("DR_EVAL_OFF_TRACK_PENALTY=3.0", False), ("DR_EVAL_IS_CONTINUOUS=False", False),
-        ("DR_OA_MIN_DISTANCE_BETWEEN_OBSTACLES=2", False), ("DR_OA_MIN_DISTANCE_BETWEEN_OBSTACLES=3.0", True),
-        ("DR_EVAL_DEBUG_REWARD=false", False), ("DR_EVAL_DEBUG_REWARD=True", True),
-        ("DR_EVAL_OPP_RACER_NAME=FasterCar", False),
+        ("DR_EVAL_OFF_TRACK_PENALTY=3.0", False),
+        ("DR_OA_MIN_DISTANCE_BETWEEN_OBSTACLES=2", False),
+        ("DR_OA_MIN_DISTANCE_BETWEEN_OBSTACLES=3.0", True),
+        ("DR_EVAL_DEBUG_REWARD=false", False),
         ("DR_EVAL_OPP_CAR_NAME=Zoom\nDR_EVAL_OPP_RACER_NAME=Zoom", False),
-        ("DR_EVAL_OPP_RACER_NAME=Zoom", True), ("DR_LOCAL_S3_METRICS_PREFIX=rl-deepracer-sagemaker/metrics", False),
-        ("DR_UPLOAD_S3_PREFIX=rl-deepracer-sagemaker-1", False), ("DR_OA_OBJECT_POSITIONS=0.2,-1", True),
     ],
-)  # fmt: skip
+)
 def test_only_what_differs_from_its_default_is_said_not_to_be_used(tmp_path, line, named):
     name = line.split("\n")[-1].partition("=")[0]
     assert (name in "".join(race_environment(folder_with(tmp_path, line)).notes)) == named
-
-
-def test_a_new_file_has_nothing_that_is_kept_and_not_used(tmp_path):
-    for file in ("run", "system"):
-        notes = race_environment(folder_with(tmp_path, run_env_text(file))).notes
-        assert not [note for note in notes if "not used yet" in note]
 
 
 def test_system_env_is_read_first_and_worker_files_are_named(tmp_path):
@@ -174,32 +164,15 @@ def test_an_older_model_is_found_by_prefix_uri_or_path(tmp_path, monkeypatch, wr
 WRONG = [  # line, what the message holds
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=-2", ":3: DR_OA_NUMBER_OF_OBSTACLES: '-2'; expected"),
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBJECT_POSITIONS=1.4,1", "'1.4,1' lies off the track"),
-    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBSTACLE_TYPE=crate", "DR_OA_OBSTACLE_TYPE: 'crate'; expected box_obstacle"),
     ("DR_RACE_TYPE=TIME_TRAIL", "DR_RACE_TYPE: 'TIME_TRAIL'; expected TIME_TRIAL or"),
-    ("DR_TRAIN_REVERSE_DIRECTION=left", "DR_TRAIN_REVERSE_DIRECTION: 'left'; expected True or False"),
-    ("DR_TRAIN_CHANGE_START_POSITION=2", "DR_TRAIN_CHANGE_START_POSITION: '2'; expected True or False"),
     ("DR_CHANGE_START_POSITION=perhaps", "DR_TRAIN_CHANGE_START_POSITION: 'perhaps'; expected True or False"),
-    ("DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST=5%", "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST: '5%'; expected a number from 0 to 1"),
-    ("DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST=1.5", "'1.5'; expected a number from 0 to 1"),
     ("DR_TRAIN_START_POSITION_OFFSET=-0.1", "DR_TRAIN_START_POSITION_OFFSET: '-0.1'; expected a number from 0 to 1"),
-    ("DR_TRAIN_START_POSITION_OFFSET=inf", "'inf'; expected a number from 0 to 1"),
-    ("DR_TRAIN_MIN_EVAL_TRIALS=0", "DR_TRAIN_MIN_EVAL_TRIALS: '0'; expected a number from 1 to 1000"),
     ("DR_TRAIN_MIN_EVAL_TRIALS=2.5", "'2.5'; expected a whole number from 1 to 1000"),
-    ("DR_EVAL_NUMBER_OF_TRIALS=three", "DR_EVAL_NUMBER_OF_TRIALS: 'three'; expected a number from 1 to 1000"),
     ("DR_EVAL_CHECKPOINT=newest", "DR_EVAL_CHECKPOINT: 'newest'; expected last or best"),
-    ("DR_EVAL_IS_CONTINUOUS=often", ":2: DR_EVAL_IS_CONTINUOUS: 'often'; expected True or False"),
-    ("DR_EVAL_MAX_RESETS=-1", ":2: DR_EVAL_MAX_RESETS: '-1'; expected a number from 0 to 10000"),
-    ("DR_EVAL_MAX_RESETS=1.5", "DR_EVAL_MAX_RESETS: '1.5'; expected a whole number from 0 to 10000"),
-    ("DR_EVAL_OFF_TRACK_PENALTY=5s", "DR_EVAL_OFF_TRACK_PENALTY: '5s'; expected a number from 0 to 600"),
-    ("DR_COLLISION_PENALTY=601", "DR_EVAL_COLLISION_PENALTY: '601'; expected a number from 0 to 600"),
     ("DR_EVAL_RESET_BEHIND_DIST=nan", "DR_EVAL_RESET_BEHIND_DIST: 'nan'; expected a number from 0 to 10"),
-    ("DR_EVAL_REVERSE_DIRECTION=left", "DR_EVAL_REVERSE_DIRECTION: 'left'; expected True or False"),
     ("DR_CAR_BODY_SHELL_TYPE=truck", "'truck'; expected one that the original had. Known: deepracer, f1"),
-    ("DR_CAR_COLOR=Mauve", "'Mauve'; expected one that the original had. Known: Black, Grey"),
     ("DR_TRAIN_BEST_MODEL_METRIC=lap time", "'lap time'; expected progress or reward or laptime. Did you mean"),
     ("RACECRAFT_STOP=laps minuts=3", "RACECRAFT_STOP: 'laps minuts=3'; expected stops such as laps minutes=30. --stop"),
-    ("RACECRAFT_STOP=minutes", "RACECRAFT_STOP: 'minutes'; expected stops"),
-    ("DR_LOCAL_S3_PRETRAINED=maybe", "DR_LOCAL_S3_PRETRAINED: 'maybe'; expected True or False"),
     ("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED: there is no folder 'rl-sagemaker-pretrained'"),
     (
         "DR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_PREFIX=s3://bucket",
@@ -210,7 +183,6 @@ WRONG = [  # line, what the message holds
         "DR_LOCAL_S3_PRETRAINED_CHECKPOINT: 'first'; expected last or best",
     ),
     ("DR_WORLD_NAME: Oval_track", "'DR_WORLD_NAME: Oval_track'; expected lines of KEY=VALUE"),
-    ("set DR_WORLD_NAME Oval_track", "expected lines of KEY=VALUE"),
 ]  # fmt: skip
 
 
@@ -221,8 +193,3 @@ def test_what_cannot_be_obeyed_gets_a_letter_with_file_and_line(tmp_path, line, 
         race_environment(folder)
     assert str(caught.value).startswith(f"{folder / 'run.env'}:")
     assert found in str(caught.value)
-
-
-def test_the_remark_about_stops_in_a_new_file_names_real_ones():
-    assert all(word.partition("=")[0] in KINDS for word in ("laps", "minutes=30"))
-    assert "laps minutes=30" in BY_NAME["RACECRAFT_STOP"].doc

@@ -28,7 +28,6 @@ ACTIONS = [{"steering_angle": angle, "speed": 1.0} for angle in (-30, 0, 30)]
 CARS = {
     "stereo and sectors": ["STEREO_CAMERAS", "SECTOR_LIDAR"],
     "front and steps": ["DISCRETIZED_SECTOR_LIDAR", "FRONT_FACING_CAMERA"],
-    "stereo and beams": ["STEREO_CAMERAS", "LIDAR"],
 }
 
 

@@ -37,9 +37,7 @@ def alone(tmp_path_factory):
     return trained(tmp_path_factory.mktemp("cloning") / "alone")
 
 
-@pytest.mark.parametrize(
-    "among", [("race.type=OBJECT_AVOIDANCE",), ("race.type=HEAD_TO_BOT",), ("race.type=HEAD_TO_MODEL",)]
-)
+@pytest.mark.parametrize("among", [("race.type=OBJECT_AVOIDANCE",), ("race.type=HEAD_TO_MODEL",)])
 def test_a_car_that_drove_alone_goes_among_others_and_back(alone, tmp_path, among):
     learned, heard = Checkpoints(alone.checkpoints).load_policy("1")[0], []
     run = trained(tmp_path / "among", *among, clone_from=f"{alone.path}:1", said=heard.append)
