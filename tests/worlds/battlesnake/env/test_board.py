@@ -2,33 +2,7 @@
 
 from collections import Counter
 
-import pytest
-
-from racecraft.worlds.battlesnake.env.board import Board, Snake, draw, neighbours
-
-
-def test_a_board_that_nobody_has_described_is_empty_and_new():
-    board = Board(3, 4)
-    assert (board.turn, board.snakes, board.food, board.hazards) == (0, [], [], Counter())
-    snake = Snake("a", [(1, 1), (1, 0)])
-    assert (snake.health, snake.cause, snake.by, snake.on, snake.alive, snake.head) == (100, "", "", 0, True, (1, 1))
-
-
-def test_a_board_holds_its_squares_in_the_order_of_cells_and_no_others():
-    board = Board(3, 2)
-    assert board.squares() == [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)]
-    assert {(x, y) for x in range(-2, 5) for y in range(-2, 5) if board.holds((x, y))} == set(board.squares())
-
-
-@pytest.mark.parametrize(
-    ("width", "height", "middle"), [(11, 11, (5, 5)), (7, 9, (3, 4)), (8, 4, (3, 1)), (3, 25, (1, 12))]
-)
-def test_the_middle_of_an_even_side_is_the_lower_of_two(width, height, middle):
-    assert Board(width, height).centre() == middle
-
-
-def test_squares_beside_a_square_come_in_the_order_of_the_moves():
-    assert neighbours((4, 7)) == [(4, 8), (4, 6), (3, 7), (5, 7)]
+from racecraft.worlds.battlesnake.env.board import Board, Snake, draw
 
 
 def test_food_falls_on_no_food_no_body_not_beside_a_head_and_on_hazards_unless_they_are_spared():

@@ -35,44 +35,6 @@ def test_a_plan_adds_and_takes_away_on_its_turn_alone_and_never_below_none():
     assert told == [{(1, 0): 1}, {(0, 0): 1, (1, 0): 2}, {(1, 0): 1}, {(1, 0): 1}]
 
 
-@pytest.mark.parametrize(
-    ("planner", "rows"),
-    [
-        (hazard_plans.nothing, ["......", "......", "......", "......", "......"]),
-        (hazard_plans.inner_wall, ["......", ".1111.", ".1..1.", ".1111.", "......"]),
-        (hazard_plans.columns, ["......", ".1.1.1", "......", ".1.1.1", "......"]),
-        (hazard_plans.rings, ["......", ".1111.", ".1..1.", ".1111.", "......"]),
-    ],
-)
-def test_standing_hazards_of_six_by_five_squares(planner, rows):
-    plan = planner(GameSettings(6, 5), LoadedDice())
-    assert drawn(plan, 6, 5) == rows
-    assert plan.changes == []
-
-
-def test_rings_lie_one_and_three_squares_from_the_edge_where_less_than_half_the_width():
-    plan = hazard_plans.rings(GameSettings(10, 9), LoadedDice())
-    assert drawn(plan, 10, 9) == [
-        "..........",
-        ".11111111.",
-        ".1......1.",
-        ".1.1111.1.",
-        ".1.1..1.1.",
-        ".1.1111.1.",
-        ".1......1.",
-        ".11111111.",
-        "..........",
-    ]
-    assert drawn(hazard_plans.rings(GameSettings(4, 9), LoadedDice()), 4, 9) == ["...."] * 9, "half of 4 is 2"
-
-
-def test_a_spiral_winds_clockwise_from_turn_2_and_takes_3_turns_a_step():
-    plan = hazard_plans.spiral(GameSettings(3, 3), LoadedDice([1, 1]))
-    squares = [(1, 1), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0), (0, 0), (0, 1), (0, 2)]
-    assert by_turn(plan) == {2 + 3 * step: [square] for step, square in enumerate(squares)}
-    assert not plan.start
-
-
 def test_a_spiral_s_steps_off_the_board_take_their_time_unseen():
     """From the lower left corner: up, right, down 2, left 2, up 3, right 3, down 4; seven steps lie outside."""
     plan = hazard_plans.spiral(GameSettings(3, 3), LoadedDice([0, 0]))
@@ -93,12 +55,6 @@ def test_where_a_plan_may_begin(planner, lowest, highest):
     settings = GameSettings(11, 19)
     assert planner(settings, LoadedDice([0, 0])).changes[0][1] == lowest
     assert planner(settings, LoadedDice([99, 99])).changes[0][1] == highest
-
-
-def test_the_middle_of_the_largest_board_for_a_spiral_is_rounded_down():
-    """30 and 70 % of 25 squares are 7.5 and 17.5."""
-    begins = [hazard_plans.spiral(GameSettings(25, 25), LoadedDice(rolls)).changes[0] for rolls in ([], [99, 99])]
-    assert begins == [(2, (7, 7), 1), (2, (17, 17), 1)]
 
 
 def test_a_scatter_takes_every_square_once_from_turn_1_on_every_other_turn():
@@ -123,15 +79,6 @@ def test_a_box_grows_by_one_open_side_every_12_turns():
     }
 
 
-def test_a_box_expands_by_a_ring_every_20_turns_until_the_board_is_full():
-    plan = hazard_plans.expand_box(GameSettings(4, 5), LoadedDice())
-    assert by_turn(plan) == {
-        0: [(2, 2)],
-        20: [(1, 1), (2, 1), (3, 1), (1, 2), (3, 2), (1, 3), (2, 3), (3, 3)],
-        40: [(0, 0), (1, 0), (2, 0), (3, 0), (0, 1), (0, 2), (0, 3), (0, 4), (1, 4), (2, 4), (3, 4)],
-    }
-
-
 def test_a_scatter_expands_ring_by_ring_a_square_every_other_turn():
     """Low dice turn a ring round by one; the furthest corner is as far as the board is long."""
     middle = hazard_plans.expand_scatter(GameSettings(3, 3), LoadedDice())
@@ -152,16 +99,6 @@ def test_sinkholes_are_squares_without_corners_about_the_middle(shrink_every, pe
     assert [len(turns[turn]) for turn in sorted(turns)] == [1, 5, 21]
 
 
-@pytest.mark.parametrize(("side", "rounds", "squares"), [(7, 3, 27), (11, 5, 149), (19, 7, 431)])
-def test_sinkholes_of_a_larger_board_reach_further(side, rounds, squares):
-    """Each round's square has (2 r + 1)^2 squares less four corners; the first is one alone."""
-    plan = hazard_plans.sinkholes(GameSettings(side, side), LoadedDice())
-    assert len(by_turn(plan)) == rounds
-    assert len(plan.changes) == squares
-    assert plan.changes[0] == (1, (side // 2, side // 2), 1)
-    assert plan.changes[-1][0] == 1 + 25 * (rounds - 1)
-
-
 def test_healing_pools_dry_up_one_after_the_other():
     """Of the second choice: the first of two on 11 x 11, any of four on 19 x 19, the only one on 7 x 7."""
 
@@ -177,16 +114,3 @@ def test_healing_pools_dry_up_one_after_the_other():
     four = [(10, 5), (5, 10), (13, 10), (10, 13)]
     dried = [(30, (13, 10), -1), (60, (5, 10), -1), (90, (10, 5), -1), (120, (10, 13), -1)]
     assert pools(19, [1, 2, 1], shrink_every=30) == (Counter(four), dried)
-
-
-def test_hazard_pits_fill_in_four_steps_stay_for_two_and_drain():
-    settings = GameSettings(11, 11, shrink_every=2)
-    plan = hazard_plans.hazard_pits(settings, LoadedDice())
-    board, depths = Board(11, 11), []
-    for board.turn in range(30):
-        plan.reveal(board)
-        depths.append(sum(board.hazards.values()) / 21)
-    once = [1, 1, 2, 2, 3, 3, 4, 4, 4, 4, 4, 4, 0, 0]
-    assert depths == [0, 0, *once, *once], "21 pits: the 25 odd squares less the four starts"
-    assert plan.changes[-1][0] == 2 * 140, "20 rounds of 7 steps"
-    assert len(plan.changes) == 20 * 5 * 21

@@ -84,17 +84,6 @@ def test_the_way_to_the_own_tail():
     assert ring[RIGHT, WAY_OUT] == 1.0, "the tail itself, which moves on"
 
 
-def test_turning_the_board_turns_the_outlook():
-    def turned(point):
-        return 6 - point[1], point[0]  # a quarter to the left: up becomes left
-
-    bodies = [[(2, 1), (2, 0), (1, 0), (0, 0)], [(5, 4), (5, 5), (4, 5)]]
-    food = [(3, 5), (6, 0)]
-    before = outlook(*bodies, food=food)
-    after = outlook(*[[turned(point) for point in body] for body in bodies], food=[turned(point) for point in food])
-    assert np.allclose(after[[LEFT, RIGHT, DOWN, UP]], before)
-
-
 def test_only_who_looks_is_told():
     world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), num_games=3, view=5, outlook=True))
     every, some = allocate(world.spec), allocate(world.spec)

@@ -1,8 +1,8 @@
-"""By hand: one situation each, small enough to see. By law: symmetry and what never changes."""
+"""By hand: one situation each, small enough to see."""
 
 import pytest
 
-from racecraft.worlds.battlesnake.env.board import MOVES, STEPS, Board, BoardError, Snake, draw
+from racecraft.worlds.battlesnake.env.board import MOVES, STEPS, Board, BoardError, Snake
 from racecraft.worlds.battlesnake.env.dice import LoadedDice, StreamDice
 from racecraft.worlds.battlesnake.env.hazard_plans import Plan
 from racecraft.worlds.battlesnake.env.maps import MapState, after_turn, standard_food_rule
@@ -153,12 +153,6 @@ def test_royale_hazards_close_in_by_one_side_at_a_time():
     assert set(board.hazards) == {(0, y) for y in range(11)} | {(x, 10) for x in range(11)}
 
 
-def test_a_word_that_is_no_move_means_straight_on():
-    board = Board(11, 11, 0, [snake("a", (3, 5), (2, 5), (1, 5)), snake("b", (9, 9), (9, 9), (9, 9))])
-    play(board, a="sideways", b="")
-    assert [each.head for each in board.snakes] == [(4, 5), (9, 10)]
-
-
 def test_a_missing_move_is_refused():
     with pytest.raises(BoardError, match="snake b is alive and has no move"):
         play(facing(3, 3), a="up")
@@ -194,64 +188,14 @@ def test_a_game_of_several_ends_with_one_and_a_solo_game_with_none():
 def test_names_are_refused_with_the_nearest_known_one():
     with pytest.raises(BoardError, match="Did you mean 'royale'"):
         Referee(GameSettings(ruleset="royal"), StreamDice(1))
-    with pytest.raises(BoardError, match="Did you mean 'hz_rings'"):
-        Referee(GameSettings(map="hz_ring"), StreamDice(1))
     with pytest.raises(BoardError, match="expected 11x11"):
         Referee(GameSettings(13, 13, map="hz_castle_wall"), StreamDice(1))
-    with pytest.raises(BoardError, match="at most 4"):
-        Referee(GameSettings(11, 11, 5, map="hz_islands_bridges"), StreamDice(1))
-    with pytest.raises(BoardError, match="width is 2"):
-        GameSettings(width=2)
-
-
-def mirrored(board):
-    """Left becomes right."""
-    other = board.copy()
-    for each in other.snakes:
-        each.body = [(board.width - 1 - x, y) for x, y in each.body]
-    other.food = [(board.width - 1 - x, y) for x, y in board.food]
-    other.hazards.clear()
-    other.hazards.update({(board.width - 1 - x, y): n for (x, y), n in board.hazards.items()})
-    return other
-
-
-def test_a_mirrored_board_plays_a_mirrored_turn():
-    swap = {"left": "right", "right": "left", "up": "up", "down": "down"}
-    dice = StreamDice(11)
-    referee = Referee(GameSettings(11, 11, 4, map="hz_columns"), dice)
-    for _ in range(60):
-        board = referee.board.copy()
-        moves = {each.id: ("up", "down", "left", "right")[dice.below(4)] for each in board.snakes}
-        looking_glass = mirrored(board)
-        play(board, **moves)
-        play(looking_glass, **{name: swap[way] for name, way in moves.items()})
-        assert looking_glass == mirrored(board)
-        referee = Referee(referee.settings, dice) if referee.over else referee
-        referee.turn({each.id: default_move(each.body, 11, 11) for each in referee.board.snakes})
 
 
 def test_who_says_no_move_goes_straight_on_with_two_squares_and_up_with_one():
     board = Board(11, 11, 7, [snake("a", (3, 3), (2, 3)), snake("b", (8, 7))])
     play(board, a="north", b="north")
     assert [each.head for each in board.snakes] == [(4, 3), (8, 8)]
-
-
-def test_a_board_is_drawn_for_people():
-    board = facing(3, 3)
-    board.hazards[(0, 0)] = 2
-    rows = draw(board).splitlines()
-    assert rows[5] == ".aaA.Bbb..."
-    assert rows[10][0] == "2"
-
-
-def test_royale_may_shrink_every_turn_and_must_shrink_some_time():
-    board = Board(7, 7, 0, [snake("a", (3, 3), (3, 2), (3, 1)), snake("b", (5, 5), (5, 4), (5, 3))])
-    settings = GameSettings(7, 7, 2, "royale", shrink_every=1)
-    apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, GameContext(settings, sides=[2, 2, 1]))
-    assert set(board.hazards) == {(x, 0) for x in range(7)}
-    never = GameSettings(7, 7, 2, "royale", shrink_every=0)
-    with pytest.raises(BoardError, match="royale shrinks every 0 turns; expected at least 1"):
-        apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, GameContext(never))
 
 
 @pytest.mark.parametrize("ruleset", ["standard", "royale", "wrapped"])
@@ -261,11 +205,6 @@ def test_nobody_hungers_moves_or_suffers_while_a_game_is_set_up(ruleset):
     before = board.copy()
     apply_rules(find_ruleset(ruleset), board, None, GameContext(GameSettings(7, 7, 2, ruleset), sides=[0, 1]))
     assert board == before
-
-
-def test_a_snake_without_a_body_is_refused():
-    with pytest.raises(BoardError, match="snake a has no body"):
-        play(Board(7, 7, 0, [snake("a"), snake("b", (1, 1))]), a="up", b="up")
 
 
 def test_what_a_finished_game_is_told_changes_nothing():

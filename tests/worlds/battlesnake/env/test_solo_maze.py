@@ -123,11 +123,6 @@ def test_a_level_is_noted_in_the_bottom_row_from_the_right_in_binary_digits(leve
     assert level_of(board) == level
 
 
-def test_as_many_levels_are_told_as_the_bottom_row_has_squares_at_most_sixteen_digits():
-    assert level_of(built(7, 9, 0b1000_0101)) == 0b101
-    assert level_of(built(19, 9, 0x1_0003)) == 3
-
-
 def maze_with(level, food, **told):
     """An open board of 9 x 9 with a snake whose head is on (5, 3)."""
     notes = [(8 - bit, 0) for bit in range(4) if level >> bit & 1]

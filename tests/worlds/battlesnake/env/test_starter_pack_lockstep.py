@@ -41,7 +41,7 @@ def test_a_given_state_is_read_and_played_as_the_original_does(pack, health):
     assert list(starter_pack_games.given_games(health, pack)) == ANSWERS[f"given {health}"]
 
 
-# By hand: the same quirks, one each, where no copy of the original is at hand. Squares are (row, column).
+# By hand: some quirks, one each. Squares are (row, column).
 
 
 def game_of(*bodies, food=(), side=7, **options):
@@ -75,14 +75,6 @@ def test_a_meal_shows_one_turn_later():
     assert gym.snakes[0].body == [(3, 5), (3, 4), (3, 3)]
 
 
-def test_a_snake_of_any_length_keeps_its_tail_on_its_first_two_moves():
-    gym = game_of([(3, 3), (3, 2), (3, 1), (3, 0)], FAR)
-    gym.snakes[0].stacked = 2
-    for length in (5, 6, 6):
-        gym.step([RIGHT, UP])
-        assert len(gym.snakes[0].body) == length
-
-
 def test_who_dies_this_turn_still_kills_in_it():
     """0 and 1 are equal and meet on (3, 3); 2 runs into 1's body, and dies of it though 1 dies, too."""
     gym = game_of([(3, 2), (3, 1)], [(3, 4), (3, 5)], [(2, 4), (1, 4), (0, 4)], FAR)
@@ -92,15 +84,6 @@ def test_who_dies_this_turn_still_kills_in_it():
     assert rewards[0] == rewards[1] == paid("was_eaten", "died")
     assert rewards[2] == paid("hit_other_snake", "died")
     assert rewards[3] == paid("another_turn", "won")
-
-
-def test_who_leaves_the_board_blocks_nobody():
-    """1 goes over the right edge; 0 enters the square that 1's body still holds, and lives."""
-    gym = game_of([(2, 6), (1, 6)], [(3, 6), (4, 6), (5, 6)], FAR)
-    _, rewards, dones, _ = gym.step([DOWN, RIGHT, UP])
-    assert dones == {0: False, 1: True, 2: False}
-    assert rewards[0] == paid("another_turn")
-    assert rewards[1] == paid("hit_wall")
 
 
 def test_a_body_that_was_hit_pays_only_for_a_rival_not_yet_doomed():
@@ -118,23 +101,6 @@ def test_a_solo_game_is_never_over_and_never_pays_its_end():
     assert dones == {0: True}
     assert rewards == {0: paid("hit_wall")}
     assert gym.step([UP])[1] == {0: 0}
-
-
-def test_equal_heads_leave_the_food_and_both_pay_for_it():
-    gym = game_of([(3, 2), (3, 1)], [(3, 4), (3, 5)], food=[(3, 3)])
-    _, rewards, dones, info = gym.step([RIGHT, LEFT])
-    assert dones == {0: True, 1: True}
-    assert gym.food == {(3, 3)}
-    assert rewards == {0: paid("was_eaten", "died"), 1: paid("was_eaten", "died")}
-    assert info["snake_info"][0] == "Snake was eaten - same tile"
-
-
-def test_a_board_that_is_no_square_is_padded_by_its_rows_alone():
-    assert StarterPackGym("max-bordered-51s", (7, 9), 2).reset()[0].shape == (21, 23, 3)
-    state = StarterPackGym("max-bordered-51s", (7, 9), 2).reset()[0]
-    assert (state[7:14, 7:16] >= 0).all()
-    assert (state[:7] == -1).all()
-    assert (state[:, 16:] == -1).all()
 
 
 def test_rewards_of_ones_own_are_asked_by_name_snake_and_episode():

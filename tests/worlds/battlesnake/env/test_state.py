@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from racecraft.worlds.battlesnake.env.board import CAUSES, Board, BoardError, Snake
-from racecraft.worlds.battlesnake.env.dice import LoadedDice, StreamDice
+from racecraft.worlds.battlesnake.env.dice import LoadedDice
 from racecraft.worlds.battlesnake.env.hazard_plans import Plan
 from racecraft.worlds.battlesnake.env.kernels import columns as col
-from racecraft.worlds.battlesnake.env.maps import MAPS, MapState, set_up
-from racecraft.worlds.battlesnake.env.rulesets import RULESETS
+from racecraft.worlds.battlesnake.env.maps import MAPS, MapState
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.env.state import allocate_games, food_squares_of, get_board, params_of, put_board
+from racecraft.worlds.battlesnake.env.state import allocate_games, get_board, put_board
 
 NEVER = 2**31 - 1
 
@@ -64,42 +63,6 @@ def test_a_seat_where_nobody_sits_is_dead_of_hunger_and_names_are_the_callers():
     assert len(get_board(games, 0, settings).snakes) == 6
 
 
-def test_a_body_is_read_round_the_end_of_its_ring():
-    settings = GameSettings(3, 3, 1)
-    games = allocate_games(settings, 1)
-    put_board(games, 0, Board(3, 3, snakes=[Snake("s0", [(0, 0), (0, 1), (1, 1)])]))
-    games.bodies[0, 0] = np.roll(games.bodies[0, 0], -1)
-    games.snakes[0, 0, col.START] = 15
-    assert get_board(games, 0, settings).snakes[0].body == [(0, 0), (0, 1), (1, 1)]
-
-
-@pytest.mark.parametrize(("width", "height", "ring"), [(3, 3, 16), (3, 4, 16), (5, 5, 32), (11, 11, 128), (5, 25, 256)])
-def test_rings_are_powers_of_two_with_room_for_a_body_that_fills_the_board(width, height, ring):
-    games = allocate_games(GameSettings(width, height, 2), 3)
-    shapes = {name: array.shape for name, array in games.arrays().items()}
-    assert shapes == {
-        "bodies": (3, 2, ring), "snakes": (3, 2, 10), "games": (3, 4), "cells": (3, 4, width * height),
-        "sides": (3, width + height), "events": (3, 0, 3), "chance": (3, 2),
-    }  # fmt: skip
-    assert not games.chance.any()
-    assert allocate_games(GameSettings(), 2, np.array([7, 9], np.uint64)).chance.tolist() == [[7, 0], [9, 0]]
-
-
-def test_every_map_has_room_for_its_plan_and_rows_beyond_it_never_come():
-    for name, row in MAPS.items():
-        for width, height in row.sizes[:3] + row.sizes[-1:]:
-            settings = GameSettings(width, height, 1, map=name)
-            board, state = set_up(settings, StreamDice(5))
-            games = allocate_games(settings, 1)
-            put_board(games, 0, board, state)
-            events, changes = games.events[0], state.plan.changes
-            told = [
-                (turn, (cell % width, cell // width), added) for turn, cell, added in events[: len(changes)].tolist()
-            ]
-            assert told == changes, name
-            assert (events[len(changes) :] == NEVER).all()
-
-
 def test_changes_off_the_board_are_left_out_of_a_plan_and_sides_are_kept_in_order():
     settings = GameSettings(5, 4, 1, map="hz_spiral")
     games = allocate_games(settings, 1)
@@ -141,48 +104,3 @@ def test_a_body_may_fill_its_ring_and_the_dead_may_lie_anywhere():
     put_board(games, 0, Board(3, 3, snakes=[full, Snake("s1", [(0, 0), (0, -1)], 0, "hazard", "", 4)]))
     assert get_board(games, 0, settings).snakes[0] == full
     assert games.bodies[0, 1, :2].tolist() == [0, -1]
-
-
-def test_rules_are_told_to_kernels_by_their_stages():
-    told = {name: params_of(GameSettings(ruleset=name))[[2, 3, 4, 5]].tolist() for name in RULESETS}
-    assert told == {
-        "standard": [0, 0, 0, 0],
-        "solo": [0, 0, 0, 1],
-        "royale": [0, 1, 0, 0],
-        "constrictor": [0, 0, 1, 0],
-        "wrapped": [1, 0, 0, 0],
-        "wrapped_constrictor": [1, 0, 1, 0],
-    }
-    assert params_of(GameSettings(ruleset="solo", solo=False))[col.SOLO] == 0
-    assert params_of(GameSettings(ruleset="royale", solo=True))[col.SOLO] == 1
-
-
-@pytest.mark.parametrize(
-    ("name", "food", "hazards", "most", "first_food"),
-    [
-        ("empty", 0, 0, 0, 0),
-        ("standard", 1, 0, 0, 1),
-        ("hz_islands_bridges", 2, 0, 0, 0),
-        ("arcade_maze", 3, 0, 0, 0),
-        ("hz_castle_wall", 4, 0, 2, 0),
-        ("hz_castle_wall_xl", 4, 0, 4, 0),
-        ("royale", 1, 1, 0, 1),
-        ("snail_mode", 1, 2, 0, 1),
-        ("solo_maze", 0, 3, 0, 0),
-    ],
-)
-def test_maps_are_told_to_kernels_by_numbers(name, food, hazards, most, first_food):
-    width, height = MAPS[name].sizes[0]
-    words = {"food_spawn_chance": 33, "minimum_food": 5, "hazard_damage": -9, "shrink_every": 12}
-    params = params_of(GameSettings(width, height, 1, map=name, **words))
-    assert params.dtype == np.int32
-    assert params.tolist() == [width, height, 0, 0, 0, 0, -9, 12, food, 33, 5, hazards, most, first_food, 0, 0]
-
-
-def test_a_list_of_food_squares_is_told_by_cells():
-    castle = food_squares_of(GameSettings(11, 11, 1, map="hz_castle_wall"))
-    assert castle.dtype == np.int16
-    assert castle.tolist() == [5 * 11 + 2, 2 * 11 + 5, 8 * 11 + 5, 5 * 11 + 8]
-    assert food_squares_of(GameSettings(19, 21, 1, map="arcade_maze")).size == 12
-    assert food_squares_of(GameSettings(map="hz_islands_bridges")).size == 0
-    assert food_squares_of(GameSettings()).size == 0

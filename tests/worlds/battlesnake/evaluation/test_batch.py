@@ -60,10 +60,3 @@ def test_the_world_has_as_many_snakes_as_players_and_a_game_a_thousand_turns(tol
     play_batch(["hungry", "hungry"], SETTINGS, 1, 5, most_turns=7)
     made = told.settings
     assert (made.max_turns, made.view, made.outlook) == (7, 3, False), "anchors see the board itself"
-
-
-def test_a_world_is_closed_whatever_happens(told, monkeypatch):
-    monkeypatch.setattr(batch, "play_episodes", lambda *asked, seed: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        play_batch(["hungry", "hungry"], SETTINGS, 1, 5)
-    assert told.closed == 1

@@ -69,11 +69,6 @@ def test_a_line_is_the_card_then_every_turn_then_the_verdict(tmp_path):
     assert (again.settings, again.over) == (SETTINGS, True)
 
 
-def test_of_a_turn_that_nobody_survived_the_first_snake_is_told():
-    assert lines_of(game("a", "c"))[3]["you"]["id"] == "a"
-    assert lines_of(game("a"))[3]["you"]["id"] == "c", "else the first that lives"
-
-
 @pytest.mark.parametrize(
     ("ends", "solo", "said"),
     [
@@ -99,27 +94,6 @@ def test_who_left_without_a_word_lies_where_it_was_seen_last(tmp_path):
     b, c = Snake("b", [(2, 2), (2, 1)], 90, "eliminated", "", 1), Snake("c", [(4, 3), (4, 4)], 89, "eliminated", "", 2)
     assert (boards[1].snakes[1], boards[2].snakes[1:]) == (b, [b, c])
     assert [snake.id for snake in boards[2].snakes] == ["a", "b", "c"], "in the order in which they began"
-
-
-@pytest.mark.parametrize(("told", "health"), [(-5, 0), (0, 0), (1, 1), (100, 100), (150, 100)])
-def test_a_health_beyond_its_bounds_is_the_nearest_one(tmp_path, told, health):
-    lines = lines_of(game())
-    lines[-1]["eliminations"][0]["health"] = told
-    assert read(lines, tmp_path).boards[1].snakes[1].health == health
-
-
-def test_a_body_of_no_square_or_no_cause_tells_nothing(tmp_path):
-    for wrong in ({"body": []}, {"cause": ""}, {"turn": "late"}):
-        lines = lines_of(game())
-        lines[-1]["eliminations"][0] |= wrong
-        assert read(lines, tmp_path).boards[1].snakes[1].cause == "eliminated"
-
-
-def test_a_body_is_read_as_far_as_a_snake_can_be_long(tmp_path):
-    """25 squares by 25, and three more before it has unrolled."""
-    lines = lines_of(game())
-    lines[-1]["eliminations"][0]["body"] = [{"x": 1, "y": 2}] * 700
-    assert len(read(lines, tmp_path).boards[1].snakes[1].body) == 628
 
 
 def test_names_and_looks_are_those_that_are_told_else_the_id_and_none(tmp_path):

@@ -9,9 +9,7 @@ from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation import seats
 from racecraft.worlds.battlesnake.evaluation.remote import Remote
-from racecraft.worlds.battlesnake.evaluation.seats import Failures, Seat, take_seat
-from racecraft.worlds.battlesnake.players.from_file import MEMORY_MB
-from racecraft.worlds.battlesnake.players.messages import LOOKS
+from racecraft.worlds.battlesnake.evaluation.seats import Failures, Seat
 from racecraft.worlds.battlesnake.players.protocol import LatePlayerError, PlayerError
 
 SETTINGS = GameSettings(7, 7, 2)
@@ -177,51 +175,8 @@ def test_who_comes_to_no_end_of_a_start_is_hung_up_on_and_a_failure_there_is_onl
     assert (seat.failures.last_error, seat.failures.crashes, seat.failures.timeouts) == ("gone already", 0, 0)
 
 
-def test_who_looks_at_the_board_is_told_nothing_ahead(clock):
-    player, pool = Thinks(clock, 0.0), Never()
-    seat = Seat("looks", player, _pool=pool)
-    seat.prefetch({}, 0.5)
-    seat.notify("start", {}, 0.5)
-    seat.leave()
-    assert (pool.asked, pool.closed, player.told) == (0, 1, [])
-
-
 def test_who_leaves_is_hung_up_on_and_closed(clock):
     for kind, hung_up in ((Reads, 0), (Server, 1)):
         player, pool = kind(clock), AtOnce()
         Seat("goes", player, _pool=pool).leave()
         assert (player.hung_up, player.closed, pool.closed) == (hung_up, 1, 1)
-
-
-def test_a_server_has_five_seconds_to_say_how_it_looks(monkeypatch):
-    asked = []
-
-    class Far:
-        def __init__(self, url):
-            self.url = url
-
-        def appearance(self, seconds):
-            asked.append((self.url, seconds))
-            return {"color": "#00ff00", "head": "", "author": "me"}
-
-    monkeypatch.setattr(seats, "Remote", Far)
-    seat = take_seat("http://there")
-    assert asked == [("http://there", 5.0)]
-    assert (seat.name, seat.appearance) == ("http://there", LOOKS | {"color": "#00ff00"})
-    assert take_seat("http://there", "mine").name == "mine"
-
-
-def test_a_seat_is_called_as_the_user_wrote_or_named_it_and_dice_are_its_own():
-    plain, named = take_seat("hungry"), take_seat("random_safe", "mine", seed=3)
-    assert (plain.name, plain.appearance, named.name) == ("hungry", LOOKS, "mine")
-    assert plain.failures == Failures(0, 0, "", [], [])
-    assert (plain.last_move, plain.latency_ms) == ("up", 0)
-
-
-def test_a_player_of_ours_is_found_by_what_was_written_and_warmed_before_it_sits(monkeypatch):
-    asked = []
-    monkeypatch.setattr(seats, "find_player", lambda *told: asked.append(told) or "player")
-    monkeypatch.setattr(seats, "warm_up", asked.append)
-    assert take_seat("anybody").player == "player"
-    take_seat("anybody", seed=3, memory_mb=7)
-    assert asked == [("anybody", 0, MEMORY_MB, False), "player", ("anybody", 3, 7, False), "player"]

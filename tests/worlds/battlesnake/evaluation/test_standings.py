@@ -5,7 +5,7 @@ import json
 import pytest
 
 from racecraft.evaluation.rating import Result, rate, wilson
-from racecraft.worlds.battlesnake.evaluation.standings import GameResult, Score, Table, table_of
+from racecraft.worlds.battlesnake.evaluation.standings import GameResult, table_of
 
 GAMES = [
     GameResult(1, (0, 1, 2), (2, 0, 1), 30, (1, 0, 0), (0, 0, 2)),
@@ -31,12 +31,6 @@ def test_the_table_is_counted_by_hand_strongest_first():
     }  # fmt: skip
     assert told["head_to_head"]["new"] == {}
     assert str(table.head_to_head["b"]["a"]) == "2-0-0"
-
-
-def test_nothing_is_said_where_nothing_was_played():
-    table = table_of(["a", "b"], [], planned=2)
-    assert (table.games, table.turns, table.head_to_head) == (0, 0, {"a": {}, "b": {}})
-    assert (Score(), str(Score(3, 1, 2)), Table([], 0, 0).games_planned) == (Score(0, 0, 0), "3-1-2", 0)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.seats import Seat
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult
-from racecraft.worlds.battlesnake.evaluation.tournament import Tournament, tournament
+from racecraft.worlds.battlesnake.evaluation.tournament import Tournament
 
 SMALL = GameSettings(7, 7, 2)
 
@@ -69,13 +69,3 @@ def test_games_that_were_played_are_not_played_again_nor_more_than_there_are():
     full = Tournament(seats_of(1, 1), SMALL, played=old)
     assert (full.games, list(full.play())) == (old[:2], [])
     assert full.table().games_planned == 2
-
-
-def test_whoever_listens_is_told_each_game_with_its_number_and_how_many_there_are():
-    told = []
-    table = tournament(seats_of(1, 1), SMALL, rounds=2, timeout_ms=300, most_turns=1,
-                       on_game=lambda *game: told.append(game))  # fmt: skip
-    assert [(number, planned) for _, number, planned in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    assert {played.card.timeout_ms for played, _, _ in told} == {300}
-    assert (table.games, table.turns) == (4, 4)
-    assert tournament(seats_of(1, 1), SMALL, most_turns=1).games == 2, "one round, and nobody has to listen"

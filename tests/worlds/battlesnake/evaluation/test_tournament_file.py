@@ -54,20 +54,10 @@ def line(**changes):
     ("text", "words"),
     [
         (line(number=2), "game 2 where game 1 belongs"),
-        (line(number=0), "game 0 where game 1 belongs"),
         (line(places=[0]), "game 1 where game 1 belongs"),
-        (line(timeouts=[0, 0, 0]), "game 1 where game 1 belongs"),
-        (line(turns=1.5), "game 1 where game 1 belongs"),
-        (line(turns=None), "game 1 where game 1 belongs"),
-        (line(places=[0, -1]), r"places \[0, -1\]"),
         (line(timeouts=[0, 0.5]), r"timeouts \[0, 0.5\]"),
-        (line(crashes=["1", 0]), r"crashes \['1', 0\]"),
-        (line(players=[0, 0]), r"players \(0, 0\) of 3"),
-        (line(players=[1], places=[0], timeouts=[0], crashes=[0]), r"players \(1,\) of 3"),
         (line(players=[0, 3]), r"players \(0, 3\) of 3"),
-        (line(players=3), "not iterable"),
         ('{"number": 1}', "KeyError"),
-        ("[]", "TypeError"),
         ("no", "JSONDecodeError"),
     ],
 )
@@ -83,17 +73,16 @@ def test_a_line_that_can_be_no_game_is_named(tmp_path, text, words):
     ("asked", "words"),
     [
         ((["a", "b"], SMALL, 100, 4, 1000), "players"),
-        ((["a", "b", "c"], GameSettings(7, 7, 3), 100, 4, 1000), "game"),
-        ((["a", "b", "c"], SMALL, 101, 4, 1000), "timeout_ms 100, now 101"),
         ((["a", "b", "c"], SMALL, 100, 5, 1000), "seed 4, now 5"),
-        ((["a", "b", "c"], SMALL, 100, 4, 999), "most_turns 1000, now 999"),
     ],
 )
 def test_another_tournament_is_named_by_what_differs_alone(tmp_path, asked, words):
     path = tmp_path / "games.jsonl"
     TournamentFile(path, *ASKED)
+    before = path.read_bytes()
     with pytest.raises(InputFileError, match=rf"another tournament \({words}[^;]*\)"):
         TournamentFile(path, *asked)
+    assert path.read_bytes() == before
 
 
 def test_what_cannot_be_read_or_holds_nothing_is_refused(tmp_path):

@@ -7,7 +7,6 @@ import pytest
 
 from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
-from racecraft.worlds.battlesnake.evaluation import transcript
 from racecraft.worlds.battlesnake.evaluation.transcript import Frame, recorded_game
 
 SETTINGS = GameSettings(7, 7, 2)
@@ -119,7 +118,3 @@ def test_the_last_position_told_once_more_is_no_turn_where_the_game_is_decided()
     assert len(recorded_game(SETTINGS, moved, over=True).steps) == 2, "it went on after its end"
     still = [*both(3), frame(4, A[3], B[3])]
     assert len(recorded_game(SETTINGS, still, over=True).steps) == 1, "nobody stands still in a game that goes on"
-
-
-def test_all_moves_of_six_who_left_at_once_are_tried():
-    assert transcript.MAX_GUESSES == 4**6

@@ -67,20 +67,6 @@ def test_in_a_duel_the_guide_decides_between_equals(way, effort):
     assert Search(most_walks=effort, guide=Sure(way)).choose(mirrored_board(), SETTINGS, "a", 5.0) == MOVES[way]
 
 
-class Divided(Sure):
-    """Thinks that the first snake goes left and the second one right."""
-
-    def move_priors(self, board, settings):
-        chances = np.zeros((2, 4), np.float32)
-        chances[0, LEFT] = chances[1, RIGHT] = 1.0
-        return chances
-
-
-@pytest.mark.parametrize(("snake", "move"), [("a", "left"), ("b", "right")])
-def test_in_a_duel_the_guide_is_heard_about_the_own_snake(snake, move):
-    assert Search(most_walks=1, guide=Divided(UP)).choose(mirrored_board(), SETTINGS, snake, 5.0) == move
-
-
 class Says:
     """A player that weighs nothing."""
 
@@ -100,13 +86,6 @@ def test_in_a_duel_a_player_is_asked_for_its_move(said, move):
     for guide in (Says(said), Says(None)):
         chosen = Search(most_walks=1, guide=guide).choose(mirrored_board(), SETTINGS, "a", 8.0)
         assert chosen in (move if guide.move else {"left", "right"})
-
-
-def test_in_a_duel_a_bad_guide_is_overruled():
-    """Left of a is a pocket of two squares."""
-    body = [(2, 0), (2, 1), (1, 1), (0, 1), (0, 2), (0, 3)]
-    board = Board(7, 7, 4, [Snake("a", body), Snake("b", [(6, 6), (5, 6), (4, 6)])], [])
-    assert Search(most_walks=2000, guide=Sure(LEFT)).choose(board, SETTINGS, "a", 30.0) == "right"
 
 
 def test_a_bad_guide_is_overruled_by_many_walks():

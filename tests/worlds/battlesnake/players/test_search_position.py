@@ -7,7 +7,7 @@ import pytest
 from tests.reference import DATA
 
 from racecraft.contract.random_streams import stream_keys
-from racecraft.worlds.battlesnake.env.board import MOVES, STEPS, Board, BoardError, Snake
+from racecraft.worlds.battlesnake.env.board import MOVES, Board, BoardError, Snake
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.kernels.rules import apply_rules
 from racecraft.worlds.battlesnake.env.records import read_games
@@ -18,9 +18,7 @@ from racecraft.worlds.battlesnake.env.stages import default_move
 from racecraft.worlds.battlesnake.players.area_control import position_arrays
 from racecraft.worlds.battlesnake.players.kernels.fill import MEAL_STEPS, SQUARES, claim
 from racecraft.worlds.battlesnake.players.kernels.position import advance, is_over, safe_ways
-from racecraft.worlds.battlesnake.players.kernels.territory import claim as claim_by_queue
-from racecraft.worlds.battlesnake.players.kernels.territory import scratch_arrays
-from racecraft.worlds.battlesnake.players.safe_moves import is_wrapped, safe_moves, square_after
+from racecraft.worlds.battlesnake.players.safe_moves import safe_moves, square_after
 from racecraft.worlds.battlesnake.players.search_position import board_at, fill_buffers, position_of
 
 SIZES = [(11, 11, 2), (7, 7, 3), (13, 9, 4), (19, 19, 8), (16, 8, 2)]
@@ -188,21 +186,6 @@ def test_water_is_poured_as_by_hand(ruleset):
     assert looked > 30
 
 
-def test_water_in_duels_is_that_of_the_queue():
-    settings, looked = GameSettings(11, 11, 2, minimum_food=3), 0
-    for seed in range(6):
-        for board, _ in list(play(settings, seed, 100))[::5]:
-            position = position_of(board, settings)
-            pools, found = fill_buffers(position)
-            claim(0, *position[:3], position.edges, position.rules, pools, found)
-            games, params = position_arrays(board, settings, copies=1)
-            scratch, squares, steps, _ = scratch_arrays(len(board.alive()), settings.area)
-            claim_by_queue(0, games.bodies, games.snakes, games.cells, params, scratch, squares, steps)
-            assert (found[:, SQUARES].tolist(), found[:, MEAL_STEPS].tolist()) == (squares.tolist(), steps.tolist())
-            looked += 1
-    assert looked > 30
-
-
 def test_a_position_that_cannot_be_told_is_refused():
     for bodies in (
         [[(1, 1), (1, 2), (1, 1)]],
@@ -212,11 +195,3 @@ def test_a_position_that_cannot_be_told_is_refused():
         snakes = [Snake(str(number), body) for number, body in enumerate(bodies)]
         with pytest.raises(BoardError, match="off the board"):
             position_of(Board(7, 7, snakes=snakes), GameSettings(7, 7, len(bodies)))
-
-
-def test_edges_of_a_wrapped_board_are_joined():
-    board = Board(7, 7, snakes=[Snake("a", [(0, 0)] * 3)])
-    settings = GameSettings(7, 7, 1, "wrapped")
-    assert is_wrapped(settings)
-    position = position_of(board, settings)
-    assert position.cells[0, : len(STEPS)].tolist() == [7, 42, 6, 1]

@@ -79,25 +79,6 @@ def test_what_the_moves_do_not_tell_ends_a_tree():
     assert tree.follow(after, SETTINGS)
 
 
-def test_a_moves_statistics_are_those_of_the_subtree():
-    """What a transplanted node knows of its children is what it knew before."""
-    referee = begun(2)
-    tree = Tree(referee.board, SETTINGS, "s0")
-    tree.simulate(3000)
-    moves = favourites(tree)
-    joint = 0
-    for one in ("s0", "s1", "s2"):
-        joint = joint * 4 + MOVES.index(moves[one])
-    links, joints, visits, sums = tree._nodes[:4]
-    child = links[0, 0]
-    while joints[child] != joint:
-        child = links[child, 1]
-    told = visits[child].copy(), sums[child].copy()
-    assert tree.follow(referee.turn(moves), SETTINGS)
-    assert (tree._nodes[2][0] == told[0]).all()
-    assert (tree._nodes[3][0] == told[1]).all()
-
-
 def test_every_game_has_its_own_mind():
     minds, games = SessionCache(), [begun(seed) for seed in (1, 2, 3)]
     firsts = [minds.recall(game.board, SETTINGS, "s0") for game in games]

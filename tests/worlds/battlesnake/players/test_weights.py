@@ -1,15 +1,13 @@
 """What counts how much where search stops looking: in duels, among several, and by a file of one's own."""
 
-import numpy as np
 import pytest
 from tests.worlds.battlesnake.players.test_search_guided import mirrored_board
 
 from racecraft.worlds.battlesnake.env.board import Snake
-from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
+from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players import search
 from racecraft.worlds.battlesnake.players.kernels.position import LENGTH_WEIGHT, MEAL_WEIGHT, SQUARES_WEIGHT
-from racecraft.worlds.battlesnake.players.mcts import EAGERNESS, Tree
-from racecraft.worlds.battlesnake.players.network_tree import Network, NetworkTree
+from racecraft.worlds.battlesnake.players.mcts import Tree
 from racecraft.worlds.battlesnake.players.search import Search
 from racecraft.worlds.battlesnake.players.weights import AMONG_SEVERAL, DEFAULT_WEIGHTS, Weights, default_weights
 
@@ -41,19 +39,6 @@ def test_who_is_out_does_not_count_among_the_snakes():
     board = board_of(3)
     board.snakes[2].cause = "wall-collision"
     assert counted(Tree(board, GameSettings(7, 7, 3), "a")) == (6000, 2000, 2000)
-
-
-def test_the_more_share_a_board_the_less_is_tried_for_curiosity():
-    assert [Tree(board_of(n), GameSettings(7, 7, n), "a").eagerness for n in (2, 3, 4)] == [0.7, 0.25, 0.25]
-
-
-def test_a_tree_that_asks_a_network_stays_as_curious_as_where_networks_learn():
-    class Even:
-        def evaluate(self, observations, action_mask=None):
-            return np.full((len(action_mask), 4), 0.25, np.float32), np.zeros(len(action_mask), np.float32)
-
-    tree = NetworkTree(board_of(4), GameSettings(7, 7, 4), "a", Network(Even(), SnakeConfig()))
-    assert (tree.eagerness, counted(tree)) == (EAGERNESS, (6000, 2000, 2000))
 
 
 @pytest.mark.parametrize(("weights", "shares"), [(None, (4000, 4000, 2000)), (OWN, (1000, 2000, 7000))])

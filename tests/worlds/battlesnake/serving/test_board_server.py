@@ -13,7 +13,6 @@ import pytest
 from websockets.exceptions import ConnectionClosed, ConnectionClosedOK, InvalidStatus
 from websockets.sync.client import connect
 
-from racecraft.web.ports import PortError
 from racecraft.worlds.battlesnake.analysis.board_frames import frame, game_end, game_facts
 from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
@@ -139,13 +138,6 @@ def test_other_ways_lead_nowhere(serve, way, method, status):
     refused.value.close()
 
 
-def test_a_port_that_is_taken_is_named(serve):
-    _, address = serve()
-    port = int(address.rsplit(":", 1)[1])
-    with pytest.raises(PortError, match=str(port)):
-        BoardServer("a game", game_facts(SETTINGS, CARD)).start(port)
-
-
 @needs_chromium
 def test_a_browser_follows_a_game_while_it_is_played(serve, tmp_path):
     server, address = serve([event(0)], speed=32)
@@ -162,29 +154,6 @@ def test_a_browser_follows_a_game_while_it_is_played(serve, tmp_path):
         browser.press("Home")
         assert browser.value("document.getElementById('board').dataset.turn") == "0", "the page keeps the whole game"
         assert browser.complaints == []
-    finally:
-        browser.close()
-
-
-@needs_chromium
-def test_a_board_page_from_elsewhere_may_ask(serve, tmp_path):
-    """Another origin, as the official board is: it fetches the game, then listens to the events."""
-    server, address = serve([event(0), END])
-    elsewhere, other = serve([event(0), END])
-    browser = Browser()
-    try:
-        browser.open(f"{other}/")
-        browser.bypass_policy()
-        browser.open("about:blank")
-        browser.open(f"{other}/")
-        game = browser.value(f"fetch('{address}/games/g').then(answer => answer.json())")
-        assert game["Game"]["ID"] == "g"
-        browser.value(
-            f"heard = []; s = new WebSocket('{address.replace('http', 'ws')}/games/g/events');"
-            "s.onmessage = (message) => heard.push(JSON.parse(message.data).Type); 0"
-        )
-        browser.until("heard.join() === 'frame,game_end'")
-        assert server.wait_for_viewer(5)
     finally:
         browser.close()
 
