@@ -6,19 +6,13 @@ import pytest
 from gymnasium import spaces
 
 from racecraft.contract.errors import UserInputError
-from racecraft.contract.world import (
-    ContinuousActions,
-    DiscreteActions,
-    HybridActions,
-    MultiDiscreteActions,
-    allocate,
-)
+from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions, allocate
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.env import from_gymnasium
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 from racecraft.worlds.gymnasium.env.spaces import Part, action_translation, parts_of
-from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 
 class Toy(gymnasium.Env):
@@ -55,16 +49,6 @@ class Choices(Toy):
         return float(np.mean(action == [self.bit, 1 - self.bit]))
 
 
-class Bits(Toy):
-    observation_space, action_space = spaces.MultiBinary(3), spaces.MultiBinary(2)
-
-    def show(self, bit):
-        return np.array([bit, 1 - bit, 0], np.int8)
-
-    def agreement(self, action):
-        return float(np.mean(action == self.bit))
-
-
 class Both(Toy):
     observation_space = spaces.Tuple((spaces.Discrete(2), spaces.Dict(much=spaces.Box(0, 1, (1,)))))
     action_space = spaces.Tuple((spaces.Discrete(2, start=5), spaces.Box(-1, 1, ())))
@@ -83,7 +67,7 @@ class Endless(Toy):
         return self.show(1), 1.0, False, False, {}
 
 
-@pytest.mark.parametrize("toy", [Both, *(pytest.param(toy, marks=pytest.mark.long) for toy in (Toy, Choices, Bits))])
+@pytest.mark.parametrize("toy", [Both, *(pytest.param(toy, marks=pytest.mark.long) for toy in (Toy, Choices))])
 def test_a_toy_of_every_kind_of_space_is_learned(tmp_path, toy):
     request = GymRequest(
         f"{__name__}:{toy.__name__}", run=tmp_path / "run", stops=("score=0.9", "steps=20000"),
@@ -125,12 +109,6 @@ def test_minutes_hold_within_an_evaluation(tmp_path, monkeypatch):
     trained = train(request, NullCallback(), on_message=lambda _: None)
     assert trained.outcome.reason == "minutes=0.01"
     assert trained.outcome.seconds < 60
-
-
-def test_evaluations_take_a_fifth_of_the_steps_where_no_vector_version_judges_quickly():
-    assert plan(GymRequest("Acrobot-v1")).settings.evaluation.share == 0.25
-    assert plan(GymRequest("CartPole-v1")).settings.evaluation.share is None
-    assert plan(GymRequest("Acrobot-v1", overrides=("evaluation.share=2",))).settings.evaluation.share == 2.0
 
 
 def test_pictures_with_channels_first_are_seen_as_pictures():

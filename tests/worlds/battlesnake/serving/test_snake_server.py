@@ -23,7 +23,6 @@ from racecraft.worlds.battlesnake.evaluation.seats import take_seat
 from racecraft.worlds.battlesnake.players.find import find_player, warm_up
 from racecraft.worlds.battlesnake.players.from_file import load_file_player
 from racecraft.worlds.battlesnake.players.messages import GameCard, message
-from racecraft.worlds.battlesnake.players.protocol import InlinePlayer
 from racecraft.worlds.battlesnake.players.safe_moves import best_safe_move, safe_moves
 from racecraft.worlds.battlesnake.serving import snake_server
 from racecraft.worlds.battlesnake.serving.admission import Admission
@@ -97,21 +96,15 @@ GOOD_POST = post("/move", GOOD)
 BAD_REQUESTS = {
     "no http": (b"\x16\x03\x01\x02\x00\n", 400, "bad_request"),
     "long line": (b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\n\r\n", 431, "headers_too_large"),
-    "many headers": (b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 9000 + b"\r\n", 431, "headers_too_large"),
-    "bad header": (b"GET / HTTP/1.1\r\nwhat\r\n\r\n", 400, "bad_request"),
     "other page": (b"GET /favicon.ico HTTP/1.1\r\n\r\n", 404, "no_such_page"),
     "other method": (b"GET /move HTTP/1.1\r\n\r\n", 405, "wrong_method"),
     "no body": (b"POST /move HTTP/1.1\r\nHost: x\r\n\r\n", 400, "bad_json"),
     "packed": (GOOD_POST.replace(b"Host: x", b"Content-Encoding: gzip"), 415, "content_encoding"),
-    "length is a word": (post("/move", b"", "many"), 400, "bad_request"),
-    "negative length": (post("/move", b"", -5), 400, "bad_request"),
     "huge": (post("/move", b"", 2**20 + 1), 413, "body_too_large"),
     "huge, and sent all the same": (post("/move", b"[" * (2**20 * 3)), 413, "body_too_large"),
     "two lengths": (GOOD_POST.replace(b"Host: x", b"Content-Length: 5"), 400, "bad_request"),
-    "absurd": (post("/move", b"", 10**30), 400, "bad_request"),
     "empty": (post("/move", b""), 400, "bad_json"),
     "no json": (post("/move", b"hello"), 400, "bad_json"),
-    "half json": (post("/move", GOOD[: len(GOOD) // 2]), 400, "bad_json"),
     "no utf-8": (post("/move", b'"\xff\xfe"'), 400, "bad_json"),
     "deep": (post("/move", b"[" * 200_000), 400, "bad_json"),
     "huge number": (post("/move", b'{"turn": ' + b"9" * 5000 + b"}"), 400, "bad_json"),
@@ -141,20 +134,6 @@ def test_a_body_that_is_cut_is_dropped_and_the_server_goes_on():
 
     cut, good = serving(server, talk)
     assert cut == (0, None)
-    assert good[0] == 200
-
-
-def test_a_request_that_trickles_is_ended_and_the_others_go_on(monkeypatch):
-    monkeypatch.setattr("racecraft.web.limits.SECONDS_FOR_A_BODY", 0.15)
-    server = SnakeServer(find_player("hungry"))
-
-    async def talk(port):
-        slow = asyncio.ensure_future(exchange(port, b"POST /move HTTP/1.1\r\nHost: x\r\nContent-Length: 10\r\n\r\nabc"))
-        good = await exchange(port, post("/move", GOOD))
-        return await slow, good
-
-    slow, good = serving(server, talk)
-    assert (slow[0], slow[1]["error"]) == (408, "too_slow")
     assert good[0] == 200
 
 
@@ -265,17 +244,6 @@ def test_what_a_request_waited_before_it_was_read_is_taken_off_its_time_up_to_a_
         assert expected - 9 < seconds <= expected  # what it took to come here went off, too
 
 
-def test_a_listening_server_watches_how_late_it_reads_and_a_closed_one_no_more():
-    server = SnakeServer(find_player("hungry"))
-
-    async def talk(port):
-        await exchange(port, post("/start", GOOD))
-        return server._lag._next
-
-    assert serving(server, talk) is not None
-    assert server._lag._next.cancelled()
-
-
 def test_where_requests_lastingly_wait_to_be_read_no_game_more_is_taken():
     said = []
     server = SnakeServer(find_player("hungry"), complain=said.append)
@@ -337,12 +305,6 @@ def test_while_moves_are_late_no_game_more_is_taken():
         admission.note_move(taken=0.3, allowed=0.4)
     assert not admission.is_too_busy(waited=0.0, allowed=0.4)
     assert admission.is_too_busy(waited=0.1, allowed=0.4)
-
-
-@pytest.mark.parametrize("name", ["random_safe", "hungry", "flood_fill"])
-def test_the_simple_built_ins_are_quick(name):
-    assert isinstance(find_player(name), InlinePlayer)
-    assert not isinstance(find_player("search"), InlinePlayer)
 
 
 def test_boards_that_kernels_cannot_tell_are_answered_all_the_same():
@@ -566,27 +528,6 @@ def test_a_batch_that_hangs_is_given_up(monkeypatch):
     assert all(status == 200 for _, (status, _) in answers)
     assert max(server.count.latencies_ms) < 2000
     assert 1 <= server.count.late <= 4, "the first ones; then the next batch goes on without the hanging one"
-
-
-def test_a_game_is_kept_until_its_silence_by_the_clock():
-    now = [0.0]
-    server = SnakeServer(find_player("hungry"), silence_seconds=60, clock=lambda: now[0])
-    open_then = []
-
-    async def talk(port):
-        for at, game, path in ((0, "a", "/start"), (30, "b", "/start"), (50, "a", "/move"), (95, "b", "/move")):
-            now[0] = at
-            await exchange(port, post(path, letter(game)[0]))
-            open_then.append(server.games_open)
-        now[0] = 111
-        open_then.append(server.games_open)
-        await exchange(port, post("/end", letter("b")[0]))
-        open_then.append(server.games_open)
-
-    serving(server, talk)
-    # b falls silent at 90 and begins again at 95; a, last heard at 50, is forgotten at 110; b ends.
-    assert open_then == [1, 2, 2, 2, 1, 0]
-    assert server.count.games == 3
 
 
 def test_rules_that_we_do_not_know_are_answered():

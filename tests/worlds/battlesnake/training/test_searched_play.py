@@ -1,12 +1,10 @@
 """Learning by search: what the world shows, how a page of updates reads it, and a training from end to end."""
 
-import math
-
 import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.alphazero import SEARCHED, AlphaZeroConfig, AlphaZeroLearner, alphazero_loss
+from racecraft.algorithms.alphazero import SEARCHED, AlphaZeroConfig, AlphaZeroLearner
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.conformance import WorldConformance
@@ -143,29 +141,6 @@ def toy_learner(**config):
     return AlphaZeroLearner(toy_spec(), settings.network, AlphaZeroConfig(**config), seed=1)
 
 
-def test_the_loss_is_the_one_worked_by_hand():
-    class Fixed(torch.nn.Module):
-        def forward(self, batch):
-            return torch.log(torch.tensor([[0.5, 0.25, 0.25]])), torch.tensor([0.5])
-
-    batch = {SEARCHED: torch.tensor([[0.25, 0.75, 0.0]]), "targets": torch.tensor([1.0])}
-    loss, figures = alphazero_loss(Fixed(), batch, 2.0)
-    cross = -(0.25 * math.log(0.5) + 0.75 * math.log(0.25))
-    own = -(0.25 * math.log(0.25) + 0.75 * math.log(0.75))
-    assert float(loss) == pytest.approx(cross + 2.0 * 0.25)
-    assert figures.tolist() == pytest.approx([cross, 0.25, own, 0.0])
-
-
-def test_choices_are_drawn_from_the_walks_and_evenly_as_told():
-    shown = {"position": np.zeros((2000, 2), np.float32), SEARCHED: np.tile(np.float32([0.2, 0.8, 0.0]), (2000, 1))}
-    share = lambda **config: float((toy_learner(**config).act(shown).actions == 1).mean())  # noqa: E731
-    assert share(temperature=1.0) == pytest.approx(0.8, abs=0.05)
-    assert share(temperature=0.5) == pytest.approx(16 / 17, abs=0.03)
-    assert share(temperature=0.0) == 1.0
-    nothing = {**shown, SEARCHED: np.zeros((2000, 3), np.float32)}
-    assert len(set(toy_learner().act(nothing).actions.tolist())) == 1, "unsearched, the policy's own choice"
-
-
 def test_it_learns_what_was_searched_and_what_came_of_it():
     learner, rng = (
         toy_learner(learning_rate=1e-2, epochs=60, batch_size=64, discount=1.0, outcome_lambda=1.0),
@@ -186,13 +161,6 @@ def test_it_learns_what_was_searched_and_what_came_of_it():
     assert chances == pytest.approx(np.array([[0.1, 0.9, 0.0], [0.0, 0.2, 0.8]]), abs=0.06)
     assert values == pytest.approx([1.0, -1.0], abs=0.1)
     assert told["transitions"] == 128
-
-
-def test_a_world_without_a_search_is_refused():
-    with pytest.raises(SettingError, match="toy brings none along; expected `racecraft snakes train`"):
-        AlphaZeroLearner(
-            toy_spec(searched=False), default_settings(find_algorithm("ppo")).network, AlphaZeroConfig(), 1
-        )
 
 
 DUEL = GameSettings(7, 7, 2)

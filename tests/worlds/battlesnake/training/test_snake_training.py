@@ -18,17 +18,14 @@ from racecraft.rollout.collector import Collector
 from racecraft.settings.overrides import with_values
 from racecraft.training.callbacks import IterationReport
 from racecraft.training.opponent_pool import OpponentPool
-from racecraft.training.settings import JUDGING_SHARE
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.env.dice import StreamDice
-from racecraft.worlds.battlesnake.env.observation import observe_board
 from racecraft.worlds.battlesnake.env.reference import Referee
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.env.world import WorldSettings
 from racecraft.worlds.battlesnake.evaluation.batch import play_batch
 from racecraft.worlds.battlesnake.players.find import find_player
-from racecraft.worlds.battlesnake.players.messages import GameCard, message, read_message
 from racecraft.worlds.battlesnake.players.protocol import BatchPlayer, MovePrior, MoveRequest
 from racecraft.worlds.battlesnake.players.safe_moves import safe_moves
 from racecraft.worlds.battlesnake.players.search import Search
@@ -36,7 +33,7 @@ from racecraft.worlds.battlesnake.players.trained import load_trained_snake
 from racecraft.worlds.battlesnake.training.evaluator import count, rating_among
 from racecraft.worlds.battlesnake.training.self_play import ANCHOR, PAST, SELF, SelfPlayWorld, deal, world_settings
 from racecraft.worlds.battlesnake.training.settings import SelfPlayConfig
-from racecraft.worlds.battlesnake.training.trainer import SnakeRequest, default_settings, plan
+from racecraft.worlds.battlesnake.training.trainer import SnakeRequest, default_settings
 
 DUEL = GameSettings(7, 7, 2)
 TINY = (
@@ -320,40 +317,6 @@ def test_a_trained_snake_plays_from_files_alone(run):
                 break
 
 
-def test_the_same_board_looks_the_same_in_training_arena_and_server():
-    world, settings = small_world(seats=3, anchor_share=0.0, pool_share=0.0)
-    buffers = allocate(world.spec)
-    world.reset(buffers, 4)
-    dice = np.random.default_rng(1)
-    compared = 0
-    for _ in range(20):
-        mask = buffers.action_mask[:, 0]
-        moves = [dice.choice(np.flatnonzero(allowed)) for allowed in mask]
-        world.step(np.array(moves)[:, None], buffers)
-        for game in range(8):
-            board = world.inner.board(game)
-            for number, snake in enumerate(board.snakes):
-                if not snake.alive:
-                    continue
-                row = game * 3 + number
-                letter = read_message(
-                    json.loads(json.dumps(message(board, world.inner.game_settings, snake.id, GameCard("g"))))
-                )
-                arena = observe_board(board, world.inner.game_settings, snake.id, 5, outlook=True)
-                server = observe_board(letter.board, letter.settings, snake.id, 5, outlook=True)
-                for name, array in buffers.observations.items():
-                    assert np.array_equal(array[row, 0], arena[0][name]), name
-                    assert np.array_equal(array[row, 0], server[0][name]), name
-                assert np.array_equal(mask_of(buffers, row), arena[1])
-                assert np.array_equal(arena[1], server[1])
-                compared += 1
-    assert compared > 200
-
-
-def mask_of(buffers, row):
-    return buffers.action_mask[row, 0]
-
-
 def test_search_on_top_of_a_policy_moves_legally_and_believes_it(run):
     path, _ = run
     player = find_player(f"search+{path}:last")
@@ -384,8 +347,3 @@ def test_runs_of_other_things_are_refused(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(Exception, match="empty"):
         find_player(str(tmp_path / "empty"))
-
-
-def test_judging_takes_a_fifth_of_the_steps_at_most_unless_told_otherwise():
-    assert plan(SnakeRequest(DUEL)).settings.evaluation.share == JUDGING_SHARE == 0.25
-    assert plan(SnakeRequest(DUEL, overrides=("evaluation.share=none",))).settings.evaluation.share is None
