@@ -11,11 +11,9 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.lanes import cubic_spline, lane_splines
 from racecraft.worlds.deepracer.env.objects import BOT_CAR
-from racecraft.worlds.deepracer.env.placing import plan_objects
-from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
+from racecraft.worlds.deepracer.env.settings import BotsConfig, CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -55,9 +53,8 @@ def test_a_spline_is_that_of_scipy(closed):
     if closed:
         points[-1] = points[0]
     expected = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
-    found = cubic_spline(
-        knots, points, closed
-    )  # (pieces, axis, rising power); SciPy's are (falling power, piece, axis)
+    # Ours are (piece, axis, rising power), SciPy's (falling power, piece, axis).
+    found = cubic_spline(knots, points, closed)
     assert found == pytest.approx(expected.c[::-1].transpose(1, 2, 0), abs=1e-9)
 
 
@@ -180,25 +177,6 @@ def test_a_reward_is_told_speed_and_heading_of_bots():
 def test_the_least_time_in_a_lane_is_no_longer_than_the_most():
     with pytest.raises(SettingError, match="no longer than the most"):
         make_world(BotsConfig(lane_change_after_low=6.0))
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_the_left_lane_lies_left_whichever_way_round_the_track_goes(turned):
-    track = load_track("reinvent_base").reversed() if turned else load_track("reinvent_base")
-    assert track.is_ccw != turned
-    knots, cubics = lane_splines(track)
-    assert len(knots) == len(track.arc)
-    ahead, centre = np.diff(track.centre, axis=0), track.centre[:-1]
-    for lane, sign in zip(cubics[..., 0], (-1.0, 1.0), strict=True):
-        aside = lane - centre
-        assert (sign * (ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0]) > 0.0).all()
-
-
-def test_only_boxes_slip_as_the_originals_do():
-    for fidelity, slips in (("aws", True), ("sane", False)):
-        told = habits(fidelity)
-        assert plan_objects(load_track("reinvent_base"), BoxesConfig(random=True), told).slips is slips
-        assert not plan_objects(load_track("reinvent_base"), BotsConfig(random=True), told).slips
 
 
 def test_a_route_file_that_repeats_a_row_has_lanes_all_the_same(tmp_path):

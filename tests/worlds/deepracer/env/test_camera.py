@@ -12,23 +12,19 @@ from racecraft.worlds.deepracer.env.camera import (
     Camera,
     CameraError,
     CameraMount,
-    Optics,
     mount_for_version,
     mounted_optics,
 )
-from racecraft.worlds.deepracer.env.kernels.camera import add_points
 from racecraft.worlds.deepracer.env.scene import (
     DASH,
     FIELD,
     LINE,
     MATERIALS,
     ROAD,
-    SKY,
     START,
     build_scene,
     dash_rings,
     set_in,
-    start_rings,
 )
 from racecraft.worlds.deepracer.tracks.style import TrackStyle
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -208,11 +204,6 @@ def test_every_level_lies_between_the_darkest_and_the_brightest_material(scene, 
     assert frames.max() <= 130
 
 
-def test_a_car_outside_the_field_sees_it_through_the_wall(scene):
-    frame = Camera(scene, 40, 30).render_grey(np.array([[-9.0, 0.0, 0.0]]))[0]
-    assert abs(int(frame[0, 20]) - scene.grey_palette[SKY]) <= 1 or frame[0, 20] > 0
-
-
 def test_the_start_strip_lies_where_it_is_told():
     track = oval(look=TrackStyle(start_strip=0.2, start_strip_at=0.1))
     only_start = np.zeros(len(MATERIALS))
@@ -237,35 +228,6 @@ def test_dashes_are_rectangles_that_lie_along_the_road_in_its_curves_too():
         assert abs((sides * np.roll(sides, -1, axis=0)).sum(axis=1)).max() < 1e-9, "right angles"
 
 
-@pytest.mark.parametrize(("side", "wide"), [("inside", 0.7), ("outside", 0.8), ("none", 0.8)])
-def test_the_start_strip_lies_between_the_lines(side, wide):
-    """0.1 m long on a road of 0.8 m with lines of 0.05: they lie on the strip's ends or beside the road."""
-    ((corners, _, under),) = start_rings(oval(look=TrackStyle(start_strip=0.1, line_width=0.05, line_side=side)))
-    assert np.ptp(corners, axis=0) == pytest.approx([0.1, wide], abs=5e-3)
-    assert under == ROAD
-
-
-@pytest.mark.parametrize("corner", range(4))
-def test_a_corner_at_the_nearest_depth_is_as_one_a_hair_beyond(corner):
-    """A square of ground, of whose corners one lies where the ground begins, two beyond and one behind the eye."""
-    optics = mounted_optics(40, 30, MOUNT_V3)
-    near = optics.ground_near
-    told = []
-    for hair in (0.0, 1e-9):
-        depth = np.roll([near + hair, 2.0, 2.0, -0.5], corner)
-        left = np.roll([0.3, 0.3, -0.3, -0.3], corner)
-        down = np.full(4, 0.1)
-        scale = optics.focal / depth
-        points = np.column_stack(
-            [depth, left, down, optics.middle_x - left * scale, optics.middle_y + down * scale, scale]
-        )
-        sheet = np.zeros((1, 31, 40), np.int16)
-        add_points((sheet[0],), np.vstack([points, points[:1]]), optics, 0.0, (64,))
-        told.append(sheet)
-    assert told[0].any()
-    np.testing.assert_allclose(*told, atol=1)  # of 64 parts of a level; half of one may round either way
-
-
 def test_an_odd_size_or_array_is_refused_with_a_letter(scene):
     with pytest.raises(CameraError, match="sees nothing"):
         Camera(scene, 0, 120)
@@ -283,7 +245,6 @@ def test_an_odd_size_or_array_is_refused_with_a_letter(scene):
     [
         ("1", (0.2, 0.1235, 15.1, 1.135)),
         ("2", (0.2, 0.164, 15.0, 1.13)),
-        ("2.9", (0.2, 0.164, 15.0, 1.13)),
         ("3", (0.14529379, 0.13032555, 13.6, 1.13)),
         ("1.5", (0.2, 0.1235, 15.1, 1.135)),
         (None, (0.14529379, 0.13032555, 13.6, 1.13)),
@@ -303,70 +264,3 @@ def test_optics_are_those_of_a_pinhole():
     assert optics == pytest.approx(
         (80, 80, 60, cosine, sine, 0.2, 0.4, 1, math.hypot(1, cosine), 0.5 * 0.4 / (sine + 0.75 * cosine), 1, 0, 0)
     )
-
-
-@pytest.mark.parametrize("way", [1, -1])
-@pytest.mark.parametrize(("drop", "aside"), [(0.2, 0.8 + 1.0 * 0.6), (-0.2, 0.8 + 0.75 * 0.6)])
-def test_a_camera_that_leans_sees_ground_further_aside_and_nearer(way, drop, aside):
-    """It leans by the angle of 3 : 4 : 5, so the frame's corners come down to 1.25; and 0.2 of its depth lies the
-    horizon below the middle: at the frame's side that is (0.2 + 0.6) / 0.8 = 1.0 up, more than the frame has."""
-    mount = CameraMount(0.0, 0.4, math.atan(drop), math.radians(90), way * math.asin(0.6))
-    optics = mounted_optics(160, 120, mount)
-    sine, cosine = math.sin(mount.pitch), math.cos(mount.pitch)
-    assert optics.side == pytest.approx(aside)
-    assert optics.side_norm == pytest.approx(math.hypot(1, aside * cosine))
-    assert optics.ground_near == pytest.approx(0.5 * 0.4 / (sine + 1.25 * cosine))
-    assert (optics.cos_roll, optics.sin_roll) == pytest.approx((0.8, way * 0.6))
-
-
-def test_optics_stand_upright_and_see_no_grain_where_nothing_is_said():
-    assert Optics(*range(10))[10:] == (1.0, 0.0, 0.0)
-    assert CameraMount(0.1, 0.2, 0.3) == CameraMount(0.1, 0.2, 0.3, 1.13, 0.0)
-
-
-def test_a_camera_is_as_large_as_aws_s_policies_see_where_nothing_is_said(scene):
-    camera = Camera(scene)
-    assert (camera.width, camera.height, camera.mount) == (160, 120, MOUNT_V3)
-    assert camera.optics == mounted_optics(160, 120, MOUNT_V3)
-    assert Camera(build_scene(oval(), has_grass=True)).optics.grain > 0.0
-
-
-@pytest.mark.parametrize(("width", "height"), [(0, 1), (1, 0), (-1, 5)])
-def test_a_camera_has_a_pixel_at_least(scene, width, height):
-    with pytest.raises(CameraError, match="sees nothing"):
-        Camera(scene, width, height)
-    assert Camera(scene, 1, 1).optics.focal > 0.0
-
-
-@pytest.mark.parametrize(
-    ("poses", "out", "palettes", "told"),
-    [
-        (np.zeros(3), None, None, r"Poses of shape \(3,\)"),
-        (np.zeros((1, 2)), None, None, r"Poses of shape \(1, 2\)"),
-        (np.zeros((1, 1, 3)), None, None, r"Poses of shape \(1, 1, 3\)"),
-        (np.zeros((1, 3)), np.zeros((1, 6, 8), np.int16), None, r"is int16 \(1, 6, 8\)"),
-        (np.zeros((1, 3)), np.zeros((2, 6, 8), np.uint8), None, r"should be uint8 \(1, 6, 8\)"),
-        (np.zeros((1, 3)), None, np.zeros((2, len(MATERIALS))), r"do not fit 1 frames"),
-        (np.zeros((3, 3)), None, np.zeros((2, len(MATERIALS))), r"do not fit 3 frames"),
-        (np.zeros((1, 3)), None, np.zeros(len(MATERIALS) + 1), r"do not fit 1 frames"),
-        (np.zeros((1, 3)), None, np.zeros((1, 1, len(MATERIALS))), r"Palettes of shape"),
-    ],
-)
-def test_what_does_not_fit_is_refused_with_its_shape(scene, poses, out, palettes, told):
-    camera = Camera(scene, 8, 6)
-    with pytest.raises(CameraError, match=told):
-        camera.render_grey(poses, out, palettes)
-
-
-def test_one_palette_or_one_for_each_frame_is_taken_and_frames_are_written_where_they_are_wanted(scene):
-    camera, poses = Camera(scene, 8, 6), np.zeros((2, 3))
-    plain = camera.render_grey(poses)
-    for palettes in (scene.grey_palette, scene.grey_palette[None], np.tile(scene.grey_palette, (2, 1))):
-        assert (camera.render_grey(poses, palettes=palettes) == plain).all()
-    out = np.zeros((2, 6, 8), np.uint8)
-    assert camera.render_grey(poses, out) is out
-    assert (out == plain).all()
-    colours = camera.render_rgb(poses)
-    assert colours.shape == (2, 6, 8, 3)
-    for palettes in (scene.palette, scene.palette[None], np.tile(scene.palette, (2, 1, 1))):
-        assert (camera.render_rgb(poses, palettes=palettes) == colours).all()

@@ -8,7 +8,7 @@ import shapely
 
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable, OwnActions
+from racecraft.worlds.deepracer.env.actions import ActionTable
 from racecraft.worlds.deepracer.env.camera import MOUNT_V3, Camera
 from racecraft.worlds.deepracer.env.kernels.localise import locate
 from racecraft.worlds.deepracer.env.objects import BOT_CAR
@@ -176,7 +176,7 @@ def reference(world, poses, speeds, own, front):
     """Return the object keys of one car, the slow way (facts 3.1)."""
     line, track = shapely.LineString(world.track.centre), world.track
     ring = shapely.Polygon(track.centre).symmetric_difference(shapely.Polygon(track.inner))
-    boxes = world.seen_boxes[0] if world.seen_boxes.size else np.zeros((0, 6))
+    boxes = world.seen_boxes[0]
     others = [k for k in range(len(poses)) if k != own]
     spots = np.concatenate([boxes[:, :2], poses[others, :2]])
     points = shapely.points(spots)
@@ -194,11 +194,9 @@ def reference(world, poses, speeds, own, front):
     }
 
 
-@pytest.mark.parametrize("boxes", [0, 2])
-def test_every_object_key_tells_of_the_other_cars(boxes):
+def test_every_object_key_tells_of_boxes_and_of_the_other_cars():
     told = []
-    objects = BoxesConfig(number=boxes) if boxes else None
-    world = make_world(1, 4, lambda params: told.append(params) or 0.0, objects=objects)
+    world = make_world(1, 4, lambda params: told.append(params) or 0.0, objects=BoxesConfig(number=2))
     buffers, chance, checked = begin(world), np.random.default_rng(5), 0
     for _ in range(60):
         told.clear()
@@ -292,12 +290,3 @@ def test_another_camera_sees_what_a_world_of_such_cameras_shows():
         expected = shown.observations[sensors.camera_name][rows[:, 0], rows[:, 1]]
         assert found.shape == expected.shape
         assert np.abs(found.astype(int) - expected).max() == 0
-
-
-def test_every_car_has_actions_of_its_own():
-    box = ActionBox((-0.5, 0.5), (0.5, 3.0))
-    own = OwnActions((ACTIONS, box), np.array([[0, 1], [1, 0]]))
-    told = own.commands(np.array([[[3, 0], [0.25, 1.5]], [[0.125, 1.0], [0, 0]]]))
-    assert told.numbers.tolist() == [[3, -1], [-1, 0]]
-    expected = [[[0.0, 2.0], [0.25, 1.5]], [[0.125, 1.0], [-math.radians(30), 0.5]]]
-    assert told.chosen == pytest.approx(np.array(expected))

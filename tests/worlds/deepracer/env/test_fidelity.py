@@ -9,7 +9,6 @@ import pytest
 
 import racecraft
 from racecraft.contract.world import allocate
-from racecraft.settings.table import rows_of
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
@@ -19,7 +18,6 @@ from racecraft.worlds.deepracer.env.fidelity import (
     FIDELITIES,
     WHEEL_KICK,
     AwsQuirks,
-    as_table,
     habits,
 )
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
@@ -44,22 +42,15 @@ def make_world(fidelity, num_cars=2, **options):
 def test_each_habit_is_one_row_and_one_switch():
     names = [field.name for field in dataclasses.fields(AwsQuirks)]
     assert [row.habit for row in DEPARTURES] == names
+    sources = {path: path.read_text(encoding="utf-8") for path in SOURCE.rglob("*.py") if path.name != "fidelity.py"}
     for row in DEPARTURES:
         asked = [
             path.relative_to(SOURCE).as_posix()
-            for path in SOURCE.rglob("*.py")
-            if path.name != "fidelity.py"
-            for line in path.read_text(encoding="utf-8").splitlines()
-            if f".{row.habit}" in line
+            for path, source in sources.items()
+            for _ in range(source.count(f".{row.habit}"))
         ]
         assert asked == [row.asked_in], f"{row.habit} is asked in {asked}"
     assert all(getattr(habits("aws"), name) and not getattr(habits("sane"), name) for name in names)
-
-
-def test_the_table_names_every_habit_and_the_setting_every_fidelity():
-    assert all(row.original in as_table() and row.sane in as_table() for row in DEPARTURES)
-    (setting,) = [row for row in rows_of(RaceConfig, "race") if row.name == "fidelity"]
-    assert setting.choices == tuple(FIDELITIES)
 
 
 def test_the_prepare_tick_is_learned_from_at_aws_with_no_reward():
@@ -239,35 +230,3 @@ def test_leaving_the_road_beside_another_stretch_puts_the_car_on_that_one_only_a
     own = slice(95, 115) if fidelity == "aws" else slice(55, 75)
     nearest = np.linalg.norm(track.centre[own] - (report["front_x"], report["front_y"]), axis=1).min()
     assert report["centre_distance"] == pytest.approx(nearest, abs=0.02)
-
-
-def test_a_saved_race_goes_on_with_its_own_dice():
-    worlds = [make_world("aws"), make_world("aws")]
-    buffers = [allocate(world.spec) for world in worlds]
-    for world, buffer, seed in zip(worlds, buffers, (5, 6), strict=True):
-        world.reset(buffer, seed)
-        for _ in range(5):
-            world.step(np.ones((2, 1), np.int64), buffer)
-    worlds[1].load_state(worlds[0].save_state(), buffers[1])
-    for world, buffer in zip(worlds, buffers, strict=True):
-        for _ in range(5):
-            world.step(np.ones((2, 1), np.int64), buffer)
-    assert (worlds[0].cars == worlds[1].cars).all()
-
-
-def test_the_sane_world_ignores_the_switches_bit_for_bit():
-    """The same drive in both, but for chance and the wheels' start; what is learned from may differ."""
-    choices = np.random.default_rng(3).integers(0, 3, (60, 2, 1))
-    seen = {}
-    for fidelity in FIDELITIES:
-        world = make_world(fidelity)
-        world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0, keeps_wheels=False, jumps=False)
-        buffers = allocate(world.spec)
-        world.reset(buffers, 0)
-        seen[fidelity] = []
-        for row in choices:
-            world.step(row, buffers)
-            seen[fidelity].append((world.reports.copy(), buffers.reward.copy()))
-    for (left, reward), (right, other) in zip(seen["aws"], seen["sane"], strict=True):
-        assert (left == right).all()
-        assert (reward == other).all()

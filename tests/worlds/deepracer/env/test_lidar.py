@@ -81,9 +81,7 @@ def test_every_beam_ends_where_shapely_says(backward):
     ("eye", "along", "met"),
     [
         ((0.5, -3.0), (0.0, 1.0), 2.0),  # along the short side, in line with the rectangle
-        ((2.5, -3.0), (0.0, 1.0), math.inf),  # beside it
-        ((-4.0, 0.5), (1.0, 0.0), 2.0),  # along the long side
-        ((-4.0, -1.5), (1.0, 0.0), math.inf),
+        ((-4.0, -1.5), (1.0, 0.0), math.inf),  # beside it
         ((-4.0, 0.5), (-1.0, 0.0), math.inf),  # away from it
         ((0.5, 0.5), (0.0, 1.0), 0.0),  # within it
     ],
@@ -195,21 +193,6 @@ def test_noise_is_of_one_centimetre_and_the_cars_own():
     assert (told(4) != noisy).any()
 
 
-def test_noise_is_drawn_anew_at_every_turn_and_brings_near_what_stands_just_beyond_the_range():
-    world = race(fidelity="aws")
-    lined_up(world)
-    put_box(world, -1.01)
-    turns = []
-    for _ in range(40):
-        world._cars["total_ticks"] += 3
-        turns.append(looked(world)[0])
-    assert (np.array(turns) < 1.0).any(), "1.01 m may read as less than 1 m"
-    put_box(world, -0.5)
-    near = looked(world)[0]
-    world._cars["total_ticks"] += 3
-    assert (looked(world)[0] != near)[near < 0.9].all()
-
-
 def test_what_is_nearer_than_it_measures_reads_as_the_nearest():
     world = race()
     lined_up(world)
@@ -284,7 +267,6 @@ def sector_by_hand(ranges, sectors, values, clip):
         ("SECTOR_LIDAR", None, 8, 1, 0.5),
         ("DISCRETIZED_SECTOR_LIDAR", None, 8, 8, 2.0),
         ("DISCRETIZED_SECTOR_LIDAR", {"num_sectors": 4, "num_values_per_sector": 5, "clipping_dist": 3.0}, 4, 5, 3.0),
-        ("DISCRETIZED_SECTOR_LIDAR", {"num_sectors": 16}, 16, 8, 2.0),
     ],
 )
 def test_sectors_are_told_as_in_the_original(name, config, sectors, values, clip):

@@ -11,7 +11,6 @@ from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
-from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -75,17 +74,6 @@ class TestContinuousCars(WorldConformance):
         )  # fmt: skip
 
 
-def test_everything_is_told_by_world_and_car():
-    world = make_world(3, 2, reward=lambda params: 1.0)
-    buffers = begin(world)
-    assert (world.spec.num_worlds, world.spec.num_agents) == (3, 2)
-    for _ in range(2):
-        world.step(np.ones((3, 2)), buffers)
-    assert world.reports.shape == world.cars.shape == buffers.reward.shape == (3, 2)
-    assert (buffers.reward == 1.0).all()
-    assert buffers.observations[CAMERA_NAME].shape == (3, 2, 12, 16)
-
-
 def test_the_reward_is_asked_world_by_world_and_car_by_car():
     asked = []
     world = make_world(2, 3, reward=lambda params: asked.append((params["x"], params["y"])) or float(len(asked)))
@@ -117,7 +105,7 @@ def test_a_car_alone_starts_on_the_centre_line():
     np.testing.assert_allclose(world.cars["centre_distance"], 0.0, atol=5e-3)
 
 
-@pytest.mark.parametrize("track", ["reinvent_base", "2022_reinvent_champ_ccw", "Tokyo_Training_track", "Monaco"])
+@pytest.mark.parametrize("track", ["2022_reinvent_champ_ccw", "Monaco"])
 def test_eight_cars_never_start_within_one_another(track):
     """By law, through hundreds of starts: a car that is put down overlaps no other, wherever that one is."""
     world = make_world(6, 8, track, race_config=RaceConfig(max_episode_seconds=2.0, start_advance=0.011))

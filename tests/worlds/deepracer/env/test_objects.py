@@ -1,7 +1,6 @@
 """Boxes on the road: what touches what, where they go, what a reward is told of them, how an episode ends on one."""
 
 import math
-import types
 
 import numpy as np
 import pytest
@@ -12,25 +11,18 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.kernels import observations
 from racecraft.worlds.deepracer.env.kernels.objects import (
     corner_inside,
     hits,
-    is_to_blame,
     objects_around,
     rectangles_touch,
 )
 from racecraft.worlds.deepracer.env.objects import (
-    BOX_TYPES,
     CLEAR_AHEAD_M,
     CLEAR_BEHIND_M,
     DEEPRACER_BOX,
-    FIXED_END_M,
     KINDS,
-    LANE,
     OBJECT_STATE,
-    new_around,
-    new_objects,
     no_objects,
     read_positions,
 )
@@ -80,9 +72,9 @@ class TestObjectAvoidance(WorldConformance):
 
 @pytest.fixture(scope="module")
 def pairs():
-    """100 000 pairs of rectangles near one another, and their polygons."""
+    """20 000 pairs of rectangles near one another, and their polygons."""
     chance = np.random.default_rng(12)
-    count = 100_000
+    count = 20_000
     poses = [np.column_stack([chance.uniform(-0.5, 0.5, (count, 2)), chance.uniform(-9, 9, count)]) for _ in range(2)]
     halves = [chance.uniform(0.02, 0.4, (count, 2)) for _ in range(2)]
     return poses, halves, [polygons(pose, half) for pose, half in zip(poses, halves, strict=True)]
@@ -151,14 +143,6 @@ def test_places_are_spread_over_the_whole_lap_and_both_lanes():
     assert 0.42 < (states["lane"] > 0).mean() < 0.58
 
 
-def test_places_do_not_depend_on_how_many_worlds_there_are_but_on_the_seed():
-    few, many = make_world(worlds=2, start_shares=[0, 0.5]), make_world(worlds=4, start_shares=[0, 0.5, 0.1, 0.2])
-    begin(few, 5), begin(many, 5)
-    assert (few.boxes == many.boxes[:2]).all()
-    begin(many, 6)
-    assert not (few.boxes == many.boxes[:2])[..., :2].any()
-
-
 def test_fixed_places_are_spread_lane_by_lane():
     world = make_world(BoxesConfig(number=4, random=False, min_distance=2.0))
     begin(world)
@@ -184,12 +168,7 @@ def test_listed_places_say_how_many_and_where():
     [
         ({"number": 40}, "at most"),
         ({"number": 60, "random": False}, "at most"),
-        ({"number": 60, "min_distance": 0.1}, "at most"),  # a box takes up its own length
-        ({"number": 3, "min_distance": 30.0}, "at most"),
-        ({"number": -1}, "-1"),
         ({"type": "crate"}, "crate"),
-        ({"positions": "1.2,1"}, "off the track"),
-        ({"positions": "0.5"}, "is no place"),
         ({"positions": "0.5,1;0.505,1"}, "overlap"),
     ],
 )
@@ -289,15 +268,7 @@ def test_an_object_level_with_the_car_is_the_previous_one_and_never_the_next():
     assert objects_around(states[:1], 3.0, 10.0) == (0, 0)
 
 
-@pytest.mark.parametrize(("arc", "is_behind"), [(3.6, True), (3.4, False), (8.4, True), (8.6, False)])
-def test_half_a_lap_tells_who_is_behind_whom(arc, is_behind):
-    """A bot stands at 8.5 m of a lap of 10 m: who is less than 5 m before it is behind it."""
-    states, plan = np.zeros(1, OBJECT_STATE), no_objects()._replace(kinds=np.zeros(1, np.int64), speed=1.0)
-    states["arc"] = 8.5
-    assert is_to_blame(plan, states, 0, arc, 10.0) == is_behind
-
-
-@pytest.mark.parametrize("track", ["reinvent_base", "Oval_track", "2022_april_open_cw"])
+@pytest.mark.parametrize("track", ["reinvent_base", "2022_april_open_cw"])
 def test_every_object_key_is_that_of_a_slow_reference(track):
     told = []
     world = make_world(worlds=6, track=track, reward=lambda params: told.append(params) or 0.0)
@@ -342,17 +313,6 @@ def test_the_critic_is_told_of_the_two_boxes_ahead():
     assert numbers[3] == pytest.approx(-0.5, abs=0.02)
 
 
-def test_a_box_is_told_of_until_the_nose_is_40_cm_past_its_middle():
-    numbers, states = np.empty(race.CRITIC_OBJECT_NUMBERS), np.zeros(1, OBJECT_STATE).view(np.recarray)
-    track, car = types.SimpleNamespace(length=20.0), types.SimpleNamespace(arc=5.39, track_width=1.0)
-    states.arc = 5.0
-    observations.tell_objects.py_func(track, states, car, numbers)
-    assert numbers[0] == pytest.approx(1 - 0.01 / 3.0)
-    car.arc = 5.41
-    observations.tell_objects.py_func(track, states, car, numbers)
-    assert numbers.tolist() == [0.0, 0.0, 0.0, 0.0]
-
-
 def test_at_aws_the_distance_slips_away():
     config = RaceConfig(type="OBJECT_AVOIDANCE", fidelity="aws", start_advance=0.0)
     world = make_world(BoxesConfig(number=6, min_distance=2.0), worlds=20, race_config=config)
@@ -386,23 +346,6 @@ def test_at_aws_fixed_boxes_stand_where_the_original_puts_them():
     np.testing.assert_allclose(listed._objects.states["arc"][0] / length, [0.23, 0.46], atol=1e-4)
 
 
-def test_a_saved_race_goes_on_among_the_same_boxes():
-    world, other = make_world(worlds=2), make_world(worlds=2)
-    buffers, others = begin(world, 1), begin(other, 2)
-    for _ in range(20):
-        world.step(np.full((2, 1), 3), buffers)
-    other.load_state(world.save_state(), others)
-    for _ in range(60):
-        world.step(np.full((2, 1), 3), buffers)
-        other.step(np.full((2, 1), 3), others)
-        assert (world.boxes == other.boxes).all()
-    for name in buffers.observations:
-        assert (buffers.observations[name] == others.observations[name]).all()
-
-
-# ---- arrays and words ------------------------------------------------------------------------------------------------
-
-
 def test_boxes_and_bots_have_the_sizes_and_colours_of_the_original():
     """Length, width and height in m, and RGB of the paint (facts 6.1, 6.2, 1.1)."""
     brown = (122.9, 96.9, 78.8)
@@ -412,58 +355,14 @@ def test_boxes_and_bots_have_the_sizes_and_colours_of_the_original():
         ("amazon_box_obstacle", 0.40, 0.30, 0.25, (181.0, 141.0, 99.0)),
         ("bot_car", 0.32352, 0.1961, 0.195, (39.8, 39.8, 39.8)),
     ]
-    assert BOX_TYPES == ("box_obstacle", "deepracer_box_obstacle", "amazon_box_obstacle")
-    assert (CLEAR_AHEAD_M, CLEAR_BEHIND_M, FIXED_END_M, LANE) == (1.5, 1.1, 1.0, 0.5)
-
-
-def two_objects(num_worlds):
-    plan = no_objects()._replace(
-        sizes=np.array([[0.2, 0.15, 0.25], [0.18, 0.13, 0.24]]), kinds=np.array([0, 1]), arcs=np.zeros(2)
-    )
-    return new_objects(plan, num_worlds)
-
-
-def test_every_world_has_the_same_objects_and_chance_of_its_own():
-    objects = two_objects(3)
-    assert objects.boxes.shape == (3, 2, 6)
-    assert not objects.boxes[..., :3].any()
-    assert objects.boxes[2, :, 3:].tolist() == [[0.2, 0.15, 0.25], [0.18, 0.13, 0.24]]
-    assert objects.kinds.tolist() == objects.paints.tolist() == [[0, 1]] * 3
-    assert (objects.states.shape, objects.states.dtype) == ((3, 2), OBJECT_STATE)
-    assert (objects.keys.shape, objects.keys.dtype) == ((3, 2), np.uint64)
-
-
-def test_several_cars_find_the_objects_before_the_other_cars():
-    around = new_around(two_objects(3), 4)
-    assert (around.boxes.shape, around.states.shape, around.body_states.shape) == ((3, 4, 5, 6), (3, 4, 5), (3, 4))
-    assert around.kinds[2, 3].tolist() == around.paints[0, 1].tolist() == [0, 1, 3, 3, 3]
-    assert around.counts.tolist() == [[2] * 4] * 3
-    assert around.bodies.shape == (3, 4, 6)
-    assert around.bodies[1, 2] == pytest.approx([0, 0, 0, 0.32352 / 2, 0.1961 / 2, 0.195])
-    assert not around.boxes.any()
-
-
-def test_a_car_alone_finds_the_very_arrays_of_its_objects():
-    objects = two_objects(3)
-    around = new_around(objects, 1)
-    for own, found in zip(
-        (objects.boxes, objects.kinds, objects.paints, objects.states),
-        (around.boxes, around.kinds, around.paints, around.states),
-        strict=True,
-    ):
-        assert np.shares_memory(own, found)
-        assert found.shape == (3, 1, *own.shape[1:])
-    assert around.counts.tolist() == [[2]] * 3
 
 
 @pytest.mark.parametrize(
     ("text", "places"),
     [
-        ("", []),
         (" ; ;", []),
         ("0,1;1,-1", [(0.0, True), (1.0, False)]),
         ("0.5, -1 ;0.25,0;0.75,2.5", [(0.5, False), (0.25, True), (0.75, True)]),
-        ("0.5,-1.5", [(0.5, True)]),
     ],
 )
 def test_places_are_read_as_shares_and_lanes(text, places):
@@ -472,11 +371,8 @@ def test_places_are_read_as_shares_and_lanes(text, places):
 
 @pytest.mark.parametrize(
     ("text", "told"),
-    [
-        ("-0.01,1", "lies off the track"), ("1.01,1", "lies off the track"), ("nan,1", "lies off the track"),
-        ("0.5,nan", "names no lane"), ("0.5,inf", "names no lane"),
-        ("0.5", "is no place"), ("0.5,1,2", "is no place"), ("half,1", "is no place"),
-    ],
+    [("1.2,1", "lies off the track"), ("nan,1", "lies off the track"), ("0.5,nan", "names no lane"),
+     ("0.5", "is no place"), ("half,1", "is no place")],
 )  # fmt: skip
 def test_a_place_that_cannot_be_read_is_told(text, told):
     with pytest.raises(SettingError, match=told):

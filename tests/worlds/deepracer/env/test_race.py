@@ -55,16 +55,6 @@ def test_the_first_rows_are_those_of_a_real_race():
     assert (second["x"], second["y"]) == (first["x"], first["y"]), "a car that is prepared is held"
 
 
-def test_a_row_that_is_prepared_is_kept_out_of_learning():
-    world = make_world(2)
-    buffers = allocate(world.spec)
-    world.reset(buffers, 0)
-    assert not buffers.active.any()
-    world.step(np.full((2, 1), STRAIGHT), buffers)
-    assert buffers.active.all()
-    assert (buffers.reward == 0).all()
-
-
 def test_leaving_the_road_ends_the_episode_and_the_next_begins_further_round():
     world = make_world(start_shares=[0.0])
     reports, buffers, _ = drive(world, [[RIGHT]] * 60)
@@ -149,23 +139,6 @@ def test_the_slowest_car_has_time_for_every_lap(track, laps):
     reports = lap(world, ticks=2400)[:, 0]
     end = np.flatnonzero(reports["terminated"] | reports["truncated"])[0]
     assert (reports[end]["laps"], end > 1500) == (laps, True), race.STATUSES[reports[end]["status"]]
-
-
-def test_driving_backwards_is_called_after_fifteen_ticks():
-    """The same track, the other way round: a car that is put the wrong way about loses progress at every tick."""
-    world = make_world(start_shares=[0.5])
-    buffers = allocate(world.spec)
-    world.reset(buffers, 0)
-    state = world.save_state()
-    state["car.yaw"] += math.pi
-    world.load_state(state, buffers)
-    statuses = []
-    for _ in range(30):
-        world.step(np.array([[2]]), buffers)
-        statuses.append(race.STATUSES[world.reports[0, 0]["status"]])
-        if world.reports[0, 0]["terminated"]:
-            break
-    assert statuses[-1] == "reversed"
 
 
 def test_a_car_that_cannot_move_is_called_after_fifteen_ticks():

@@ -8,9 +8,7 @@ import pytest
 from racecraft.contract.errors import RewardError
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env.actions import ActionTable
-from racecraft.worlds.deepracer.env.objects import OBJECT_STATE
-from racecraft.worlds.deepracer.env.race import TICK_REPORT
-from racecraft.worlds.deepracer.env.reward_params import REWARD_PARAMETERS, ObjectReports, RewardParams
+from racecraft.worlds.deepracer.env.reward_params import REWARD_PARAMETERS
 from racecraft.worlds.deepracer.env.settings import CameraConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.files.reward_file import load_reward_function
@@ -98,56 +96,3 @@ def test_a_function_that_raises_stops_the_world_with_a_letter(tmp_path):
     assert f"{path}:3" in letter
     assert "ZeroDivisionError" in letter
     assert "steps = 4.0" in letter
-
-
-# ---- what a car found around it --------------------------------------------------------------------------------------
-
-
-def found(**others):
-    """One car's three finds, of which two are objects: at x 1, 2 and 3, turned by 0.1, 0.2 and 0.3 rad."""
-    boxes, states = np.zeros((2, 3, 6)), np.zeros((2, 3), OBJECT_STATE)
-    boxes[1, :, 0], boxes[1, :, 1], boxes[1, :, 2] = (1, 2, 3), (4, 5, 6), (0.1, 0.2, 0.3)
-    states["arc"][1], states["centre_distance"][1], states["is_left"][1] = (7, 8, 9), (0.1, 0.2, 0.3), (1, 0, 1)
-    states["speed"][1] = 5.0, 6.0, 1.5
-    return ObjectReports(boxes, states, **{"objects": 2, "drive": False, "speed": 0.0, **others})
-
-
-def test_objects_are_told_before_other_cars_which_drive_and_point_somewhere():
-    assert found().params(1) == {
-        "objects_location": [[1, 4], [2, 5], [3, 6]],
-        "objects_left_of_center": [True, False, True],
-        "objects_distance": [7, 8, 9],
-        "objects_distance_from_center": [0.1, 0.2, 0.3],
-        "objects_heading": [0.0, 0.0, 0.3],
-        "objects_speed": [0.0, 0.0, 1.5],
-    }
-
-
-def test_bots_point_where_they_drive_at_the_speed_they_were_told():
-    told = found(drive=True, speed=0.4).params(1)
-    assert (told["objects_heading"], told["objects_speed"]) == ([0.1, 0.2, 0.3], [0.4, 0.4, 1.5])
-
-
-def test_who_is_parked_is_not_told_of():
-    told = found(counts=np.array([0, 2])).params(1)
-    assert {name: len(part) for name, part in told.items()} == dict.fromkeys(told, 2)
-    assert told["objects_speed"] == [0.0, 0.0]
-
-
-def test_every_row_is_told_of_the_finds_of_its_own_car():
-    track = load_track("reinvent_base")
-    reports = np.zeros(2, TICK_REPORT)
-    reports["object_before"], reports["object_after"] = (1, 2), (0, 1)
-    reports["object_in_camera"], reports["is_crashed"] = (True, False), (False, True)
-    reports["yaw"], reports["steering"] = math.pi / 2, math.radians(-12.3)
-    told = list(RewardParams(track, is_reversed=True).of(reports, found(), np.array([1, 0])))
-    assert [params["closest_objects"] for params in told] == [[1, 0], [2, 1]]
-    assert [params["objects_distance"] for params in told] == [[7, 8, 9], [0, 0, 0]]
-    assert [(params["object_in_camera"], params["is_crashed"]) for params in told] == [(True, False), (False, True)]
-    assert [(params["heading"], params["steering_angle"]) for params in told] == [(90.0, -12.3)] * 2
-    assert all(params["is_reversed"] for params in told)
-    (empty, _) = RewardParams(track).of(reports)
-    assert (empty["closest_objects"], empty["objects_location"], empty["objects_speed"]) == ([0, 0], [], [])
-    assert (empty["object_in_camera"], empty["is_crashed"], empty["is_reversed"]) == (False, False, False)
-    (alone, _) = RewardParams(track).of(reports, found())
-    assert alone["objects_location"] == [], "whose the finds are must be told"

@@ -167,7 +167,6 @@ def test_a_car_that_fails_is_told_with_its_line_and_cars_before_it_are_paid(tmp_
 
 ENDS = [
     "__import__('os')._exit(0)",
-    "getattr(__import__('os'), '_ex' + 'it')(0)",
     "getattr(__import__('posix'), '_ex' + 'it')(7)",
     "import ctypes; ctypes.string_at(0)",
 ]
@@ -186,7 +185,6 @@ def test_a_process_that_ends_is_an_error_with_file_and_line(opened, statement):
     ("statement", "found"),
     [
         ("raise RuntimeError('none')", "3: reward_function raised RuntimeError: none"),
-        ("__import__('sys').exit(0)", "3: reward_function raised SystemExit: 0"),
         ("__import__('os')._exit(0)", r"4: reward_function's process ended \(exit code 0\)"),
         ("while True: pass", r"3: reward_function had not returned after 0\.3 s"),
     ],
@@ -207,7 +205,6 @@ def test_a_file_that_ends_its_process_or_hangs_while_it_is_imported_is_refused(o
 
 
 STUCK = [
-    "while True: pass",
     "__import__('time').sleep(60)",
     "pow(7, 7**9)",
 ]
@@ -354,12 +351,6 @@ def test_an_attack_is_denied_at_its_line(attacker, what):
         attacker.call({"steps": number})
     assert re.search("PermissionError|MemoryError|start new thread|not allowed to raise", str(denied.value))
     assert attacker.call({"steps": 0}) == 1.0, "the process goes on"
-
-
-@isolated
-def test_a_file_beside_it_can_be_read(opened, tmp_path):
-    (tmp_path / "beside.txt").write_text("beside")
-    assert opened(body(f"assert open('{tmp_path}/beside.txt').read() == 'beside'")).call(PARAMS) == 1.0
 
 
 @isolated

@@ -14,7 +14,6 @@ from racecraft.worlds.deepracer.env.sensors import (
     LAST_BEAM_RAD,
     LIDAR_NOISE_M,
     NEAREST_M,
-    STEREO_GREY_WEIGHTS,
     LidarView,
     MountedLidar,
     car_sensors,
@@ -46,12 +45,6 @@ def test_what_one_eye_sees_has_one_name_but_for_observation_beside_a_lidar(names
     assert list(car_sensors(names).specs(8, 6)) == told
 
 
-def test_two_eyes_sit_six_centimetres_apart_and_one_in_the_middle():
-    assert car_sensors(["STEREO_CAMERAS"]).eyes_left_m.tolist() == pytest.approx([0.03, -0.03])
-    assert FRONT_CAMERA.eyes_left_m.tolist() == [0.0]
-    assert STEREO_GREY_WEIGHTS.tolist() == [0.299, 0.587, 0.114]
-
-
 @pytest.mark.parametrize(
     ("name", "config", "view", "shape", "low", "high"),
     [
@@ -71,12 +64,6 @@ def test_a_lidar_is_told_beam_by_beam_or_by_sectors(name, config, view, shape, l
     assert car_sensors(["LEFT_CAMERA", name], config).lidar == view
 
 
-def test_a_view_of_which_only_name_and_range_are_told_is_of_single_beams():
-    assert LidarView("LIDAR", 2.0) == LidarView("LIDAR", 2.0, sectors=0, values=1)
-    told = [LidarView("DISCRETIZED_SECTOR_LIDAR", 3.0, 4, values).spec.doc for values in (2, 6)]
-    assert ["1.5 m step" in told[0], "0.5 m step" in told[1]] == [True, True]
-
-
 def test_sixty_four_beams_spread_over_three_hundred_degrees():
     assert math.degrees(FIRST_BEAM_RAD) == pytest.approx(-150, abs=1e-3)
     assert math.degrees(LAST_BEAM_RAD) == pytest.approx(150, abs=1e-3)
@@ -85,12 +72,7 @@ def test_sixty_four_beams_spread_over_three_hundred_degrees():
 
 
 def test_a_lidar_sits_where_the_original_has_it_and_reads_once_a_tick_unless_told_otherwise():
-    plain = mounted_lidar(lidar_view("SECTOR_LIDAR"))
-    assert plain == MountedLidar(0.02913, 0.1847, 0.0, 15, 0.0, 0.5, 0.5, 8, 1)
-    assert mounted_lidar(None) == mounted_lidar(lidar_view("LIDAR")) == MountedLidar(
-        0.02913, 0.1847, 0.0, 15, 0.0, 1.0, 1.0, 0, 1
-    )  # fmt: skip
+    assert mounted_lidar(lidar_view("LIDAR")) == MountedLidar(0.02913, 0.1847, 0.0, 15, 0.0, 1.0, 1.0, 0, 1)
     aws = mounted_lidar(lidar_view("LIDAR"), backward=True, hertz=10, noise=0.25)
     assert (aws.yaw, aws.hertz, aws.noise) == (math.pi, 10, 0.25)
     assert aws.reach == 3.0, "eight standard deviations beyond the range nothing comes near enough"
-    assert mounted_lidar(lidar_view("LIDAR"), noise=5.0).reach == 12.0, "nor beyond what it measures at all"

@@ -10,11 +10,9 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.env.actions import ActionTable
 from racecraft.worlds.deepracer.env.camera import HORIZONTAL_VIEW_RAD, MOUNT_V3, mounted_optics
-from racecraft.worlds.deepracer.env.kernels.boxes import draw_boxes
 from racecraft.worlds.deepracer.env.kernels.camera import render_frame
-from racecraft.worlds.deepracer.env.kernels.eyes import join_eyes, render_pair
+from racecraft.worlds.deepracer.env.kernels.eyes import render_pair
 from racecraft.worlds.deepracer.env.scene import FIELD, ROAD, build_scene
-from racecraft.worlds.deepracer.env.sensor_rendering import EYE_PAIR
 from racecraft.worlds.deepracer.env.sensors import car_sensors
 from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -99,12 +97,6 @@ def test_left_and_front_camera_and_the_oldest_cars_observation_see_the_same():
     assert frames[0].std() > 10
 
 
-def test_the_oldest_cars_observation_keeps_its_name_beside_a_lidar():
-    """AWS lays inputs end to end by their sorted names, and that one comes last."""
-    assert car_sensors(["observation"]).camera_name == "FRONT_FACING_CAMERA"
-    assert sorted(car_sensors(["observation", "LIDAR"]).specs(4, 3)) == ["LIDAR", "observation"]
-
-
 def test_both_eyes_see_boxes():
     world = race("STEREO_CAMERAS", objects=BoxesConfig(number=1))
     buffers = allocate(world.spec)
@@ -137,28 +129,6 @@ def test_each_eye_sees_what_a_camera_in_its_place_sees(roll, grain):
         render_frame(scene, optics, *place, yaw, scene.grey_palette, alone)
         assert (alone != pair[1 - eye]).mean() > 0.02, "the eyes should see apart"
         np.testing.assert_allclose(pair[eye].astype(int), alone.astype(int), atol=1)
-
-
-def test_boxes_are_drawn_into_each_eye_where_a_camera_in_its_place_has_them():
-    optics, half, yaw = mounted_optics(80, 60, MOUNT_V3), 0.03, 0.7
-    boxes = np.array([[0.7, 0.5, 0.3, 0.1, 0.08, 0.2], [1.0, 1.2, 1.0, 0.2, 0.15, 0.25]])
-    kinds, palette = np.array([0, 2]), np.full(20, 200.0)
-    pair, alone = np.zeros((2, 60, 80), np.uint8), np.zeros((2, 60, 80), np.uint8)
-    draw_boxes(optics, boxes, kinds, 0.0, 0.0, yaw, np.array([half, -half]), palette, pair)
-    for eye, left in enumerate((half, -half)):
-        place = -math.sin(yaw) * left, math.cos(yaw) * left
-        draw_boxes(optics, boxes, kinds, *place, yaw, np.zeros(1), palette, alone[eye : eye + 1])
-    assert (alone[0] != alone[1]).any()
-    np.testing.assert_allclose(pair.astype(int), alone.astype(int), atol=1)
-
-
-def test_the_eyes_of_the_cars_asked_for_are_laid_together_left_before_right():
-    frames = np.random.default_rng(1).integers(0, 256, (2, 2, 2, 3, 4)).astype(np.uint8)
-    rows = np.array([[True, False], [False, True]])
-    both = np.full((2, 2, 3, 4, 2), 7, np.uint8)
-    join_eyes(frames, rows, both.view(EYE_PAIR)[..., 0])
-    np.testing.assert_array_equal(both[rows], np.moveaxis(frames[rows], 1, -1))
-    assert (both[~rows] == 7).all()
 
 
 def test_a_stereo_eye_turns_colours_grey_as_the_original_does():

