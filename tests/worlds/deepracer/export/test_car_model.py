@@ -64,8 +64,9 @@ def test_a_cars_archive_drives_as_its_checkpoint_does(tmp_path, kind, network, s
     np.testing.assert_allclose(load_policy(again).act(seen), load_policy(run).act(seen), atol=1e-5)
 
 
-@pytest.mark.parametrize("algorithm", ["dqn", "apex"])
-@pytest.mark.parametrize(("dueling", "trunk"), [(False, (5, 3)), (True, (5, 3)), (True, ())])
+@pytest.mark.parametrize(
+    ("algorithm", "dueling", "trunk"), [("dqn", False, (5, 3)), ("apex", True, (5, 3)), ("dqn", True, ())]
+)
 def test_what_choices_are_worth_drives_a_car_as_likelihoods(tmp_path, algorithm, dueling, trunk):
     run = run_of(tmp_path, "discrete", "tiny")
     row = Architecture(((2, 24, 16), (3, 3, 2)), (4,), (), trunk)
@@ -93,8 +94,7 @@ def test_what_choices_are_worth_drives_a_car_as_likelihoods(tmp_path, algorithm,
         export_to_aws(run.path, "drfc", tmp_path / "drfc", check=False)
 
 
-@pytest.mark.parametrize("kind", ["discrete", "continuous"])
-@pytest.mark.parametrize("algorithm", ["reinforce", "es", "bc"])
+@pytest.mark.parametrize(("algorithm", "kind"), [("reinforce", "discrete"), ("es", "continuous"), ("bc", "discrete")])
 def test_whoever_decides_by_ppos_network_goes_to_a_car_as_ppo_does(tmp_path, algorithm, kind):
     run = run_of(tmp_path, kind, "tiny")
     shelf = Checkpoints(run.checkpoints)

@@ -111,7 +111,7 @@ def test_a_file_that_acts_otherwise_is_not_written(run, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("to", "package"), [
-    ("onnx", "onnx"), ("onnx", "onnxruntime"), ("openvino", "openvino"), ("tflite", "tensorflow"),
+    ("onnx", "onnxruntime"), ("openvino", "openvino"), ("tflite", "tensorflow"),
 ])  # fmt: skip
 def test_a_missing_package_is_named_with_the_command_that_installs_it(run, tmp_path, monkeypatch, to, package):
     monkeypatch.setitem(sys.modules, package, None)

@@ -119,7 +119,6 @@ BAD = {
     "no weights": (lambda folder: write_listed(folder / "model_metadata.json") or folder, ForeignModelError,
                    "holds no weights"),
     "no metadata": (lambda folder: _alone(folder), ForeignModelError, "--metadata FILE"),
-    "a graph without metadata": (lambda folder: _alone(folder) / "model.pb", ForeignModelError, "--metadata FILE"),
     "metadata of more actions": (
         lambda folder: write_listed(_alone(folder) / "model_metadata.json", 7) or folder, ForeignModelError,
         "chooses among 5 (discrete); expected 7 actions",

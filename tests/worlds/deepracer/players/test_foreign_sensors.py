@@ -44,7 +44,7 @@ def written(folder, kind, sensors, form, network="tiny"):
     return folder, policy
 
 
-@pytest.mark.parametrize("kind", ["discrete", "continuous", "sac"])
+@pytest.mark.parametrize("kind", ["discrete", "sac"])
 @pytest.mark.parametrize("sensors", CARS, ids="+".join)
 def test_a_graph_asks_for_each_sensor_by_the_name_that_a_car_looks_up(kind, sensors):
     layers, _ = layers_for(kind, "tiny", sensors)
@@ -60,8 +60,7 @@ def test_a_graph_asks_for_each_sensor_by_the_name_that_a_car_looks_up(kind, sens
 
 @pytest.mark.parametrize("form", ["graph", "checkpoint"])
 @pytest.mark.parametrize(("kind", "sensors"), [
-    ("discrete", (STEREO,)), ("discrete", (STEREO, SECTORS)), ("continuous", (FRONT, LIDAR)), ("sac", (LIDAR, OLD)),
-    ("sac", (STEREO, STEPS)), ("continuous", (LEFT,)),
+    ("discrete", (STEREO, SECTORS)), ("continuous", (FRONT, LIDAR)), ("sac", (LIDAR, OLD)), ("continuous", (LEFT,)),
 ])  # fmt: skip
 def test_what_sees_by_several_sensors_drives_here_as_it_did(tmp_path, kind, sensors, form):
     """Our network, made by torch, answers as the one whose weights went through AWS's names."""
@@ -125,8 +124,7 @@ def test_awss_trainer_goes_on_with_its_own_layers_over_a_lidar_only():
 
 
 @pytest.mark.parametrize(("there", "told"), [
-    ((FRONT,), (STEREO,)), ((STEREO,), (FRONT,)), ((FRONT,), (FRONT, LIDAR)), ((FRONT, LIDAR), (FRONT,)),
-    ((FRONT, LIDAR), (FRONT, STEPS)), ((OLD, LIDAR), (FRONT, LIDAR)),
+    ((FRONT,), (STEREO,)), ((FRONT, LIDAR), (FRONT,)), ((FRONT, LIDAR), (FRONT, STEPS)), ((OLD, LIDAR), (FRONT, LIDAR)),
 ])  # fmt: skip
 def test_metadata_of_another_car_is_refused(tmp_path, there, told):
     source, _ = written(tmp_path / "model", "discrete", there, "graph")

@@ -40,7 +40,6 @@ def actions(card, change):
 RANGES = {"speed": {"low": 0.5, "high": 2.0}, "steering_angle": {"low": -30.0, "high": 30.0}}
 EXCHANGES = {
     "fewer actions": (lambda card: actions(card, lambda told: told[:3]), "decides by 10 actions, .* has 3 actions"),
-    "more actions": (lambda card: actions(card, lambda told: told * 2), "decides by 10 actions, .* has 20 actions"),
     "ranges": (lambda card: actions(card, lambda told: RANGES), "decides by 10 actions, .* has two ranges"),
     "another sensor": (
         lambda card: card["model_metadata"].update(sensor=["STEREO_CAMERAS"]),
@@ -48,7 +47,6 @@ EXCHANGES = {
     ),
     "another frame": (lambda card: card["settings"]["camera"].update(width=40), "sees .* of 12x16, .* of 12x40"),
     "no car": (lambda card: card.pop("model_metadata"), "does not say what car it drives"),
-    "no settings": (lambda card: card.pop("settings"), "does not say what car it drives"),
 }
 
 

@@ -75,13 +75,10 @@ def test_shapes_are_the_same_on_every_machine():
 @pytest.mark.parametrize(
     ("typed", "meant"),
     [
-        ("reinvent_base", "reinvent_base"),
         ("ReInvent_Base", "reinvent_base"),
         ("re:Invent 2018", "reinvent_base"),
-        ("A to Z Speedway", "reInvent2019_wide"),
         ("london loop training", "Virtual_May19_Train_track"),
         ("2024_reinvent_champ", "2024_reinvent_champ_ccw"),
-        ("arctic_open", "arctic_open"),
         ("Ace Speedway (clockwise)", "2022_april_open_cw"),
     ],
 )
@@ -99,27 +96,13 @@ def test_a_typo_is_answered_with_the_nearest_name():
 @pytest.mark.parametrize(
     ("typed", "meant"),
     [
-        ("reinvent", "reinvent_base"),
         ("reInvent2019", "reInvent2019_wide"),
         ("Re:Inv", "re:Invent 2018"),
-        ("vega", "Vegas_track"),
-        ("2022_april", "2022_april_pro"),
     ],
 )
 def test_the_beginning_of_names_is_answered_with_the_shortest_of_them(typed, meant):
     with pytest.raises(TrackError, match=f"Did you mean '{meant}'"):
         load_track(typed)
-
-
-def test_two_letters_begin_too_many_names_to_mean_one():
-    with pytest.raises(TrackError, match=r"racecraft tracks list"):
-        load_track("re")
-
-
-def test_listing_reads_no_rows(monkeypatch):
-    monkeypatch.setattr(catalogue, "_rows_m", lambda shape: pytest.fail("rows were read"))
-    told = [summary(name).as_dictionary() for name in names()]
-    assert len(json.dumps(told)) > 10_000
 
 
 def test_a_look_comes_back_from_its_record():

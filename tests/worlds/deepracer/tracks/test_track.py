@@ -170,16 +170,6 @@ def test_left_of_centre_is_left_of_the_driving_direction():
             assert way.locate(left).is_left[0]
 
 
-def test_arrays_for_kernels_are_plain_and_built_once(track):
-    arrays = track.arrays()
-    assert arrays is track.arrays()
-    for array in arrays[:8]:
-        assert array.dtype == np.float64
-        assert array.flags.c_contiguous
-        assert array.flags.writeable
-    assert not track.centre.flags.writeable
-
-
 def test_recorded_progress_and_waypoints_are_met_exactly():
     """The console's own log of 2022: progress and closest_waypoint of every row from X and Y alone."""
     folder = DATA / "traces" / "console-2022" / "sim-trace" / "training" / "training-simtrace"
