@@ -17,7 +17,6 @@ from racecraft.worlds.deepracer.evaluation.by_track import (
     judge_tracks,
     results_by_track,
     summary_of,
-    told_of,
 )
 from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport, judge_starts
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
@@ -115,8 +114,6 @@ def asked(monkeypatch):
 @pytest.mark.parametrize(
     ("names", "tracks", "words"),
     [
-        (["X", "Y"], ["<X>", "<Y>"], []),
-        (["trained"], [], ["trained"]),
         (["held-out", "X"], ["<X>"], ["held_out"]),
         (["held_out", "trained"], [], ["trained", "held_out"]),
         (["all", "X"], ["<A>", "<B>", "<X>"], []),
@@ -131,17 +128,3 @@ def test_who_held_no_track_out_is_told_so_and_only_where_it_matters(asked):
     assert judge_named(asked.car, ["trained", "X"], 4) == (["<X>"], ["trained"], 4)
     with pytest.raises(SettingError, match="runs/r holds no track out"):
         judge_named(asked.car, ["held-out"], 4)
-
-
-def test_a_judgement_of_several_tracks_is_plain_values():
-    car = SimpleNamespace(run=SimpleNamespace(path="runs/r"), checkpoint=SimpleNamespace(iteration=7))
-    results = results_by_track(LapReport((FULL,)), [JudgedCourse("A", "A", "other", "TIME_TRIAL", False, 1)])
-    told = told_of(car, results, 1)
-    assert (told["run"], told["checkpoint"], told["starts"]) == ("runs/r", 7, 1)
-    assert told["tracks"] == [results[0].as_dictionary()]
-    assert told["by_role"] == summary_of(results)
-    assert headline_of(results) == "others: 1 of 1 lapped"
-
-
-def test_several_tracks_are_lapped_from_five_starts_where_nobody_says_otherwise():
-    assert by_track.STARTS == 5

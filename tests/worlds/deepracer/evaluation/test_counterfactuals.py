@@ -41,17 +41,6 @@ def test_of_one_moment_the_shorter_hold_comes_first_where_it_saves_nearly_as_man
         assert trials_of(saved, (1, 3), (9,)).ranked(np.array([[0.0, 1.0]]))[0] == first
 
 
-def test_changes_that_save_fewer_come_after_by_how_many_they_save():
-    saved = np.zeros((5, 2, 4, 1), bool)
-    saved[:, 0, LEFT, 0] = True
-    saved[:2, 0, STRAIGHT, 0] = saved[:1, 1, STRAIGHT, 0] = True
-    trials = trials_of(saved)
-    ranked = trials.ranked(np.tile([0.0, 1.0], (2, 1)))
-    assert ranked[:3] == [(0, LEFT, 0), (0, STRAIGHT, 0), (1, STRAIGHT, 0)]
-    assert trials.counts.tolist() == [[[5], [2], [0], [0]], [[0], [1], [0], [0]]]
-    assert trials.best_share.tolist() == [[1.0], [0.2]]
-
-
 @pytest.mark.parametrize(("saves", "holds"), [(5, [1]), (4, [1]), (3, [1, 3, 9]), (0, [1, 3, 9])])
 def test_longer_holds_are_tried_until_one_change_saves_four_of_five(monkeypatch, saves, holds):
     """Each of five failures ends at tick 40; saved are the first few, by a turn to the left 10 ticks before."""
@@ -72,21 +61,6 @@ def test_longer_holds_are_tried_until_one_change_saves_four_of_five(monkeypatch,
     assert trials.saved[:saves, MOMENTS.index(10), LEFT].all()
 
 
-def test_only_rows_that_were_asked_for_are_tried_and_memory_is_told(monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        counterfactuals,
-        "rerun_with_change",
-        lambda *told: asked.append((told[4], {c.row for c in told[3]})) or [True] * len(told[3]),
-    )
-    drives = SimpleNamespace(last=np.array([40, 3, 50]), actions=np.full((51, 3), STRAIGHT))
-    trials = try_alternatives(None, None, drives, np.array([2, 0]), TABLE, remembers=True)
-    assert asked == [(True, {0, 2})]
-    assert trials.rows.tolist() == [2, 0]
-    assert not trials.saved[:, :, STRAIGHT].any(), "what was done anyway is not tried"
-    assert trials.saved[:, :, [LEFT, RIGHT, FAST]].all()
-
-
 def test_two_ranges_are_tried_at_five_angles_and_three_speeds():
     options = Options.of(ActionBox((-0.5, 0.5), (1.0, 3.0)))
     expected = [(angle, speed) for angle in (-0.5, -0.25, 0.0, 0.25, 0.5) for speed in (1.0, 2.0, 3.0)]
@@ -95,10 +69,3 @@ def test_two_ranges_are_tried_at_five_angles_and_three_speeds():
     assert (options.labels[6], options.labels[14]) == ("straight at 1 m/s", "left 29° at 3 m/s")
     assert command_words(math.radians(-12.4), 1.26) == "right 12° at 1.3 m/s"
     assert HOLDS == (1, 3, 9)
-
-
-def test_moments_lie_closer_together_the_later_from_two_ticks_before_the_failure_on():
-    gaps = np.diff(MOMENTS)
-    assert MOMENTS[0] == 2
-    assert (np.diff(gaps) >= 0).all()
-    assert (gaps.min(), gaps.max(), MOMENTS[-1]) == (2, 4, 30)

@@ -37,11 +37,3 @@ def test_the_car_that_was_named_is_kept_else_the_first(place, x, box, kinds):
     assert boxes.shape == (3, 3, 6)
     assert boxes[:, 0, 0].tolist() == [box, box + 100, box + 200]
     assert told.tolist() == [kinds] * 3
-
-
-def test_where_nothing_stands_no_objects_are_told():
-    world, keeper = Moves(), DriveKeeper()
-    world.seen_boxes, world.kinds = np.zeros((2, 0, 6)), np.zeros((2, 0), int)
-    keeper(world, None, None)
-    assert keeper.objects is None
-    assert len(keeper.drive) == 1

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -16,14 +15,12 @@ from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionTable
 from racecraft.worlds.deepracer.env.camera import MOUNT_V2, MOUNT_V3
 from racecraft.worlds.deepracer.env.race import (
-    CAR_STATE,
     CRASHED,
     IMMOBILISED,
-    LAP_COMPLETE,
     OFF_TRACK,
+    PARK,
     PAUSE,
     TICK_REPORT,
-    TIME_UP,
 )
 from racecraft.worlds.deepracer.env.race_spec import CAMERA_NAME, CRITIC_NAME
 from racecraft.worlds.deepracer.env.sensors import FRONT_CAMERA, car_sensors
@@ -35,7 +32,6 @@ from racecraft.worlds.deepracer.evaluation.head_to_head import (
     _Field,
     _place,
     race_head_to_head,
-    require_company,
     summed,
 )
 from racecraft.worlds.deepracer.players.driver import Driver, load_driver
@@ -90,13 +86,9 @@ def test_a_policy_is_level_with_its_mirror():
     assert fronts > 70, "in one lane the front place is worth much: only taking turns makes the race fair"
 
 
-@pytest.mark.parametrize("stop", ["iterations=2", pytest.param("minutes=1", marks=pytest.mark.long)])
-def test_a_trained_network_is_level_with_itself(tmp_path, stop):
-    """The same weights in both cars: with seats changed, a race is its own mirror image, and nobody has won more.
-
-    A car of two iterations is soon out; one of a minute laps, and meets itself.
-    """
-    asked = RaceRequest(run=tmp_path / "run", stops=(stop,), overrides=FOUR_CARS if stop == "iterations=2" else ())
+def test_a_trained_network_is_level_with_itself(tmp_path):
+    """The same weights in both cars: with seats changed, a race is its own mirror image, and nobody has won more."""
+    asked = RaceRequest(run=tmp_path / "run", stops=("iterations=2",), overrides=FOUR_CARS)
     trained = train(asked, NullCallback(), lambda text: None)
     drivers = [replace(load_driver(f"{trained.run.path}:last"), name=name) for name in "ab"]
     rules = HeadToHead(laps=1, races=20, max_resets=2)
@@ -106,9 +98,6 @@ def test_a_trained_network_is_level_with_itself(tmp_path, stop):
     assert len({(a.laps, b.laps, a.seconds, b.seconds) for a, b in races[::2]}) > 1, "from other places they differ"
     a, b = rate(2, [Result((0, 1), (one.place, other.place)) for one, other in races])
     assert a.points == pytest.approx(b.points, abs=1.0)
-    if stop == "minutes=1":
-        assert sum(one.ended == "finished" for pair in races for one in pair) >= 10
-        assert sum(one.crashes for pair in races for one in pair) > 0
 
 
 def test_a_faster_car_in_the_other_lane_overtakes_once_and_wins():
@@ -162,11 +151,10 @@ def test_a_car_that_ran_into_another_waits_where_it_is_and_its_clocks_of_mishaps
 
 
 def test_penalties_are_waited_in_simulated_time():
-    slow, fast = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).races[0]
-    ticks = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).ticks[0]
-    waited = (np.array(ticks["status"][:, 1]) == 9).sum()
-    assert waited == 60 * fast.crashes
-    assert fast.seconds == pytest.approx((ticks["status"][:, 1] != 7).sum() / 15)
+    result = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0)
+    fast, status = result.races[0][1], result.ticks[0]["status"][:, 1]
+    assert (status == PAUSE).sum() == 60 * fast.crashes > 0
+    assert fast.seconds == pytest.approx((status != PARK).sum() / 15)
 
 
 def test_ahead_is_who_is_a_whole_car_further():
@@ -206,7 +194,7 @@ def test_a_car_without_resets_left_is_out_and_out_of_the_way():
 
 
 def test_every_driver_sees_and_is_told_in_its_own_way():
-    """One by a table and a frame of 20 x 15 of version 2, one by ranges and two eyes, in the company of a third."""
+    """One by a table and a frame of 20 x 15 of version 2, one by ranges, two eyes and a LiDAR, beside a third car."""
     seen = {}
 
     def table(observations, mask=None):
@@ -220,10 +208,10 @@ def test_every_driver_sees_and_is_told_in_its_own_way():
     actions = ActionTable.of([(0.0, 0.5), (math.radians(20), 1.0)])
     first = driver("first", 1.0, 0.0)
     one = driver("one", 1.0, actions=actions, frame=CameraConfig(20, 15), mount=MOUNT_V2, car="v4")
-    two = driver("two", 1.0, sensors=car_sensors(("STEREO_CAMERAS",), None))
+    two = driver("two", 1.0, sensors=car_sensors(("STEREO_CAMERAS", "SECTOR_LIDAR"), None))
     one.policy.act, two.policy.act = table, eyes
     result = race(first, one, two, max_resets=0)
-    assert seen == {"table": {CAMERA_NAME: (15, 20)}, "eyes": {"STEREO_CAMERAS": (6, 8, 2)}}
+    assert seen == {"table": {CAMERA_NAME: (15, 20)}, "eyes": {"STEREO_CAMERAS": (6, 8, 2), "SECTOR_LIDAR": (8,)}}
     told = result.ticks[0][1]
     assert told["action"].tolist() == [-1, 1, -1]
     assert told["steering"][1] == pytest.approx(math.radians(20))
@@ -259,31 +247,6 @@ def test_eight_cars_race_and_nine_are_refused():
         race(driver("alone", 1.0))
 
 
-class Sees:
-    """Drives straight on, and keeps the names and shapes of what it is shown."""
-
-    def __init__(self):
-        self.shown = {}
-
-    def act(self, observations, action_mask=None):
-        self.shown = {name: array.shape[1:] for name, array in observations.items()}
-        return np.tile([0.0, 1.0], (len(next(iter(observations.values()))), 1))
-
-    def reset_state(self, rows):
-        pass
-
-
-@pytest.mark.parametrize("is_first", [True, False], ids=["the scanner first", "the scanner last"])
-def test_a_car_with_a_lidar_races_one_without_and_each_sees_by_its_own(is_first):
-    scanner = driver("scanner", 1.0, policy=Sees(), sensors=car_sensors(("STEREO_CAMERAS", "SECTOR_LIDAR")))
-    plain = driver("plain", 1.0, policy=Sees())
-    cars = (scanner, plain) if is_first else (plain, scanner)
-    race(*cars, races=1, max_resets=0, config=RaceConfig(max_episode_seconds=1.0))
-    own = {CRITIC_NAME: mock.ANY}
-    assert scanner.policy.shown | own == {"STEREO_CAMERAS": (6, 8, 2), "SECTOR_LIDAR": (8,)} | own
-    assert plain.policy.shown | own == {CAMERA_NAME: (6, 8)} | own
-
-
 @pytest.mark.parametrize(
     ("rules", "said"),
     [
@@ -302,37 +265,7 @@ def test_a_race_of_which_nothing_is_said_is_that_of_deepracer_for_cloud():
     assert HeadToHead() == HeadToHead(3, None, "all", max_resets=100, off_track_penalty=5.0, collision_penalty=5.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "least", "most"),
-    [
-        ("laps", 1, 1000),
-        ("races", 1, 10_000),
-        ("max_resets", 0, 10_000),
-        ("off_track_penalty", 0, 600),
-        ("collision_penalty", 0, 600),
-    ],
-)
-def test_each_number_of_a_meeting_has_a_least_and_a_most(name, least, most):
-    for taken in (least, most):
-        HeadToHead(**{name: taken})
-    for refused in (least - 1, most + 1):
-        with pytest.raises(SettingError, match=rf"{name} is {refused}; expected {least:g} to {most:g}\b"):
-            HeadToHead(**{name: refused})
-
-
-@pytest.mark.parametrize(("count", "fits"), [(1, False), (2, True), (8, True), (9, False)])
-def test_two_to_eight_cars_are_company(count, fits):
-    if fits:
-        require_company(count)
-    else:
-        with pytest.raises(SettingError, match=f"{count} cars were named for one race; expected 2 to 8"):
-            require_company(count)
-
-
 def test_what_drivers_came_to_is_summed_by_hand():
-    nothing = {"place": 0, "seconds": None, "laps": 0.0, "ended": "", "overtakes": 0, "overtaken": 0, "crashes": 0,
-               "was_hit": 0, "off_tracks": 0}  # fmt: skip
-    assert vars(DriverResult("a", 1)) == {"driver": "a", "grid": 1, **nothing}
     one = (
         DriverResult("a", 1, 1, 30.5, 3.0, "finished", 1, 0, 0, 1, 0),
         DriverResult("a", 2, 2, None, 1.25, "retired", 0, 1, 2, 0, 5),
@@ -372,38 +305,18 @@ def test_who_finished_stands_by_time_before_who_did_not_by_way_and_equals_share_
     assert [one.place for one in row] == [3, 4, 1, 4, 6, 1]
 
 
-def scripted(cars, **rules):
-    """A race whose ticks a test writes, on a track of 10 m; who it parks and who is to forget is kept."""
-    field = _Field.__new__(_Field)
-    field._rules = HeadToHead(**rules)
-    field._out = np.zeros((1, cars), bool)
-    field._resets_left = np.full((1, cars), field._rules.max_resets)
-    field._shown = [[DriverResult(f"car {place}", place + 1) for place in range(cars)]]
-    field.parked, field.forgot = [], []
-    field._world = SimpleNamespace(
-        track=SimpleNamespace(length=10.0), freeze=lambda out: field.parked.append(out[0].tolist())
-    )
-    field._seats = SimpleNamespace(reset_state=lambda ended: field.forgot.append(ended[0].tolist()))
-    return field
-
-
-def reports_of(*cars):
-    reports = np.zeros((1, len(cars)), TICK_REPORT)
-    for number, car in enumerate(cars):
-        for name, value in car.items():
-            reports[0, number][name] = value
-    return reports
-
-
 def test_to_overtake_is_to_be_a_car_behind_and_then_a_car_ahead():
     """Car 1 stands 0.75 m behind car 0; both cross the start line of the lap of 10 m."""
-    field = scripted(2)
+    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(races=1), RaceConfig())
+    field._world = SimpleNamespace(track=SimpleNamespace(length=10.0))
     field._arcs, field._driven = np.array([[9.5, 8.75]]), np.array([[0.0, -0.75]])
     field._order = field._ahead()
     assert field._order[0].tolist() == [[0, 1], [-1, 0]]
     told = []
     for arcs in ((9.75, 9.5), (0.0, 0.0), (0.1, 0.6), (0.2, 0.9), (0.3, 0.5), (1.5, 0.6)):
-        field._count_overtakes(reports_of(*({"arc": arc} for arc in arcs)))
+        reports = np.zeros((1, 2), TICK_REPORT)
+        reports["arc"] = arcs
+        field._count_overtakes(reports)
         first, second = field._shown[0]
         told.append((first.overtakes, first.overtaken, second.overtakes, second.overtaken))
     # Beside each other nothing is decided; past it once; falling back to its side, nothing; past it in turn.
@@ -411,73 +324,9 @@ def test_to_overtake_is_to_be_a_car_behind_and_then_a_car_ahead():
     assert field._driven[0] == pytest.approx([2.0, 1.1])
 
 
-def test_to_pass_who_waits_or_is_out_is_no_overtaking():
-    for status, out, order in ((PAUSE, False, [[0, -1], [1, 0]]), (0, True, [[0, 1], [-1, 0]])):
-        field = scripted(2)
-        field._arcs, field._driven = np.array([[5.0, 4.25]]), np.array([[0.0, -0.75]])
-        field._order = field._ahead()
-        field._out[0, 0] = out
-        field._count_overtakes(reports_of({"arc": 5.0, "status": status}, {"arc": 6.0}))
-        assert (field._shown[0][1].overtakes, field._shown[0][0].overtaken) == (0, 0)
-        assert field._order[0].tolist() == order
-        field._count_overtakes(reports_of({"arc": 7.5}, {"arc": 6.1}))
-        assert field._shown[0][0].overtakes == (not out), "once it drives on it may pass in its turn"
-        assert field._driven[0].tolist() == pytest.approx([0.0 if out else 2.5, 1.1])
-
-
-def test_whom_a_car_hit_is_counted_among_those_that_are_not_out():
-    field = scripted(4)
-    field._out[0, 0] = True
-    crash = {"is_crashed": True}
-    field._count_contacts(reports_of(crash, crash | {"object_hit": 1}, {}, crash | {"object_hit": 0}))
-    assert [one.was_hit for one in field._shown[0]] == [0, 1, 0, 1]
-
-
-@pytest.mark.parametrize(("condition", "last"), [("all", ""), ("any", "not_finished")])
-def test_every_end_of_a_car_is_judged_by_what_it_was(condition, last):
-    """By hand: 44 ticks and the one of the finish are 3 s; who is out is not judged again."""
-    field = scripted(6, done_condition=condition, max_resets=1)
-    field._out[0, 5] = True
-    field._resets_left[0, 2] = 0
-    back, written = [], []
-    field._set_back = lambda n, car, status: back.append((n, int(car["x"][0]), status)) or "a car"
-    field._write = written.append
-    before = np.zeros((1, 6), CAR_STATE)
-    before["x"], before["ticks"] = np.arange(6), 44
-    ends = {"terminated": True}
-    reports = reports_of(
-        ends | {"status": LAP_COMPLETE, "laps": 3, "progress": 100.0},
-        {"truncated": True, "status": TIME_UP, "laps": 1, "progress": 55.126},
-        ends | {"status": OFF_TRACK, "progress": -2.0},
-        ends | {"status": CRASHED, "progress": 25.0},
-        {"laps": 2, "progress": 130.0},
-        ends | {"status": LAP_COMPLETE, "laps": 9},
-    )
-    field._judge(reports, before)
-    shown = field._shown[0]
-    assert [one.ended for one in shown] == ["finished", "time_up", "retired", last, last, ""]
-    assert [one.laps for one in shown] == [3.0, 1.5513, 0.0, *((0.25, 3.0) if last else (0.0, 0.0)), 0.0]
-    assert [one.seconds for one in shown] == [3.0, None, None, None, None, None]
-    assert [(one.crashes, one.off_tracks) for one in shown] == [(0, 0), (0, 0), (0, 1), (1, 0), (0, 0), (0, 0)]
-    assert field._out[0].tolist() == [True, True, True, bool(last), bool(last), True]
-    assert field._resets_left[0].tolist() == [1, 1, -1, 0, 1, 1]
-    assert back == [(0, 3, CRASHED)]
-    assert written == [{(0, 3): "a car"}]
-    assert field.forgot == [[True, True, True, True, False, False]]
-    assert field.parked == [field._out[0].tolist()]
-    assert field.is_over is bool(last)
-
-
-def test_where_nobody_ends_nobody_is_carried_off_or_set_back():
-    field = scripted(2)
-    field._write = lambda back: 1 / 0
-    field._judge(reports_of({}, {}), np.zeros((1, 2), CAR_STATE))
-    assert (field.parked, field.forgot, field.is_over) == ([], [], False)
-
-
 @pytest.mark.parametrize(
     ("races", "shares"),
-    [(None, [0, 0]), (1, [0]), (2, [0, 0]), (3, [0, 0, 1 / 2]), (6, [0, 0, 1 / 3, 1 / 3, 2 / 3, 2 / 3])],
+    [(None, [0, 0]), (3, [0, 0, 1 / 2]), (6, [0, 0, 1 / 3, 1 / 3, 2 / 3, 2 / 3])],
 )
 def test_places_on_the_grid_change_and_after_a_round_the_grid_moves_round_the_track(races, shares):
     rules = HeadToHead(races=races, laps=4, max_resets=7)
@@ -488,9 +337,3 @@ def test_places_on_the_grid_change_and_after_a_round_the_grid_moves_round_the_tr
     assert [[one.driver for one in row] for row in field._shown] == ([["a", "b"], ["b", "a"]] * 3)[: len(shares)]
     assert (field._resets_left == 7).all()
     assert not field.is_over
-
-
-def test_of_twenty_races_the_ticks_of_sixteen_are_kept():
-    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(races=20), RaceConfig())
-    field._out[:] = True
-    assert len(field.result().ticks) == 16

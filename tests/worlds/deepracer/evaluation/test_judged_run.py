@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from racecraft.contract.errors import SettingError
 from racecraft.evaluation.evaluate_run import evaluate_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.evaluation import judged_run
@@ -35,14 +34,3 @@ def test_a_car_is_judged_by_three_laps_from_the_start_line_of_its_track(tmp_path
         "best", (named, {"num_cars": 1, "start_shares": [0.0], "laps": laps}), (POLICY, "a world", laps)
     ]  # fmt: skip
     assert told == {"run": str(run.path), "checkpoint": 12, "track": named, "full_laps": 1}
-
-
-@pytest.mark.parametrize(("words", "starts"), [({"tracks": "a,b"}, 5), ({"tracks": ["a", "b"], "laps": 2}, 2)])
-def test_on_several_tracks_a_car_drives_from_five_starts_each(tmp_path, monkeypatch, words, starts):
-    run = RunFolder.create(tmp_path / "run", {"kind": "deepracer"})
-    monkeypatch.setattr(judged_run, "load_trained_car", lambda path, which: "car")
-    monkeypatch.setattr(judged_run, "judge_named", lambda car, names, starts: (car, names, starts))
-    monkeypatch.setattr(judged_run, "told_of", lambda car, results, starts: {"told": results, "starts": starts})
-    assert evaluate_run(run.path, **words) == {"told": ("car", ["a", "b"], starts), "starts": starts}
-    with pytest.raises(SettingError, match="all names in one of them"):
-        evaluate_run(run.path, track="c", **words)

@@ -76,12 +76,6 @@ def test_laps_of_one_car_are_counted_over_as_many_tries_as_it_takes(drive):
     )
 
 
-def test_no_more_tries_are_made_than_laps_are_wanted(drive):
-    drive.tries = [[LAP | {"lap_seconds": 11.0}]] * 3
-    assert len(judge_laps(None, None, 1)) == 1
-    assert drive.asked == [0]
-
-
 @pytest.mark.parametrize("has_reward", [True, False])
 def test_a_lap_from_each_start_is_what_its_episode_came_to(drive, has_reward):
     def came(world, progress, seconds, status):
@@ -98,27 +92,3 @@ def test_a_lap_from_each_start_is_what_its_episode_came_to(drive, has_reward):
     )
     judge_starts(None, world, seed=7)
     assert drive.asked == [0, 7]
-
-
-def test_who_looks_on_sees_a_drive_that_is_driven_tick_by_tick(drive, monkeypatch):
-    asked = []
-    monkeypatch.setattr(laps, "play_episodes", lambda *_, **how: asked.append(how) or [])
-    judge_starts(None, SimpleNamespace(start_shares=[], has_reward=False), iter(["looks on"]), 3)
-    assert asked == [{"seed": 3, "observers": ["looks on"]}]
-    assert drive.asked == []
-
-
-def test_who_waits_hears_how_many_episodes_have_ended_whenever_one_does(monkeypatch):
-    ends = [[0, 0, 0], [0, 1, 0], [0, 1, 0], [1, 0, 1]]
-
-    def play(policy, world, seed, observers):
-        for ended in ends:
-            flags = np.array(ended, bool)[:, None]
-            for look in observers:
-                look(world, SimpleNamespace(terminated=flags, truncated=~flags & False), None)
-        return []
-
-    monkeypatch.setattr(laps, "play_episodes", play)
-    heard = []
-    judge_starts(None, SimpleNamespace(start_shares=[], has_reward=False), on_progress=heard.append)
-    assert heard == [1, 3]

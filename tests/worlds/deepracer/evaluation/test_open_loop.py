@@ -1,18 +1,18 @@
 """Windows of open-loop driving by hand: how long a command acts, what is clipped, where a window opens and ends."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.evaluation import open_loop
 from racecraft.worlds.deepracer.evaluation.open_loop import (
-    HORIZONS,
     Windows,
     commands_of,
     drive_open_loop,
     open_windows,
+    real_speeds,
     seconds_of,
 )
 from racecraft.worlds.deepracer.evaluation.recompute import TracePath
@@ -35,10 +35,6 @@ def walked(rows, begins=(0,), held=(0,), restarts=None):
     restarts = begins if restarts is None else restarts
     return TracePath(poses=np.zeros((rows, 3)), begins=flags(rows, *begins), restarts=flags(rows, *restarts),
                 held=flags(rows, *held))  # fmt: skip
-
-
-def test_horizons_are_the_first_whole_ticks_at_or_after_their_times():
-    assert {name: math.ceil(float(name[:-1]) * TICKS_PER_SECOND) for name in HORIZONS} == HORIZONS
 
 
 def test_a_command_acts_a_tick_through_missing_rows_for_three_seconds_at_most_and_two_ticks_before_a_restart():
@@ -64,12 +60,6 @@ def test_by_the_clock_a_row_acts_as_long_as_its_stamp_lies_behind_the_one_before
     expected = [t, t, 0.1, 0.1, t, t, two, 0.1, two, t, t, 0.09]
     # Row 6 acts over the missing row after it; row 8 until the car stands at its start again.
     assert seconds_of(trace, restarts, clocked=True) == pytest.approx(expected)
-
-
-@pytest.mark.parametrize(("since", "acts"), [(2.75, 2.75), (3.0, TICK), (0.0, TICK), (-0.5, TICK), (0.125, 0.125)])
-def test_a_stamp_three_seconds_behind_the_one_before_is_none(since, acts):
-    trace = trace_of(steps=np.arange(1.0, 5.0), tstamp=np.array([8.0, 8.25, 8.5, 8.5 + since]))
-    assert seconds_of(trace, walked(4), clocked=True)[3] == pytest.approx(acts)
 
 
 def test_commands_are_radians_and_metres_a_second_within_what_the_original_lets_through():
@@ -134,3 +124,11 @@ def test_a_row_before_a_missing_one_opens_no_window_be_it_the_first():
     trace = trace_of(steps=np.array([1.0, *range(3, 21)]))
     first, ticks = open_windows(trace, walked(19, held=()))
     assert (first.tolist(), ticks.tolist()) == ([5, 10], [13, 8])
+
+
+def test_the_speed_of_a_window_is_the_way_of_its_ticks_over_their_time():
+    """By hand: 0.1 m a tick of 1/15 s are 1.5 m/s, on a straight and round a corner; then the car stands."""
+    x = np.array([0.0, 0.1, 0.2, 0.3, 0.3, 0.3, 0.3])
+    y = np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1])
+    windows = SimpleNamespace(first=np.array([0, 0, 2, 4]), ticks=np.array([3, 4, 2, 2]))
+    assert np.allclose(real_speeds(SimpleNamespace(columns={"X": x, "Y": y}), windows), [1.5, 1.5, 1.5, 0.0])

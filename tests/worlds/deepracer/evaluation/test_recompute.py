@@ -1,4 +1,4 @@
-"""What a trace says of its car's whereabouts, by hand: episodes, restarts, held rows, and where a lap began."""
+"""What a trace says of its whereabouts, by hand: episodes, restarts, held rows, and where it differs from ours."""
 
 import math
 from types import SimpleNamespace
@@ -48,45 +48,20 @@ def test_the_base_of_a_car_lies_behind_its_front_point_along_its_nose():
     assert places_of(told) == pytest.approx(np.array([[1, 2 - ahead, math.pi / 2], [1 + ahead, 2, math.pi]]))
 
 
-def agreed(implied, begins):
-    flags = np.zeros(len(implied), bool)
-    flags[list(begins)] = True
-    return module._agreed_starts(np.array(implied), flags)
-
-
-def test_an_episode_began_where_most_of_its_rows_say_also_across_the_start_line():
-    starts = agreed([0.2, 0.5, 0.2, 0.7, 0.99999, 0.00001, 0.4, 1.00002], [0, 4])
-    assert starts[:4] == pytest.approx([0.2] * 4)
-    assert np.mod(starts[4:] + 0.5, 1.0) == pytest.approx([0.50001] * 4, abs=1e-9), "the middle one of those that agree"
-
-
-def test_starts_before_and_behind_the_line_are_neighbours():
-    assert agreed([-0.00001, 0.00001, -0.00002, 0.5], [0]) == pytest.approx([0.99999] * 4, abs=1e-9)
-
-
-@pytest.mark.parametrize(("apart", "start"), [(0.9e-4, 0.3), (1.1e-4, 0.1)])
-def test_starts_agree_within_a_ten_thousandth_of_the_lap(apart, start):
-    """Two that agree outweigh one; where they do not, the first stands."""
-    assert agreed([0.1, 0.3, 0.3 + apart], [0])[0] == pytest.approx(start, abs=1e-9)
-
-
 class Road:
     """A lap of 10 m along x; waypoints a metre apart. Driven the other way x counts down."""
 
-    closed, length = True, 10.0
+    closed, length, repeated_rows = True, 10.0, False
 
-    def __init__(self, backwards=False, repeated=False, shift=0):
-        self.backwards, self.repeated_rows, self.shift = backwards, repeated, shift
+    def __init__(self, backwards=False):
+        self.backwards = backwards
 
     def locate(self, points):
         arc = np.mod(-points[:, 0] if self.backwards else points[:, 0], self.length)
-        return SimpleNamespace(arc=arc, nearer_waypoint=(np.rint(arc) % 10).astype(int) + self.shift)
+        return SimpleNamespace(arc=arc, nearer_waypoint=(np.rint(arc) % 10).astype(int))
 
     def reversed(self):
-        return Road(not self.backwards, self.repeated_rows, self.shift)
-
-    def as_filed(self):
-        return Road(self.backwards, self.repeated_rows, self.shift + 1)
+        return Road(not self.backwards)
 
     def arrays(self):
         return None
@@ -105,15 +80,13 @@ def plain(monkeypatch):
     return wheels
 
 
-def driven(x, progress, episode=None, **columns):
+def driven(x, progress, **columns):
     rows = len(x)
     told = {
         "X": np.array(x, float), "progress": np.array(progress, float), "closest_waypoint": np.rint(x).astype(int) % 10,
         "all_wheels_on_track": np.ones(rows, bool), **columns,
     }  # fmt: skip
-    episode = np.zeros(rows, int) if episode is None else np.array(episode)
-    steps = np.concatenate([np.arange(1.0, 1 + count) for count in np.bincount(episode)])
-    return trace(episode, steps, **told)
+    return trace(np.zeros(rows, int), np.arange(1.0, 1 + rows), **told)
 
 
 def test_a_row_is_wrong_by_more_than_a_hundredth_of_a_point_and_far_by_more_than_a_point(plain):
@@ -128,27 +101,6 @@ def test_a_row_is_wrong_by_more_than_a_hundredth_of_a_point_and_far_by_more_than
     assert (told.waypoints, told.reversed.any()) == (None, False)
 
 
-def test_a_difference_of_just_a_hundredth_is_none_and_of_just_a_point_is_not_far(plain):
-    """Eighths of a lap, so that nothing is rounded."""
-    x = 1.25 * np.arange(6)
-    told = recompute(driven(x, [0.01, 13.5, 25.0, 37.5, 50.0, 62.5]), Road())
-    assert told.progress.tolist() == [0.0, 12.5, 25.0, 37.5, 50.0, 62.5]
-    assert (where(told.progress_wrong), where(told.progress_far)) == ([1], [])
-
-
-def test_only_the_episode_that_fits_the_other_way_was_driven_backwards(plain):
-    x = np.array([1.0, 2.0, 3.0, 4.0, 8.0, 7.0, 6.0, 5.0])
-    told_waypoints = np.array([1, 2, 3, 4, 2, 3, 4, 5])
-    seen = driven(x, [0, 10, 20, 30, 0, 10, 20, 30], [0, 0, 0, 0, 1, 1, 1, 1], closest_waypoint=told_waypoints)
-    told = recompute(seen, Road())
-    assert where(told.reversed) == [4, 5, 6, 7]
-    assert not told.progress_wrong.any()
-    assert not told.waypoint_wrong.any()
-    open_road = Road()
-    open_road.closed = False
-    assert not recompute(seen, open_road).reversed.any(), "an open track has one direction"
-
-
 def test_wheels_and_the_edge_of_the_road_are_compared_where_the_car_is_driven(plain):
     plain[:] = [4, 3, 4, 0, 0, 1, 0, 0]
     states = ["prepare", "in_progress", "in_progress", "off_track", "in_progress", "off_track", "crashed", "pause"]
@@ -161,12 +113,3 @@ def test_wheels_and_the_edge_of_the_road_are_compared_where_the_car_is_driven(pl
     silent = recompute(driven(x, 10 * x, all_wheels_on_track=on), Road())
     assert not silent.off_track_judged.any()
     assert not silent.off_track_wrong.any()
-
-
-@pytest.mark.parametrize(("shift", "counting", "wrong"), [(1, "as_filed", 0), (0, "distinct", 0), (5, None, 8)])
-def test_a_repeated_row_is_counted_as_more_of_the_rows_have_it(plain, shift, counting, wrong):
-    x = np.arange(8.0)
-    seen = driven(x, 10 * x, closest_waypoint=x.astype(int) + shift)
-    told = recompute(seen, Road(repeated=True))
-    assert (told.waypoints, int(told.waypoint_wrong.sum())) == (counting, wrong)
-    assert recompute(seen, Road()).waypoints is None, "without such rows nothing is to be told"

@@ -10,7 +10,7 @@ from tests.reference import DATA, HAS_ALL, LARGE
 from racecraft.contract.errors import InputFileError, UserInputError
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, PROFILES, REAR_WHEELS_M, TICK_SECONDS
-from racecraft.worlds.deepracer.evaluation.open_loop import commands_of, drive_open_loop, open_windows
+from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop
 from racecraft.worlds.deepracer.evaluation.recompute import recompute
 from racecraft.worlds.deepracer.evaluation.replay_picture import draw_replay
 from racecraft.worlds.deepracer.evaluation.replay_report import replay
@@ -150,14 +150,6 @@ def test_a_race_of_our_own_is_driven_again_to_the_last_bit(trace_file):
     assert report["open_loop_yaw_deg"]["1s"]["p90"] < 1e-3
 
 
-def test_another_car_strays():
-    trace = SimTrace(told_by(lambda tick: (0.3 * math.sin(tick / 4), 1.0)))
-    retold = recompute(trace, TRACK)
-    own, other = (np.nanmedian(drive_open_loop(trace, retold, car).position_m["1s"]) for car in ("v4", "v6"))
-    assert own < 1e-9
-    assert other > 0.05
-
-
 def test_a_clocked_car_follows_the_stamps():
     """A row's command acts as long as its stamp lies behind the stamp before: stretch them and the car goes further."""
     columns = told_by(straight_on, car="v6")
@@ -168,25 +160,6 @@ def test_a_clocked_car_follows_the_stamps():
     row = np.flatnonzero(np.isfinite(clocked.position_m["1s"]))[3]
     length = [np.nansum(np.hypot(*np.diff(w.paths[row, :16, :2], axis=0).T)) for w in (plain, clocked)]
     assert length[1] / length[0] == pytest.approx(1.2, abs=0.02)
-
-
-def test_windows_open_at_every_fifth_driven_row_and_reach_past_no_end():
-    columns = told_by(straight_on, episodes=2, ticks=30)
-    columns["episode_status"][20] = "pause"
-    trace = SimTrace(columns)
-    first, ticks = open_windows(trace, recompute(trace, TRACK))
-    # Episode 0: rows 1, 6, 11 before the pause at 20 (8 ticks fit up to row 11), 22 after it has none; episode 1 whole.
-    assert first.tolist() == [1, 6, 11, 31, 36, 41, 46, 51]
-    assert ticks.tolist() == [15, 13, 8, 15, 15, 15, 13, 8]
-
-
-def test_no_window_crosses_a_missing_row():
-    columns = told_by(straight_on, episodes=1, ticks=40)
-    keep = np.arange(40) != 20
-    trace = SimTrace({name: values[keep] for name, values in columns.items()})
-    first, ticks = open_windows(trace, recompute(trace, TRACK))
-    assert ((first + ticks <= 19) | (first >= 20)).all()
-    assert len(first) > 3
 
 
 def test_the_start_is_what_most_rows_agree_on():
@@ -338,9 +311,3 @@ def test_too_short_a_race_is_counted_but_not_driven(trace_file):
     assert report["rows"] == 6
     assert report["windows"] == {"0.5s": 0, "1s": 0}
     assert report["open_loop_position_m"]["1s"] == {"median": None, "p90": None}
-
-
-def test_commands_are_clipped_as_the_original_clips_them():
-    columns = told_by(straight_on)
-    columns["steer"][:2], columns["throttle"][:2] = (45.0, -45.0), (9.0, 0.0)
-    assert commands_of(SimTrace(columns))[:2] == pytest.approx(np.array([[math.pi / 6, 4.0], [-math.pi / 6, 0.1]]))

@@ -52,10 +52,6 @@ def test_a_person_reads_what_differs_and_how_far_the_car_strays(ask):
     assert "0.085 m" in text
 
 
-def test_by_name_the_smooth_curve_is_announced(ask):
-    assert "note: The catalogue's reinvent_base is a smooth curve" in ask(TRACE, "--track", "reinvent_base")
-
-
 def test_one_command_leaves_one_page_that_answers_the_question(ask, tmp_path):
     text = ask(TRACE, "--track", TRACK, "--report", tmp_path / "same.html")
     assert "The track is the same. So is the car: it is v4 (the next car strays" in text

@@ -12,7 +12,6 @@ from racecraft.worlds.deepracer.evaluation.open_loop import Windows
 from racecraft.worlds.deepracer.evaluation.recompute import RecomputedTrace
 from racecraft.worlds.deepracer.evaluation.replay_report import FileReplay, ReplayReport
 from racecraft.worlds.deepracer.files.sim_trace import SimTrace
-from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 NAN = math.nan
@@ -92,12 +91,10 @@ def test_the_worst_windows_come_first_and_are_five_with_row_and_errors_to_five_p
         (True, {}, True),
         (True, {"progress_wrong": [3]}, False),
         (True, {"waypoint_wrong": [3]}, False),
-        (True, {"progress_far": [3]}, True),
-        (False, {"progress_wrong": [3], "waypoint_wrong": [3]}, True),
+        (False, {"progress_wrong": [3]}, True),
         (False, {"progress_far": [3]}, False),
         (True, {"wheels_wrong": [1]}, True),
         (True, {"wheels_wrong": [1, 2]}, False),
-        (False, {"wheels_wrong": [1, 2]}, False),
     ],
 )
 def test_a_track_is_the_same_where_all_agrees_but_two_wheels_in_a_thousand_rows(exact, marks, is_same):
@@ -110,10 +107,7 @@ def test_a_track_is_the_same_where_all_agrees_but_two_wheels_in_a_thousand_rows(
     [
         ([0.1] * 30, [0.9] * 19, True),  # too few fast windows to be asked
         ([0.1] * 30, [0.9] * 20, False),
-        ([0.9] * 19, [0.1] * 30, True),
-        ([0.1] * 5, [0.9] * 4, True),
         ([0.1] * 5, [0.9] * 5, False),
-        ([0.9], [], False),
         ([0.1], [], True),
         ([], [], None),
     ],
@@ -124,13 +118,18 @@ def test_a_band_of_speed_is_asked_where_twenty_windows_or_as_many_as_of_the_othe
     assert ReplayReport.is_same_car.fget(told) is is_same
 
 
-@pytest.mark.parametrize(("speed", "limit"), [(1.0, 0.066), (3.0, 0.1375)])
-def test_where_no_window_lasts_a_second_half_of_one_tells_by_little_more_than_half_the_limit(speed, limit):
-    """v4 may stray 0.12 m in a second below 2 m/s and 0.25 above; 55 % of it in half a second."""
-    for far, is_same in ((limit - 0.001, True), (limit + 0.001, False)):
-        by = {"1s": ([], []), "0.5s": ([far], [speed])}
-        told = SimpleNamespace(car="v4", _by_speed=lambda name, by=by: tuple(map(np.array, by[name])))
-        assert ReplayReport.is_same_car.fget(told) is is_same
+LIMITS = {"v4": (0.12, 0.25), "v5-classic": (0.20, 0.40), "v6": (0.11, 0.25)}
+"""How far a car may stray in a second, m, below 2 m/s and from there on, as docs/fidelity.md tells."""
+
+
+@pytest.mark.parametrize("car", LIMITS)
+@pytest.mark.parametrize(("horizon", "share"), [("1s", 1.0), ("0.5s", 0.55)])
+def test_a_car_is_the_same_up_to_its_limit_and_up_to_little_more_than_half_of_it_in_half_a_second(car, horizon, share):
+    for speed, limit in zip((1.999, 2.0), LIMITS[car], strict=True):
+        for far, is_same in ((share * limit - 0.001, True), (share * limit + 0.001, False)):
+            by = {"1s": ([], []), horizon: ([far], [speed])}
+            told = SimpleNamespace(car=car, _by_speed=lambda name, by=by: tuple(map(np.array, by[name])))
+            assert ReplayReport.is_same_car.fget(told) is is_same
 
 
 @pytest.mark.parametrize(
@@ -141,64 +140,13 @@ def test_the_direction_is_that_of_the_episodes(reversed_rows, direction):
     assert report(retold(begins=[0, 5], reversed=reversed_rows)).direction == direction
 
 
-def test_rows_that_a_route_file_repeats_are_counted_one_way_where_all_files_agree():
-    assert report(retold(), retold()).waypoints is None
-    assert report(retold(), retold(waypoints="as_filed")).waypoints == "as_filed"
-    assert report(retold(waypoints="distinct"), retold(waypoints="as_filed")).waypoints is None
-
-
-def test_notes_tell_what_a_reader_should_know():
-    assert report(retold()).notes() == []
-    (filed,), (distinct,) = report(retold(waypoints="as_filed")).notes(), report(retold(waypoints="distinct")).notes()
-    assert "this recording counts it" in filed
-    assert "race.waypoints=as_filed" in filed
-    assert "this recording does not count it" in distinct
-    half = report(retold(waypoint_wrong=[0, 1, 2, 3, 4]))
-    assert half.notes() == []
-    (numbered,) = report(retold(waypoint_wrong=[0, 1, 2, 3, 4, 5])).notes()
-    assert numbered.startswith("6 of 10 closest waypoints differ")
-    (smooth,) = report(retold(), exact=False).notes()
-    assert "smooth curve" in smooth
-
-
-def test_errors_are_those_of_windows_that_reach_so_far_and_speeds_are_beside_them():
-    x = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
-    columns = trace(X=x, Y=np.zeros(10))
-    seen = windows([0, 1], [0.1, 0.2], [NAN, 0.3])
-    seen = Windows(seen.first, np.array([2, 8]), seen.paths, seen.position_m, seen.yaw_rad)
-    told = ReplayReport(OVAL, True, "v4", (FileReplay("a.csv", columns, retold(), seen),), {})
-    assert {name: errors.tolist() for name, errors in told.errors_m().items()} == {"0.5s": [0.1, 0.2], "1s": [0.3]}
-    strayed, speeds = told._by_speed("1s")
-    assert (strayed.tolist(), speeds.tolist()) == ([0.3], [pytest.approx(1.5)])
-
-
-def test_a_car_strays_by_the_median_of_the_longest_way_that_was_measured():
-    far = replay_report._strayed
-    assert far([windows([0, 1], [9, 9], [1.0, NAN]), windows([2], [9], [2.0])]) == 1.5
-    assert far([windows([0, 1], [3.0, 5.0], [NAN, NAN])]) == 4.0
-    assert far([windows([0], [NAN], [NAN]), windows()]) == math.inf
-
-
-NUMBERS = ("X", "Y", "yaw", "steer", "throttle", "progress", "tstamp")
-
-
-def numbers(rows, **changes):
-    told = {name: np.array(changes.get(name, np.ones(rows)), float) for name in NUMBERS}
-    return told | {"episode": np.zeros(rows)}
-
-
 @pytest.mark.parametrize(
     ("length", "far", "waypoints", "refused"),
     [
         (20.0, 5, 10, ""),  # just half of the progress is elsewhere, and of the same length
         (20.0, 6, 0, "6 of 10 rows"),
-        (20.09, 0, 10, ""),  # within half a per cent it is the same length
         (20.3, 0, 9, ""),  # of another length: nine of ten waypoints may be numbered otherwise
         (20.3, 0, 10, "10 of 10 rows"),
-        (20.3, 5, 9, ""),
-        (20.3, 5, 10, "10 of 10 rows"),
-        (20.3, 6, 0, "6 of 10 rows"),
-        (19.7, 0, 10, "10 of 10 rows"),
     ],
 )
 def test_a_trace_is_of_another_track_by_its_progress_or_by_length_and_waypoints(length, far, waypoints, refused):
@@ -211,28 +159,3 @@ def test_a_trace_is_of_another_track_by_its_progress_or_by_length_and_waypoints(
     words = rf"{refused} lie elsewhere on mine \(20\.00 m\).*a track of {length:.2f} m"
     with pytest.raises(InputFileError, match=words):
         replay_report._refuse_other_track("a.csv", seen, told, circuit)
-
-
-def test_tracks_of_the_length_that_a_trace_speaks_of_are_named_where_there_are():
-    circuit = SimpleNamespace(name="mine", length=20.0)
-    told = retold(progress_far=range(10))
-    with pytest.raises(InputFileError, match=r"Of that length there are: .*Oval_track"):
-        replay_report._refuse_other_track("a.csv", trace(track_len=np.full(10, OVAL.length)), told, circuit)
-    with pytest.raises(InputFileError, match="The catalogue has none of that length"):
-        replay_report._refuse_other_track("a.csv", trace(track_len=np.full(10, 999.0)), told, circuit)
-
-
-def test_a_trace_in_which_nobody_drove_is_refused_with_what_its_rows_say():
-    parked = trace(2, episode_status=np.array(["pause", "park"]))
-    with pytest.raises(LogError, match=r"\(only park, pause\)"):
-        replay_report._refuse_parked("a.csv", parked, retold(2))
-    with pytest.raises(LogError, match="no row in which a car was driven"):
-        replay_report._refuse_parked("a.csv", trace(2), retold(2, held=[0, 1]))
-    replay_report._refuse_parked("a.csv", trace(2), retold(2, held=[0]))
-    driven = trace(2, episode_status=np.array(["pause", "in_progress"]))
-    replay_report._refuse_parked("a.csv", driven, retold(2, held=[0, 1]))
-
-
-@pytest.mark.parametrize(("name", "is_file"), [("a/Track.npy", True), ("track.NPY", True), ("reinvent_base", False)])
-def test_a_route_file_is_known_by_its_ending(name, is_file):
-    assert replay_report._is_route_file(name) is is_file
