@@ -16,8 +16,14 @@ def test_the_bill_of_2019_comes_out_again():
     assert total_usd(costs) == pytest.approx(3.87)
 
 
-@pytest.mark.parametrize("kind", ["gymnasium", "battlesnake", "unity"])
-@pytest.mark.parametrize(("cluster", "usd"), [(None, 3.0), ({"asked": "auto", "workers": 9, "machines": 3}, 9.0)])
+@pytest.mark.parametrize(
+    ("kind", "cluster", "usd"),
+    [
+        ("gymnasium", None, 3.0),
+        ("battlesnake", {"asked": "auto", "workers": 9, "machines": 3}, 9.0),
+        ("unity", None, 3.0),
+    ],
+)
 def test_every_world_s_report_has_a_bill(tmp_path, kind, cluster, usd):
     """Five hours × 0.60 USD on one instance, and on three."""
     run = RunFolder.create(
@@ -32,6 +38,4 @@ def test_every_world_s_report_has_a_bill(tmp_path, kind, cluster, usd):
     assert lines["NAT gateway"] == lines["data transfer"] == lines["simulation (RoboMaker)"] == (0.0, 0.0)
     words = words_of(done.report)
     assert f"About {usd:.2f} USD on AWS, without the notebook (SageMaker)." in words
-    assert "notebook (SageMaker) not known 5.00 h; no source names its price" in words
-    assert f"{usd / 0.6:.2f} h × 0.60 USD (AWS's credit: 6 USD for 10 h)" in words
     assert "An estimate" in words

@@ -97,15 +97,13 @@ def test_advice_goes_on_from_the_run_s_own_settings():
 
 
 @pytest.mark.parametrize("algorithm", ["sac", "dqn", "apex", "reinforce", "es"])
-@pytest.mark.parametrize("kind", ["deepracer", "gymnasium", "battlesnake", "unity"])
-def test_advice_names_no_setting_of_another_algorithm(algorithm, kind):
+def test_advice_names_no_setting_of_another_algorithm(algorithm):
     settings = as_dictionary(default_settings(find_algorithm(algorithm)))
     learner = learner_of_job({"algorithm": algorithm, "settings": settings})
-    asked = {"environment": "CartPole-v1", "build": "builtin:Basic", "game": {"players": 2}, "track": "Oval_track"}
     found = commands(learner, entropy=EARLY, evaluation_score=FELL, explained_variance=np.zeros(COUNT))
     assert found
     for command in found:
-        typed = typed_command(command, {"kind": kind, "algorithm": algorithm, "asked": asked})
+        typed = typed_command(command, {"kind": "deepracer", "algorithm": algorithm, "asked": {"track": "Oval_track"}})
         assert f"--algorithm {algorithm}" in typed
         named = re.findall(r"--set (\w+)\.", typed)
         assert set(named) <= {algorithm, "rollout"}
@@ -135,15 +133,6 @@ def told(ticks, words, judged=None):
     return found
 
 
-def test_a_corner_that_takes_half_of_the_exits(tmp_path):
-    same = [makers.episode(k, 0.3, ticks=20) for k in range(24)]
-    spread = [makers.episode(k, 0.1 + 0.85 * k / 24, ticks=20) for k in range(24)]
-    (found,) = told(ticks_of(tmp_path / "a", same), "Pay for the right line or less speed in")
-    assert "exits of the last two fifths lie in turn 1 (left)" in found.found
-    evenly = ticks_of(tmp_path / "b", spread)
-    assert not told(evenly.filter(pl.col("status") != "off_track"), "Pay for the right line")
-
-
 def test_a_car_that_runs_into_boxes_is_not_told_of_the_road(tmp_path):
     ended = pl.col("status").cast(pl.String).replace("off_track", "crashed").cast(pl.Enum(STATUSES))
     left = ticks_of(tmp_path, [makers.episode(k, 0.3, ticks=20) for k in range(24)])
@@ -153,11 +142,6 @@ def test_a_car_that_runs_into_boxes_is_not_told_of_the_road(tmp_path):
         r"(\d+) of \1 exits of the last two fifths, \1 of them crashes, lie in turn .* where they crash\.", found.found
     )
     assert not told(crashed, "the right line")
-    many = pl.concat([
-        crashed.with_columns(pl.col("unique_episode", "episode") + 24 * k, pl.col("iteration") + k) for k in range(50)
-    ])  # fmt: skip
-    assert told(many, "where it crashes")
-    assert not told(many, "leaves the road")
 
 
 ROUND, SHORT = Evaluations((0.3, 1.0, 1.0), 21.5), Evaluations((0.3, 1.0, 0.9), 21.5)
@@ -178,21 +162,6 @@ def test_what_a_car_that_gets_round_did_while_it_explored_is_no_fault(tmp_path):
     assert not told(same, "It laps", SHORT)
 
 
-def test_an_unrelated_reward_of_a_car_that_gets_round_is_left_alone(tmp_path):
-    shares = np.linspace(0.1, 0.9, 24)
-    unfair = ticks_of(tmp_path, [makers.episode(k, one, ticks=20, reward=1.0 - one) for k, one in enumerate(shares)])
-    words = "paid for something else than coming forward"
-    assert told(unfair, words, SHORT)
-    assert not told(unfair, words, ROUND)
-
-
-def test_speed_that_is_not_used_on_straights(tmp_path):
-    episodes = [makers.episode(k, 1.0, ticks=60, status="lap_complete") for k in range(30)]
-    slow = ticks_of(tmp_path, episodes).with_columns(speed_mps=pl.when(pl.col("tick") == 5).then(4.0).otherwise(1.0))
-    assert told(slow, "Speed is not used")
-    assert not told(slow.with_columns(speed_mps=pl.lit(4.0)), "Speed is not used")
-
-
 def test_a_reward_that_has_nothing_to_do_with_progress(tmp_path):
     shares = np.linspace(0.1, 0.9, 24)
     fair = [makers.episode(k, share, ticks=20, reward=share) for k, share in enumerate(shares)]
@@ -202,6 +171,7 @@ def test_a_reward_that_has_nothing_to_do_with_progress(tmp_path):
     assert found.found.startswith("Episodes that get farther are paid less (-1.00 between")
     assert advice(ticks_of(tmp_path / "c", unfair), None)[0].try_ == found.try_  # what is wrong with it comes first
     assert not told(ticks_of(tmp_path / "b", fair), words)
+    assert not told(ticks_of(tmp_path / "d", unfair), words, ROUND), "a car that gets round is left alone"
 
 
 def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
@@ -220,38 +190,24 @@ def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
 
 
 TABLE = [{"steering_angle": angle, "speed": speed} for angle in (-30, 0, 20) for speed in (0.5, 1.0)]
-RANGES = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 3.5}}
-CARS = {
-    "table": (
-        {"action_space": TABLE, "sensor": ["STEREO_CAMERAS", "SECTOR_LIDAR"]}, {"folder": "my-car", "stops": ["laps"]},
-        "PPO was asked to drive reinvent until it laps. The car saw by two cameras and a LiDAR in sectors and chose "
-        "among 6 actions, from 30° right to 20° left, at 0.5 to 1 m/s. It was paid by the reward function of my-car.",
-    ),
-    "ranges": (
-        {"action_space": RANGES, "sensor": ["FRONT_FACING_CAMERA"]},
-        {"from": "runs/old", "set": ["ppo.clip=0.1"], "stops": ["minutes=5", "iterations=9"]},
-        "PPO was asked to drive reinvent until 5 min are over or 9 iterations are done. The car saw by its front "
-        "camera and chose any wheel angle from 30° right to 30° left and any speed from 1 to 3.5 m/s. It was paid for "
-        "staying near the centre line, as no reward function was given. It began with the weights of runs/old. Set by "
-        "hand: ppo.clip=0.1.",
-    ),
-}  # fmt: skip
 
 
-@pytest.mark.parametrize("car", CARS)
-def test_what_a_car_was_asked_is_told_in_plain_words(car, tmp_path):
-    metadata, asked, words = CARS[car]
-    notes = [] if asked.get("folder") else ["no reward_function.py: paid for staying near the centre line"]
-    job = {"kind": "deepracer", "title": "reinvent", "algorithm": "ppo", "asked": asked, "notes": notes}
+def test_what_a_car_was_asked_and_what_happened_is_told_in_plain_words(tmp_path):
+    metadata = {"action_space": TABLE, "sensor": ["STEREO_CAMERAS", "SECTOR_LIDAR"]}
+    asked = {"folder": "my-car", "from": "runs/old", "set": ["ppo.clip=0.1"], "stops": ["minutes=5", "iterations=9"]}
+    job = {"kind": "deepracer", "title": "reinvent", "algorithm": "ppo", "asked": asked, "notes": []}
     run = RunFolder.create(tmp_path / "run", {**job, "settings": {}, "model_metadata": metadata})
     run.reward_function.write_text("def reward_function(params):\n    return 1.0\n")
     for row in metrics_of(evaluation_score=np.linspace(1, 100, COUNT), best_lap_seconds=np.full(COUNT, 20.0)):
         run.append_metrics(row)
     facts = read_facts(run)
-    assert request_text(facts) == words
+    assert request_text(facts) == (
+        "PPO was asked to drive reinvent until 5 min are over or 9 iterations are done. The car saw by two cameras and "
+        "a LiDAR in sectors and chose among 6 actions, from 30° right to 20° left, at 0.5 to 1 m/s. It was paid by the "
+        "reward function of my-car. It began with the weights of runs/old. Set by hand: ppo.clip=0.1."
+    )
     assert happened_words(facts).endswith("Its fastest lap took 20.00 s. It does not complete laps yet.")
     fell = [{**row, "evaluation_score": 101.0 - row["evaluation_score"]} for row in facts.metrics]
-    assert "it came to 1 % of a lap. " in happened_words(replace(facts, metrics=facts.metrics[:1])), "once"
     assert "came to 100 % of a lap in iteration 1.0, its first judgement and its best; the last was 1 % of a lap." in (
         happened_words(replace(facts, metrics=fell))
     )

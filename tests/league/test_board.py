@@ -102,12 +102,3 @@ def test_a_racer_who_enters_again_meets_everybody_anew():
              for name in ("00001-00002", "00001-00003", "00002-00003")}  # fmt: skip
     assert remaining(robin, twice, heats) == 2
     assert next_heat(robin, twice, heats) == Heat("00002-00004", (2, 4))
-
-
-def test_rows_are_a_sequence_that_is_made_where_it_is_looked_at():
-    found = board_of(
-        race(), entries("Ann", "Bob", "Cy"), {one.heat: one for one in (result(1, [9.0]), result(2, [8.0]))}
-    )
-    assert [row.racer for row in found.rows[:2]] == ["Bob", "Ann"]
-    assert (found.rows[-1].racer, len(found.rows), found.waiting) == ("Cy", 3, 1)
-    assert found.rows[1].interval == found.rows[1].gap == 1.0

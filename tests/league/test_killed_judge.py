@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from tests.league.in_process import InProcess
 from tests.league.test_seasons import add
 
 from racecraft.contract.errors import UserInputError
@@ -97,22 +98,8 @@ def test_two_judges_do_not_drive_one_race(league):
 
 
 def test_a_driver_that_crashes_is_a_failed_entry_and_the_race_goes_on(league, monkeypatch):
-    class Crash:
-        layers = ()
-
-        def __init__(self, kind):
-            pass
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *error):
-            pass
-
-        def close(self):
-            pass
-
-        def drive(self, order, on_progress):
+    class Crash(InProcess):
+        def drive(self, order, recorded=None, on_progress=None):
             raise judging.DriveError("the process that drove ended (SIGSEGV)")
 
     monkeypatch.setattr(judging, "DriveProcess", Crash)

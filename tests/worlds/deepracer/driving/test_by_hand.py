@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from racecraft.algorithms.demonstrations import demonstration_tensors
-from racecraft.algorithms.stacking import stacked_specs
 from racecraft.contract.errors import SettingError
 from racecraft.formats.demonstrations import read_demonstrations
 from racecraft.formats.tensor_file import CheckpointError
@@ -86,17 +84,3 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     (tmp_path / "laps.safetensors").write_bytes(b"no tensors")
     with pytest.raises(CheckpointError):
         DrivenLaps(tmp_path / "laps.safetensors", TRACK)
-
-
-def test_a_recording_is_stacked_for_a_policy_that_sees_the_past(driven):
-    import dataclasses
-
-    import torch
-
-    world, (lap, _) = driven
-    spec = dataclasses.replace(world.spec, observations=stacked_specs(world.spec.observations, 3))
-    frames = lap.shown.observations["FRONT_FACING_CAMERA"]
-    seen = demonstration_tensors(lap.shown, spec, ["FRONT_FACING_CAMERA"], torch.device("cpu"), "--from")
-    stacks = seen.observations["FRONT_FACING_CAMERA"].numpy()
-    assert (stacks[0] == frames[0][..., None]).all()  # before the past is there, the first stands in for it
-    assert (stacks[7] == np.stack([frames[5], frames[6], frames[7]], axis=-1)).all()

@@ -45,7 +45,3 @@ def test_the_shipped_table_speaks_of_our_tracks_and_cars():
     assert all(1.0 < lap.lap_seconds < 200.0 for lap in laps)
     one = laps[0]
     assert best_known_lap(one.track, one.car, one.top_speed_mps, one.direction) == one.lap_seconds
-
-
-def test_a_lap_nobody_planned_is_unknown():
-    assert best_known_lap("reinvent_base", "v6", 1.234) is None

@@ -29,7 +29,3 @@ def test_nothing_is_compared_across_episodes_or_while_the_car_is_held():
     calm = smoothness_of(np.concatenate([first, second]))
     assert calm.change_rad_per_second == 0.0
     assert smoothness_of(first[:1]) is None
-
-
-def test_a_zigzag_turns_its_sign_at_every_tick():
-    assert smoothness_of(drive([30, -30] * 5)).turns_share == pytest.approx(1.0)

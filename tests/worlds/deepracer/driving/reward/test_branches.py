@@ -15,10 +15,8 @@ DEAD = [
 ]
 ALIVE = [
     "if v > 3.5:\n    r = 3\nelif v > 2.5:\n    r = 2",
-    "if v > 2.5 and a < 15:\n    r = 3\nelif v > 3.5 and a < 20:\n    r = 2",
     "if v > 2.5 or a < 20:\n    r = 2\nelif v > 3.5 and a < 15:\n    r = 3",
     "if v > 2:\n    r = 1\nelif v >= 2:\n    r = 2",
-    "if v > 2:\n    r = 1\nif v > 3:\n    r = 2",
     "LIMIT = 15\nLIMIT = 50\nif d > LIMIT:\n    r = 2\nelif d > 45:\n    r = 3",
 ]
 

@@ -16,12 +16,10 @@ FAULTY = {
     "    if params['speed'] > 1:\n        return 1.0": ("raises", "None"),
     "    return float('nan')": ("raises", "nan"),
     "    return 0.1 if params['all_wheels_on_track'] else 1.0": ("sign", "wheel off the track"),
-    "    return params['distance_from_center'] / params['track_width']": ("sign", "farther from the centre"),
     "    return 5.0 - params['speed']": ("sign", "faster the command"),
     "    return params['steps'] / 100 + params['speed']": ("time", "later it comes"),
     "    return -1.0": ("trick", "leaving the road at once"),
     "    return abs(params['steering_angle'])": ("trick", "circling"),
-    "    return 1.0 / params['speed']": ("trick", "standing still"),
     "    w, c = params['waypoints'], params['closest_waypoints']\n    import math\n"
     "    d = math.degrees(math.atan2(w[c[1]][1] - w[c[0]][1], w[c[1]][0] - w[c[0]][0]))\n"
     "    return params['speed'] if abs(d - params['heading']) < 10 else 0.1": ("heading", "near 180 degrees"),

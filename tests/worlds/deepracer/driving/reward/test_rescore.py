@@ -136,9 +136,7 @@ HALF = "def half(x):\n    y = x / 2\n    return y\ndef reward_function(params):\
         (CLASS + "    return Reward().built_up(params)\n", {16: 0.5, 9: 2.0, 4: 2.0}),
         (HALF + "    a = half(4.0)\n    b = half(6.0)\n    return float(a + 2 * b - half(1.0))\n", {2: 7.5}),
         (HALF + "    p = 1\n    p += half(4)\n    p -= 0.25\n    return max(p, 1e-3)\n", {5: 1.0, 2: 2.0, 7: -0.25}),
-        (HALF + "    p = 1\n    p = p + half(4)\n    p *= 2\n    return p\n", {5: 1.0, 2: 2.0, 7: 3.0}),
         (HALF + "    p = 0\n    for k in range(3):\n        p += half(k)\n    return p\n", {2: 1.5}),
-        (HALF + "    p = 5\n    p = half(4)\n    return p if p > 1 else 0\n", {2: 2.0}),
         (HALF + "    p = half(4) * half(6)\n    return p\n", {5: 6.0}),
     ],
 )

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, RADIUS_M, STRAIGHT_M, stadium
 
-from racecraft.worlds.deepracer.driving.telemetry import corners as corners_module
 from racecraft.worlds.deepracer.driving.telemetry.corners import find_corners
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
-from racecraft.worlds.deepracer.tracks.track import Track
 
 NEAR = 0.2 / LENGTH_M
 
@@ -39,14 +37,3 @@ def test_the_other_way_round_left_is_right_and_numbers_run_backwards():
 
 def test_a_straight_road_has_none():
     assert find_corners(load_track("Straight_track")) == ()
-
-
-def test_a_bend_whose_curvature_flickers_stays_one(monkeypatch):
-    angles = np.linspace(0.0, 2.0 * np.pi, 721)
-    radius = 2.05 + 0.0043 * np.cos(14 * angles)  # its curvature swings around ENTER and stays above LEAVE
-    centre = np.column_stack([radius * np.cos(angles), radius * np.sin(angles)])
-    arc = Track.from_rows("arc", np.hstack([centre, 0.8 * centre, 1.2 * centre])[:400])
-    assert len(find_corners(arc)) == 1
-    monkeypatch.setattr(corners_module, "LEAVE", corners_module.ENTER)
-    monkeypatch.setattr(corners_module, "MIN_TURN_RAD", 0.0)
-    assert len(find_corners(arc)) > 3

@@ -92,23 +92,15 @@ def test_a_section_is_timed_between_waypoints_and_over_the_start_line():
     ("condition", "expected"),
     [
         ({"at": "314=2.1"}, [1]),  # waypoints stand 0.02 m apart: 314 and 650 are on straights, at 2 and at 4 m/s
-        ({"at": "650=4.2"}, [1]),
-        ({"at": "650=4.6"}, []),
         ({"at": "650=..4.2"}, [0]),
         ({"at": "650=3.5..4.2"}, [0]),
         ({"reward_at": "314=1.5"}, [1]),
-        ({"reward_at": "314=..1.5"}, [0]),
         ({"future_at": "650=7", "discount": 1.0}, [1]),  # five or six ticks are to come, of 1 and of 2
         ({"future_at": "314=3", "discount": 0.5}, [1]),  # many ticks: 1 / (1 - 0.5) times the reward
-        ({"future_at": "314=2.1..5", "discount": 0.5}, [1]),
         ({"printed": "slow"}, [1]),
         ({"printed": "begun"}, []),
         ({"at": "314=left"}, [0]),
-        ({"at": "314=right"}, [1]),
-        ({"actions": "1"}, [0, 1]),
         ({"actions": "1,2"}, [0]),
-        ({"actions": "2,1"}, [1]),
-        ({"actions": "1,2,1"}, []),
     ],
 )
 def test_laps_are_chosen_by_what_the_car_does_somewhere(condition, expected):
@@ -126,10 +118,8 @@ def test_laps_are_chosen_by_what_the_car_does_somewhere(condition, expected):
 
 @pytest.mark.parametrize(("condition", "words"), [
     ({"at": "57=3..2"}, "--at is '57=3..2'; expected the smaller number first"),
-    ({"reward_at": "57=much"}, "--reward-at is '57=much'; expected a waypoint and a reward"),
     ({"reward_at": "999=1"}, "--reward-at: stadium has no waypoint 999"),
     ({"future_at": "57=1"}, "expected --discount beside it"),
-    ({"discount": 0.9}, "expected --future-at beside it"),
     ({"printed": "slow"}, "Traces hold no prints"),
 ])  # fmt: skip
 def test_what_no_lap_can_have_is_refused_by_name(condition, words):
