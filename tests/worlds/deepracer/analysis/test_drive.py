@@ -80,7 +80,3 @@ def test_what_is_no_drive_is_refused_in_a_letter(reports_along):
         Drive.from_episodes(rows.drop("yaw_rad"))
     with pytest.raises(DriveError, match="rows of 2 cars"):
         Drive.from_episodes(pl.concat([rows, rows.with_columns(world=pl.lit(1).cast(pl.Int64))]))
-    with pytest.raises(DriveError, match=r"an array of shape \(3, 2\)"):
-        Drive.from_reports(np.zeros((3, 2)))
-    with pytest.raises(DriveError, match="no lap 3 among 1"):
-        Drive.from_episodes(rows).of_lap(3)

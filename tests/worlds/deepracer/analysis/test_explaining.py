@@ -201,31 +201,6 @@ def test_a_car_that_makes_no_lap_anywhere_is_not_said_to_know_the_track():
     assert "does not hang" not in told
 
 
-class KnowsOneStart(WrongAtOnePlace):
-    """Follows the middle of the road if its episode began at the start line, else turns left at once."""
-
-    def __init__(self, actions):
-        super().__init__(actions, wrong=(-1.0, -1.0))
-
-    def act(self, observations, action_mask=None):
-        began = self.world.cars["start_share"][:, 0] * TRACK.length
-        knows = np.minimum(began, TRACK.length - began) < 0.2
-        return np.where(knows, super().act(observations, action_mask), 0)
-
-
-@pytest.mark.parametrize("knows_all", [False, True])
-def test_a_car_trained_from_one_start_is_told_whether_it_knows_more_than_that(tmp_path, monkeypatch, knows_all):
-    monkeypatch.setattr(comparing, "trained_starts", lambda run, track: np.zeros(1))
-    car = Car(tmp_path, wrong=(-1.0, -1.0))
-    if not knows_all:
-        car.policy = KnowsOneStart(TABLE)
-    told = comparing.compare_starts(car, most=6)
-    assert (told.trained_starts, told.trained, told.between) == (1, 6, 6)
-    assert (told.trained_full, told.between_full) == (6, 6 if knows_all else 0)
-    assert told.is_over_fitted is not knows_all
-    assert "From the place it was trained to start from, give or take 5 cm, 6 of 6 laps" in starts_words(told)
-
-
 ONE_START = Path(__file__).with_name("one_start")
 
 

@@ -54,26 +54,6 @@ def test_the_view_is_the_cars_own_and_the_banner_tells_how_it_ended(track, repor
     assert (pictures[19] == pictures[-1]).all()
 
 
-def test_a_drive_that_goes_on_is_not_held_and_has_no_banner(track, reports_along):
-    drive = Drive.from_reports(reports_along(5, race.IN_PROGRESS, share=0.1))
-    pictures = [picture.copy() for picture in lap_film.film(drive, track)]
-    assert len(pictures) == 5
-    assert tuple(pictures[-1][BANNER_ROW, BANNER_COLUMN]) not in (GOOD, BAD)
-
-
-def test_the_trail_follows_the_car_and_is_wiped_with_each_lap(track, reports_along):
-    two_laps = Drive.from_reports(np.concatenate([reports_along(60), reports_along(3, race.IN_PROGRESS, share=0.01)]))
-    dashboard = lap_film.Dashboard(track, two_laps, "", lap_film.PANEL_WIDTH, lap_film.HEIGHT)
-    panel = np.empty((lap_film.HEIGHT, lap_film.PANEL_WIDTH, 3), np.uint8)
-
-    def trail_pixels(tick):
-        dashboard.draw(tick, panel)
-        return int((dashboard._trail != dashboard._map.picture).any(axis=2).sum())
-
-    early, late, fresh = (trail_pixels(tick) for tick in (10, 59, 60))
-    assert 0 < fresh < early < late
-
-
 def test_the_first_full_lap_is_a_ghost_beside_the_best_one_and_waits_at_its_end(track, reports_along):
     """The best lap takes 60 ticks. The earlier one is 40 ticks over half the way, so it is there before and stands."""
     best, ghost = (Drive.from_reports(reports_along(ticks, share=share)) for ticks, share in ((60, 1.0), (40, 0.5)))

@@ -45,12 +45,6 @@ def apart(a, b, eyes):
     return float(np.linalg.norm(lab(to_rgb(a), eyes) - lab(to_rgb(b), eyes)))
 
 
-def test_by_hand_black_and_white_lie_a_hundred_apart_and_red_and_green_are_one_to_some():
-    assert apart("black", "white", "print in grey") == pytest.approx(100.0, abs=0.1)
-    assert apart("#a0522d", "#556b2f", "usual") > 40
-    assert apart("#a0522d", "#556b2f", "deuteranopia") < 0.5 * apart("#a0522d", "#556b2f", "usual")
-
-
 @pytest.mark.parametrize("eyes", EYES)
 @pytest.mark.parametrize("name", [plot.HEAT, track_map.PATH_COLOURS, saliency.HEAT])
 def test_what_is_coloured_by_a_number_grows_lighter_with_it(name, eyes):

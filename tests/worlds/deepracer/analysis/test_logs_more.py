@@ -1,6 +1,8 @@
 """Metrics without ticks, sequences of actions, fitted lines, a racer's own plots: by hand on made-up laps."""
 
+import inspect
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -70,12 +72,6 @@ def test_logs_without_metrics_are_told_which_file_is_missing(make):
         make(METRICS.clear())
 
 
-def test_iterations_are_marked_by_whole_numbers():
-    axes = analysis.completion_progress(METRICS).figure.axes[0]
-    marks = axes.get_xticks()
-    assert (marks == marks.round()).all()
-
-
 def test_real_metrics_agree_with_real_ticks():
     """AWS cuts progress to whole percent and counts the same episodes."""
     logs = read(TRACES / "drfc-1-worker")
@@ -113,6 +109,20 @@ def test_an_arc_is_fitted_by_its_radius_and_a_straight_by_its_heading(side):
     assert radius is None
     assert heading == pytest.approx(side * 0.75 * math.pi, abs=0.02)
     assert 0.0 < stray < 0.01
+
+
+def test_a_car_that_weaves_along_a_straight_drives_a_straight_and_a_gentle_arc_stays_an_arc():
+    along = np.linspace(0.0, 4.0, 50)
+    radius, heading, stray = fit(np.column_stack([along, 0.08 * np.sin(3.0 * along)]))
+    assert radius is None
+    assert heading == pytest.approx(0.0, abs=0.05)
+    assert stray == pytest.approx(0.08 / np.sqrt(2), rel=0.1)
+    angle = np.linspace(0.0, 0.4, 20)
+    noise = np.random.default_rng(3).normal(0.0, 0.005, 20)
+    radius, heading, stray = fit(np.column_stack([(5.0 + noise) * np.sin(angle), 5.0 - (5.0 + noise) * np.cos(angle)]))
+    assert radius == pytest.approx(5.0, rel=0.15)
+    assert heading is None
+    assert stray < 0.008
 
 
 @pytest.mark.parametrize("backwards", [False, True])
@@ -170,25 +180,6 @@ def test_own_plots_stand_on_the_page_and_a_broken_one_says_where(tmp_path, laps,
     page = write_logs_page(tmp_path / "p.html", laps, load_track("reinvent_base"), "log", Extras(plots=own)).read_text()
     assert page.index("Your own") < page.index("Mean speed of each episode.") < page.index("mine.py:16: plot_broken")
     assert "ZeroDivisionError" in page
-
-
-def test_own_plots_come_from_packages_too(monkeypatch, laps):
-    class Entry:
-        name, value, group = "speed", "their_package:speed", "racecraft.plots"
-
-        def load(self):
-            def speed(ticks, track):
-                """Speed of every step."""
-                return ticks.select("speed_mps")
-
-            return speed
-
-    monkeypatch.setattr(
-        "racecraft.contract.extensions.entry_points", lambda group: [Entry()] if group == "racecraft.plots" else []
-    )
-    (found,) = analysis.own_plots()
-    assert found(laps, None).data.columns == ["speed_mps"]
-    assert found(laps, None).title == "Speed of every step."
 
 
 def documented():
@@ -275,13 +266,6 @@ def test_a_file_without_plots_is_refused(tmp_path, text, said):
         analysis.own_plots([tmp_path / "own.py"])
 
 
-def test_a_plot_that_gives_something_else_is_refused(tmp_path, laps):
-    (tmp_path / "own.py").write_text("def plot_a(ticks, track):\n    return 3\n")
-    (one,) = analysis.own_plots([tmp_path / "own.py"])
-    with pytest.raises(CustomPlotError, match="gave int; expected a Plot"):
-        one(laps, None)
-
-
 @pytest.mark.skipif(not HAS_ALL, reason=LARGE)
 def test_waypoints_are_counted_as_the_log_counts_them():
     """Row 18 of this route file repeats row 17: AWS counts it, and so do the plots."""
@@ -294,3 +278,15 @@ def test_waypoints_are_counted_as_the_log_counts_them():
     assert (each_place_once == recorded).mean() < 0.9
     once = ticks.with_columns(closest_waypoint=pl.Series(each_place_once))
     assert len(analysis.find_track(once).centre) == len(load_track("Spain_track").centre)
+
+
+def test_the_docs_list_every_plot_and_nothing_that_is_not_there():
+    text = (Path(__file__).parents[4] / "docs/racing/logs.md").read_text(encoding="utf-8")
+    table = text.split("| racers call it | function |")[1].split("\n\n")[0]
+    cells = " ".join(line.split("|")[2] for line in table.splitlines()[2:])
+    named = {name.split("(")[0] for name in re.findall(r"`([^`]+)`", cells)} - {"logs.metrics"}
+    drawn = {name for name in analysis.__all__ if inspect.isfunction(getattr(analysis, name))
+             and inspect.signature(getattr(analysis, name)).return_annotation == "Plot"}  # fmt: skip
+    assert len(drawn) > 30
+    assert drawn - named == set()
+    assert named - set(analysis.__all__) == set()

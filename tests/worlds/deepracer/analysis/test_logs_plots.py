@@ -6,6 +6,7 @@ import re
 import numpy as np
 import polars as pl
 import pytest
+from matplotlib.collections import LineCollection
 from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
@@ -14,7 +15,6 @@ from racecraft.worlds.deepracer.analysis import logs as analysis
 from racecraft.worlds.deepracer.analysis.logs import PlotError
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
 from racecraft.worlds.deepracer.analysis.logs.judged import Evaluations, judged_in_log
-from racecraft.worlds.deepracer.analysis.logs.laps import correlation
 from racecraft.worlds.deepracer.driving.telemetry.corners import find_corners
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
@@ -93,18 +93,6 @@ def test_sectors_of_a_lap_add_up_to_its_time(laps):
     assert even["seconds"].to_list() == pytest.approx([1.0, 1.0, 1.0], abs=0.08)
 
 
-def test_under_a_heading_a_plot_does_not_say_its_title_again(laps):
-    track = load_track("reinvent_base")
-    alone = analysis.exits_by_segment_plot(laps, track)
-    assert [axes.get_title(loc="left") for axes in alone.figure.axes] == ["Exits in each segment"]
-    assert [axes.get_title(loc="left") for axes in alone.without_title().axes] == [""]
-    assert [axes.get_title(loc="left") for axes in alone.figure.axes] == ["Exits in each segment"], "what is saved"
-    several = analysis.training_progress(laps)
-    before = [axes.get_title(loc="left") for axes in several.figure.axes]
-    assert [axes.get_title(loc="left") for axes in several.without_title().axes] == before
-    assert before[0] == "Mean reward"
-
-
 def test_slides_of_a_car_that_goes_where_it_looks_and_of_one_that_drifts(tmp_path):
     columns = makers.episode(0, 0.1, ticks=40)
     straight = analysis.with_motion(logs_of(tmp_path, columns))
@@ -122,6 +110,30 @@ def test_slides_are_small_where_the_heading_passes_from_179_to_minus_179_degrees
     assert np.degrees(slide.abs().max()) < 20.0, "corners of the centre line turn by less"
 
 
+@pytest.fixture
+def set_down(tmp_path):
+    """An episode whose first tick lies three metres off, where the last one ended; and a hop back in its third."""
+    columns = makers.episode(0, 0.3, ticks=40)
+    columns["X"][0] += 3.0
+    columns["X"][2], columns["Y"][2] = columns["X"][1] - 0.03, columns["Y"][1]
+    return logs_of(tmp_path, columns).collect()
+
+
+def test_the_way_to_where_a_car_was_set_down_is_no_driven_speed_and_no_slide(set_down):
+    told = analysis.with_motion(set_down)
+    assert told["driven_mps"].is_null().to_list() == [True, True] + [False] * 38
+    assert told["driven_mps"].max() < 5.0
+    assert told["slide_rad"].is_null().to_list() == [True] * 3 + [False] * 37
+    assert np.degrees(told["slide_rad"].abs().max()) < 20.0, "it hopped backwards only while it was put down"
+
+
+def test_paths_are_broken_where_a_car_was_set_down(set_down):
+    maps = [axes for axes in analysis.one_episode(set_down, load_track("reinvent_base"), 0).figure.axes
+            if axes.get_aspect() == 1.0]  # fmt: skip
+    paths = [one for axes in maps for one in axes.collections if isinstance(one, LineCollection)]
+    assert sum(len(one.get_segments()) for one in paths) == 38, "of 39 steps one was not driven"
+
+
 def test_exits_are_where_episodes_ended(laps):
     track = load_track("reinvent_base")
     plot = analysis.exit_points(laps, track)
@@ -134,12 +146,6 @@ def test_exits_are_where_episodes_ended(laps):
     assert analysis.exit_points(hit, track).title == "Where cars crashed, 2 times"
     with pytest.raises(PlotError, match="No car left the road"):
         analysis.exit_points(laps.filter(pl.col("unique_episode") < 2), track)
-
-
-def test_a_heat_maps_cell_is_the_mean_of_its_ticks(laps):
-    cells = analysis.cells(laps.with_columns(reward=pl.col("tick").cast(pl.Float64)), cell_m=100.0)
-    assert cells["count"].sum() == 131
-    assert cells["mean"].dot(cells["count"]) / 131 == pytest.approx(laps.collect()["tick"].mean())
 
 
 def test_the_best_laps_in_every_order(laps):
@@ -158,13 +164,6 @@ def test_an_episode_or_column_that_is_not_there_is_named(laps):
         analysis.reward_heat_map(laps, track, "joy")
     with pytest.raises(PlotError, match="no ticks here"):
         analysis.simulation_agg(laps.filter(pl.col("tick") < 0))
-
-
-def test_correlation_by_hand():
-    up = np.arange(9.0)
-    assert correlation(up, 2 * up + 1) == pytest.approx(1.0)
-    assert correlation(up, -up) == pytest.approx(-1.0)
-    assert correlation(up, np.ones(9)) is None
 
 
 def test_another_reward_is_paid_for_the_same_laps(laps):
@@ -198,15 +197,7 @@ def test_segments_of_every_circuit_cover_it_once_and_their_bends_are_the_turns_o
                 assert abs((ours - theirs + 0.5) % 1.0 - 0.5) * track.length <= 0.5, (name, corner.name)
 
 
-def test_a_tick_lies_in_the_segment_that_its_share_of_the_lap_says():
-    found = analysis.find_segments(load_track("reinvent_base"))
-    for one in found.all:
-        middle = (one.begin + ((one.end - one.begin) % 1.0) / 2) % 1.0
-        assert found.all[int(found.of([middle])[0])] == one
-    assert int(found.of([0.0])[0]) == 0
-
-
-@pytest.mark.parametrize("name", ["reinvent_base", "Spain_track", "reInvent2019_wide_cw", "2022_april_open_ccw"])
+@pytest.mark.parametrize("name", ["Spain_track", "reInvent2019_wide_cw"])
 @pytest.mark.parametrize("backwards", [False, True])
 def test_the_circuit_of_a_log_is_found_and_turned_as_it_was_driven(tmp_path, name, backwards):
     track = load_track(name)
@@ -225,16 +216,13 @@ def test_a_circuit_that_nobody_knows_is_a_letter(tmp_path):
     assert analysis.track_or_none(ticks) is None
 
 
-@pytest.mark.parametrize("name", ["Bowtie_track", "reInvent2019_wide", "Spain_track"])
+@pytest.mark.parametrize("name", ["Bowtie_track", "reInvent2019_wide"])
 def test_a_log_is_not_read_on_a_track_that_it_was_not_driven_on(tmp_path, name):
     """The first is nearly as long, the second lies nearly where the car drove."""
     ticks = logs_of(tmp_path, makers.joined(*(makers.episode(k, 0.8, 150) for k in range(2))))
     assert analysis.find_track(ticks, "reinvent_base").name == "reinvent_base"
     with pytest.raises(TrackError, match=f"{name}: a track of"):
         analysis.find_track(ticks, name)
-
-
-TRACKS = ["reinvent_base", "Spain_track", "Straight_track"]
 
 
 def every_plot(ticks, track):
@@ -261,16 +249,8 @@ def every_plot(ticks, track):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("backwards", "continuous"),
-    [
-        (False, False),
-        (True, True),
-        pytest.param(False, True, marks=pytest.mark.long),
-        pytest.param(True, False, marks=pytest.mark.long),
-    ],
-)
-@pytest.mark.parametrize("name", TRACKS)
+@pytest.mark.parametrize(("backwards", "continuous"), [(False, False), (True, True)])
+@pytest.mark.parametrize("name", ["reinvent_base", "Spain_track", "Straight_track"])
 def test_every_plot_has_data_on_every_kind_of_track_and_action(tmp_path, name, backwards, continuous):
     track = load_track(name).reversed() if backwards else load_track(name)
     parts = [makers.episode(k, 1.0, 40 + 3 * k * k, status="lap_complete", track=track, continuous=continuous)
@@ -279,21 +259,6 @@ def test_every_plot_has_data_on_every_kind_of_track_and_action(tmp_path, name, b
     ticks = logs_of(tmp_path, makers.joined(*parts))
     for what, plot in every_plot(ticks, track).items():
         assert plot.data.height > 0, what
-
-
-def test_every_plot_can_be_drawn(tmp_path):
-    track = load_track("reinvent_base")
-    parts = [makers.episode(k, 1.0, 40 + 3 * k * k, status="lap_complete") for k in range(4)]
-    ticks = logs_of(tmp_path, makers.joined(*parts, makers.episode(4, 0.4)))
-    for what, plot in every_plot(ticks, track).items():
-        assert plot.figure.axes, what
-    plot = analysis.stability(ticks)
-    assert plot.save(tmp_path / "stability.png").stat().st_size > 5000
-
-
-def test_breakdown_shares_of_a_segment_add_up(laps):
-    data = analysis.action_breakdown(laps, load_track("reinvent_base")).data
-    assert data.group_by("segment").agg(pl.col("share").sum())["share"].to_numpy() == pytest.approx(1.0)
 
 
 def test_continuous_actions_fall_into_bins_right_to_left(tmp_path):
@@ -420,14 +385,6 @@ def test_a_simulator_is_late_by_its_mean_step_not_by_how_far_stamps_stray(tmp_pa
         assert not late or "ms on average (95 %: " in told[0]
 
 
-def test_a_correlation_is_told_with_its_interval_and_not_of_a_few_laps(tmp_path):
-    shares = [0.1, 0.2, 0.3, 0.4, 0.5] * 8
-    parts = [makers.episode(k, share, ticks=46, start_s=10.0 * k, reward=1.0 - share) for k, share in enumerate(shares)]
-    ticks = logs_of(tmp_path, makers.joined(*parts)).collect()
-    (told,) = [one.found for one in advice(ticks, None) if "paid less" in one.found]
-    assert "(-1.00 between reward and progress, 95 %: -1.00 to -1.00" in told
-
-
 def test_chance_is_no_change_and_a_change_is_one(tmp_path):
     """By hand: fifths of eight laps of 20 or 60 %; their mean of 40 has an error of 7.6, so 45 is no more than 40."""
     steady = [1.0] + [0.2, 0.6] * 15 + [0.2, 0.6, 0.2, 0.6, 0.2, 0.6, 0.6, 0.4, 0.4]
@@ -516,9 +473,3 @@ def test_an_action_is_rare_only_where_enough_steps_show_it(tmp_path):
         told = found(tmp_path / str(episodes), columns, "less than one step of a hundred")
         assert bool(told) == (episodes == 200)
         assert not told or "(95 %: at most 0.3 %)" in told[0]
-
-
-def test_advice_finds_a_reward_that_pays_for_standing_about(tmp_path):
-    parts = [makers.episode(k, 0.1 + 0.008 * k, ticks=90 - k, start_s=10.0 * k) for k in range(40)]
-    told = advice(logs_of(tmp_path, makers.joined(*parts)).collect(), load_track("reinvent_base"))
-    assert any("paid for something else than coming forward" in one.try_ for one in told)

@@ -12,7 +12,6 @@ from tests.browser import Browser, needs_chromium
 from tests.page_reader import Reader, words_of
 
 from racecraft.analysis.report import write_report
-from racecraft.analysis.run_facts import ReportError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
@@ -142,21 +141,6 @@ def test_the_reward_function_stands_on_the_page_as_it_was_written(run, tmp_path)
     assert "<code>def reward_function(params):\n    return 1.0 if params[&#39;x&#39;] &lt; 2 else 0" in text
 
 
-def test_the_mean_reward_is_told_and_drawn_unless_it_is_the_score_itself(run, tmp_path):
-    rows = run.read_metrics()
-    run.cut_metrics(0)
-    for row in rows:
-        run.append_metrics({**row, "mean_reward": 7.5 * row["iteration"]})
-    path = write(run, tmp_path)
-    assert "An episode was paid 22.5 in the mean" in words_of(path)
-    assert 'aria-label="mean reward of an episode"' in path.read_text(encoding="utf-8")
-    run.cut_metrics(0)
-    for row in rows:
-        run.append_metrics({**row, "mean_reward": row["training_score"]})
-    path = write(run, tmp_path)
-    assert 'aria-label="mean reward of an episode"' not in path.read_text(encoding="utf-8")
-
-
 def test_an_exit_counts_once_in_every_place_that_counts_exits(run, tmp_path):
     words = words_of(write(run, tmp_path))
     assert "Where cars left the road in training Once, a cross each." in words
@@ -186,10 +170,3 @@ def test_another_track_of_the_same_name_is_not_drawn(run, tmp_path):
     job = run.read_job()
     run.write_job({**job, "track": {**job["track"], "hash": "0" * 12}})
     assert "<img" not in write(run, tmp_path).read_text(encoding="utf-8")
-
-
-def test_bad_folders_are_answered_in_letters(run, tmp_path):
-    (run.evaluations / "2.json").write_text("{")
-    with pytest.raises(ReportError, match=r"2\.json: cannot be read .*expected an evaluation"):
-        write(run, tmp_path)
-    assert not (tmp_path / "report.html").exists()

@@ -42,14 +42,6 @@ def heights(one):
     return np.array(dots)
 
 
-def test_of_one_spread_for_all_the_film_shows_what_was_chosen_and_how_far_it_spreads():
-    along = of_numbers(np.full(T, 0.25)).along
-    np.testing.assert_array_equal(along.values, STEERING)
-    np.testing.assert_array_equal(along.spread, np.full(T, 0.25))
-    assert along.label == "steering, up: left; spread ±0.25 everywhere"
-    assert list(along.told) == ["right 30°", "right 15°", "straight", "left 15°", "left 30°"]
-
-
 @pytest.mark.parametrize(
     ("one", "shown"),
     [

@@ -16,9 +16,7 @@ from racecraft.worlds.deepracer.analysis.watching.playback import (
     episode_playback,
     iteration_playback,
     kept_iterations,
-    track_shape,
 )
-from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 sys.path.append(str(Path(__file__).resolve().parents[4]))
 from kept_run import make_run  # noqa: E402
@@ -129,12 +127,3 @@ def test_the_facts_and_the_curves(run):
     with run.lock():
         assert run_facts(run, run.read_job())["training"], "who holds the folder trains"
     assert not run.is_training()
-
-
-def test_the_circuit_lies_within_its_picture():
-    shape = track_shape(load_track("reinvent_base"))
-    west, south, east, north = shape["bounds"]
-    outer = np.array(shape["outer"])
-    assert (outer > (west, south)).all()
-    assert (outer < (east, north)).all()
-    assert shape["colours"]["line"].startswith("#")
