@@ -217,6 +217,7 @@ def experiment(**config):
         ({**experiment(), "stopp": {"training_iteration": 3}}, "an experiment has no 'stopp' .* mean 'stop'"),
         ({**experiment(), "num_samples": 4}, "'num_samples' is 4, which is refused .* `racecraft tune`"),
         ({**experiment(), "stop": 3}, "'stop' is 3; expected words and their values"),
+        (experiment(num_workers=1.5), "'num_workers' is 1.5; expected a whole number"),
         (experiment(train_batch_size=-5), "'train_batch_size' is -5; expected a whole number, 1 or more"),
         (experiment(model={"custom_model": "mine"}), "'mine', which nobody gave to .* There is none"),
         (experiment(num_sgd_iter=3, num_epochs=4), "'num_epochs' and num_sgd_iter, which are one word"),

@@ -36,6 +36,7 @@ def test_numbers_may_be_text_and_the_key_may_be_absent_or_empty(tmp_path):
 
 BEYOND = [
     ("num_sectors", 0, "a divisor of its 64 beams: 1, 2, 4, 8, 16, 32, 64"),
+    ("num_sectors", 12, "a divisor of its 64 beams"),
     ("num_values_per_sector", 2.5, "a whole number from 1 to 1000"),
     ("clipping_dist", 12.001, "0.15 to 12 m"),
     ("mine", "far", "a number"),

@@ -22,6 +22,7 @@ KEEPS = [  # text, line
     ("def reward_function(p):\n    reward_function.n = 1\n    return 1\n", 2),
     ("def reward_function(p):\n    setattr(reward_function, 'n', 1)\n    return 1\n", 2),
     ("def reward_function(p, seen=[]):\n    seen.append(1)\n    return len(seen)\n", 1),
+    ("def reward_function(p, *, seen={}):\n    return 1\n", 1),
     ("import functools\n@functools.lru_cache\ndef far(x):\n    return x\n" + BODY, 2),
     ("def made():\n    n = 0\n    def pay(p):\n        nonlocal n\n        n += 1\n    return pay\n", 4),
     ("def made():\n    return lambda p: 1\nreward_function = made()\n", 3),

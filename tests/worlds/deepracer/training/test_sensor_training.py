@@ -65,6 +65,7 @@ def test_its_policy_sees_every_sensor_and_drives(trained):
     assert len(drive.ticks) > 5
 
 
+@pytest.mark.parametrize("trained", ["stereo and sectors"], indirect=True)
 def test_its_files_tell_of_its_sensors(trained, tmp_path):
     run, names = trained
     assert json.loads(run.model_metadata.read_text())["sensor"] == names
