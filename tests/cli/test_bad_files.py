@@ -114,11 +114,6 @@ def swapped(rows):
     return rows
 
 
-def with_nan(rows):
-    rows[17, 3] = np.nan
-    return rows
-
-
 def nothing(place):
     pass
 
@@ -127,26 +122,20 @@ REPLAY = ["replay", "t.csv", "--track", "own.npy"]
 TRAIN = ["train", "car", "--stop", "iterations=1", "--no-pictures"]
 RESUME = ["train", "--run", "r", "--resume", "--stop", "iterations=3", "--no-pictures"]
 EVALUATE = ["evaluate", "r", "--laps", "1", "--checkpoint", "last"]
-CLONE = ["train", "--from", "r:last", "--stop", "iterations=1", "--no-pictures", *TINY]
+
+
 IMPORT = ["tracks", "import", "new.npy"]
 POLICY, STATE = "r/checkpoints/2.policy.safetensors", "r/checkpoints/2.state.safetensors"
 
 CASES = {  # name: what is changed, what is asked, what the message holds
     # traces
     "a trace without X": (edit("t.csv", lambda t: t.replace(",X,", ",east,", 1)), REPLAY, ["t.csv:1: no column X"]),
-    "a trace without two columns": (
-        edit("t.csv", lambda t: t.replace("progress,closest_waypoint", "p,q", 1)), REPLAY,
-        ["t.csv:1: no column progress, closest_waypoint"],
-    ),
     "an empty trace": (put("t.csv", ""), REPLAY, ["t.csv: the file is empty"]),
-    "a trace with a header only": (edit("t.csv", lambda t: t.splitlines()[0]), REPLAY, ["holds no rows", "expected"]),
     "a trace that is a track": (nothing, ["replay", "own.npy", "--track", "own.npy"], ["own.npy", "expected"]),
-    "a trace that is JSON": (put("t.csv", '{"metrics": []}'), REPLAY, ["t.csv:1: no column episode"]),
     "a trace whose every row is cut": (
         edit("t.csv", lambda t: "\n".join([t.splitlines()[0], *["0,1.0"] * 5])), REPLAY,
         ["t.csv:2: 2 values where 18 are expected"],
     ),
-    "a trace with words for places": (edit("t.csv", column("X", "left")), REPLAY, ["t.csv:2: X is 'left'"]),
     "a trace with places that are no numbers": (edit("t.csv", column("Y", "nan")), REPLAY, ["t.csv:2: Y is 'nan'"]),
     "a trace of a parked car": (
         edit("t.csv", column("episode_status", "prepare")), REPLAY, ["t.csv", "no row in which a car was driven"],
@@ -155,32 +144,15 @@ CASES = {  # name: what is changed, what is asked, what the message holds
         nothing, ["replay", "t.csv", "--track", "reinvent_base"], ["t.csv", "lie elsewhere", "Oval_track"],
     ),
     "a trace that is not there": (without("t.csv"), REPLAY, ["t.csv", "no such file"]),
-    "a folder without traces": (nothing, ["replay", "library_", "--track", "own.npy"], ["library_"]),
     "a model folder without traces": (
         put("car/notes.txt", "x"), ["replay", "car", "--track", "own.npy"], ["car", "no log was found there"],
     ),
-    "a replay by an unknown car": (nothing, [*REPLAY, "--car", "v5"], ["There is no car 'v5'"]),
-    "a replay on an unknown track": (nothing, ["replay", "t.csv", "--track", "Oval_trak"], ["mean 'Oval_track'"]),
     "a page into no folder": (
         nothing, [*REPLAY, "--report", "no/such/page.html"], ["no/such/page.html", "its folder does not exist"],
     ),
-    "a picture of an unknown kind": (nothing, [*REPLAY, "--picture", "p.xyz"], ["p.xyz", "ending .xyz", ".png"]),
     # env files
-    "run.env: a line without =": (env("DR_WORLD_NAME Oval_track"), TRAIN, ["run.env:2:", "expected lines of KEY"]),
-    "run.env: an unknown track": (
-        env("DR_WORLD_NAME=reinvent_bas"), TRAIN, ["run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"],
-    ),
     "run.env: a misspelt race": (env("DR_RACE_TYPE=TIME_TRAIL"), TRAIN, ["run.env:2:", "Did you mean 'TIME_TRIAL'"]),
-    "run.env: a direction": (env("DR_TRAIN_REVERSE_DIRECTION=left"), TRAIN, ["run.env:2:", "expected True or False"]),
     "run.env: a start beyond the lap": (env("DR_TRAIN_START_POSITION_OFFSET=2"), TRAIN, ["run.env:2:", "from 0 to 1"]),
-    "run.env: an advance in per cent": (
-        env("DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST=5%"), TRAIN, ["run.env:2:", "'5%'", "from 0 to 1"],
-    ),
-    "run.env: no trials": (env("DR_TRAIN_MIN_EVAL_TRIALS=0"), TRAIN, ["run.env:2:", "from 1 to 1000"]),
-    "run.env: half a trial": (env("DR_TRAIN_MIN_EVAL_TRIALS=2.5"), TRAIN, ["run.env:2:", "whole number"]),
-    "run.env: a misspelt metric": (
-        env("DR_TRAIN_BEST_MODEL_METRIC=lap_time"), TRAIN, ["run.env:2:", "Did you mean 'laptime'"],
-    ),
     "run.env: a misspelt stop": (env("RACECRAFT_STOP=minuts=3"), ["train", "car"], ["run.env:2:", "minutes"]),
     "run.env: an older model that is not there": (
         env("DR_LOCAL_S3_PRETRAINED=True"), TRAIN, ["run.env:2:", "there is no folder"],
@@ -197,10 +169,6 @@ CASES = {  # name: what is changed, what is asked, what the message holds
         ["r/job.json", "expected"],
     ),
     "a job cut in half": (edit("r/job.json", half), EVALUATE, ["r/job.json:", "no valid JSON", "expected"]),
-    "metrics with a damaged line": (
-        edit("r/metrics.jsonl", lambda t: "{'no'}\n" + t), ["report", "r"],
-        ["r/metrics.jsonl:1:", "expected one object"],
-    ),
     "resuming over damaged metrics": (
         edit("r/metrics.jsonl", lambda t: "{'no'}\n" + t), RESUME, ["r/metrics.jsonl:1:", "expected one object"],
     ),
@@ -212,22 +180,14 @@ CASES = {  # name: what is changed, what is asked, what the message holds
         edit_bytes(POLICY, one_bit), EVALUATE, ["2.policy.safetensors", "its digest does not match", "expected"],
     ),
     "weights of a newer version": (edit_bytes(POLICY, newer_tensors), EVALUATE, ["version 9", "expected version 1"]),
-    "weights that are gone": (without(POLICY), EVALUATE, ["2.policy.safetensors", "no such file", "expected"]),
-    "weights that are a text": (put(POLICY, "hello world"), EVALUATE, ["2.policy.safetensors", "damaged", "expected"]),
     "a state where weights should be": (
         lambda place: shutil.copy(place / STATE, place / POLICY), EVALUATE,
         ["2.policy.safetensors", "it says it is 'racecraft trainer state'"],
     ),
     "an unknown checkpoint": (nothing, [*EVALUATE[:-1], "99"], ["'99'", "best, last, or one of", "0 to 2"]),
-    "resuming with a state cut in half": (edit_bytes(STATE, half), RESUME, ["2.state.safetensors", "half written"]),
     "resuming with a state with one bit turned": (edit_bytes(STATE, one_bit), RESUME, ["2.state.", "digest"]),
-    "resuming with a state of a newer version": (edit_bytes(STATE, newer_tensors), RESUME, ["2.state.", "version 9"]),
-    "resuming with a state that is gone": (without(STATE), RESUME, ["2.state.safetensors", "no such file"]),
     "resuming without the copy of the reward": (
         without("r/reward_function.py"), RESUME, ["r/reward_function.py", "expected"],
-    ),
-    "resuming without the copy of the car": (
-        without("r/model_metadata.json"), RESUME, ["r/model_metadata.json", "expected"],
     ),
     "resuming with a damaged copy of the car": (
         edit("r/model_metadata.json", half), RESUME, ["r/model_metadata.json", "JSON"],
@@ -240,12 +200,6 @@ CASES = {  # name: what is changed, what is asked, what the message holds
         RESUME,
         ["r/track.npy", "has changed since the run began"],
     ),
-    "resuming on a track that is gone": (without("r/track.npy"), RESUME, ["r/track.npy", "no such file"]),
-    "cloning into another network": (
-        nothing, [*CLONE, "--set", "network.hidden_units=16"], ["network.hidden_units", "expected"],
-    ),
-    "cloning into another frame": (nothing, [*CLONE, "--set", "camera.width=20"], ["camera.width", "expected"]),
-    "cloning half-written weights": (edit_bytes(POLICY, half), CLONE, ["2.policy.safetensors", "half written"]),
     "a report of a damaged evaluation": (
         edit("r/evaluations/2.json", half), ["report", "r"], ["r/evaluations/2.json", "expected an evaluation"],
     ),
@@ -257,20 +211,13 @@ CASES = {  # name: what is changed, what is asked, what the message holds
         route(lambda r: r[:-1]), IMPORT, ["new.npy", "the last row ends", "Append a copy of row 0"],
     ),
     "importing rows out of order": (route(swapped), IMPORT, ["new.npy", "at row 1", "expected rows in driving order"]),
-    "importing a missing value": (route(with_nan), IMPORT, ["new.npy", "row 17", "expected finite numbers"]),
     "importing swapped borders": (
         route(lambda r: r[:, [0, 1, 4, 5, 2, 3]]), IMPORT, ["new.npy", "expected an outer border around", "Swap"],
-    ),
-    "importing a road too narrow": (
-        route(lambda r: np.hstack([r[:, :2], r[:, :2] + 1e-3, r[:, :2] - 1e-3])), IMPORT, ["row 0 is 0.00", "wide"],
     ),
     "importing under a name of the catalogue": (
         route(lambda r: r), [*IMPORT, "--name", "Bowtie_track"], ["the catalogue's Bowtie_track", "--name"],
     ),
     "importing under no name": (route(lambda r: r), [*IMPORT, "--name", "a/b"], ["the name 'a/b'", "letters, digits"]),
-    "importing two under one name": (
-        route(lambda r: r), ["tracks", "import", "new.npy", "own.npy", "--name", "x"], ["would name 2 files"],
-    ),
     "a library that is a file": (
         lambda place: (route(lambda r: r)(place), put("library", "x")(place)), IMPORT, ["library", "cannot be written"],
     ),

@@ -68,7 +68,6 @@ SMALL_BOARDS = (
 KINDS = {
     "gym": ("gym", "train", "CartPole-v1", "--set", "rollout.horizon=32"),
     "snakes": ("snakes", "train", *SMALL_BOARDS),
-    "unity": ("unity", "train", "builtin:Basic", "--set", "rollout.horizon=16"),
 }
 
 
@@ -124,20 +123,13 @@ def test_a_drfc_folder_trains_with_its_bucket_elsewhere(racecraft, served, tmp_p
 
 PUSH = ("bucket", "push", "here", "s3://models/x")
 WRONG = [
-    ((*PUSH[:3], "models/x"), {}, "is no address of a bucket"),
     ((*PUSH[:3], "s3://models/../x"), {}, "would leave its folder"),
     (("bucket", "push", "nowhere", "s3://models/x"), {}, "there is no such folder or file"),
     (("bucket", "pull", "s3://models/nothing", "to"), {}, "there is nothing"),
-    (("bucket", "list", "s3://nothing"), {}, "there is no such bucket"),
     (PUSH, {"AWS_SECRET_ACCESS_KEY": "guess"}, "SignatureDoesNotMatch"),
-    (PUSH, {"AWS_ACCESS_KEY_ID": "somebody"}, "InvalidAccessKeyId"),
-    (PUSH, {"AWS_ENDPOINT_URL": "localhost:9000"}, "is no address of a store"),
     (PUSH, {"AWS_ENDPOINT_URL": "http://127.0.0.1:9"}, "does not answer"),
     ((*PUSH, "--profile", "nobody"), {}, "nobody"),
-    (("train", "--mirror", "fast-car"), {}, "is no address of a bucket"),
     (("train", "--mirror", "s3://nothing/x"), {}, "there is no such bucket"),
-    (("train", "--from", "s3://models/nothing"), {}, "there is nothing"),
-    (("evaluate", "s3://models/nothing"), {}, "there is nothing"),
     (("bucket", "serve", "nowhere"), {}, "there is no such folder"),
 ]
 
@@ -157,7 +149,6 @@ def test_what_cannot_be_used_ends_with_a_letter(racecraft, monkeypatch, tmp_path
 
 BADLY = [
     ("DR_LOCAL_S3_ENDPOINT_URL=nowhere", "DR_LOCAL_S3_ENDPOINT_URL"),
-    ("DR_LOCAL_S3_BUCKET=s3://m/x", "DR_LOCAL_S3_BUCKET"),
     ("DR_LOCAL_S3_BUCKET=s3://models\nDR_LOCAL_ACCESS_KEY_ID=one", "DR_LOCAL_SECRET_ACCESS_KEY"),
 ]
 

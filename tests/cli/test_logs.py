@@ -10,15 +10,6 @@ from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.track import Track
 
 
-def test_a_log_is_told_in_a_table(racecraft, tmp_path):
-    makers.drfc(tmp_path / "model")
-    said = racecraft("logs", "model")
-    assert said.code == 0, said.err
-    assert "72 steps in 2 file(s), on reinvent_base." in said.out
-    assert "training" in said.out
-    assert "--page logs.html" in said.err
-
-
 def test_one_json_object_with_everything_damaged(racecraft, tmp_path):
     makers.drfc(tmp_path / "model")
     path = tmp_path / "model/training-simtrace/0-iteration.csv"

@@ -51,11 +51,8 @@ def test_one_track_has_no_table(racecraft, tmp_path):
     assert not (tmp_path / "r" / "generalisation.csv").exists()
     for arguments, words in (
         (("--tracks", "held-out"), "r holds no track out"),
-        (("--tracks", "Ovl_track"), "Did you mean 'Oval_track'?"),
-        (("--tracks", ","), "names none"),
         (("--track", "Oval_track", "--tracks", "LGSWide"), "--track and --tracks were given"),
         (("--tracks", "LGSWide,Oval_track", "--video", "a.mp4"), "--video shows one track"),
-        (("--tracks", "LGSWide", "--number-of-trials", "3"), "--number-of-trials shows one track"),
     ):
         said = racecraft("evaluate", "r", *arguments)
         assert (said.code, words in said.err) == (2, True), said.err
@@ -65,13 +62,8 @@ def test_one_track_has_no_table(racecraft, tmp_path):
     ("arguments", "words"),
     [
         (("--track", "Oval_track", "--hold-out", "Oval_track"), "cars are trained on it too"),
-        (("--hold-out", "Vegas_trak"), "Did you mean 'Vegas_track'?"),
-        (("--track", "Oval_track", "--track", "Vegas_trak"), "Did you mean 'Vegas_track'?"),
         (("--track", "Oval_track", "--tracks", "all"), "--track and --tracks were given"),
-        (("--group", "race=DRAG"), "there is no race 'DRAG'"),
-        (("--group", "cars=0"), "expected a whole number from 1"),
         (("--group", "sensors=LIDAR"), "expected groups with the same sensors and actions"),
-        (("--group", "actions=3"), "expected groups with the same sensors and actions"),
         (("--groups", "nowhere.json"), "nowhere.json: there is no such file"),
     ],
 )

@@ -11,7 +11,6 @@ from tests.cli.conftest import TINY
 
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.worlds.deepracer.training.race_environment import OBEYED
 
 METADATA = {
     "sensor": ["FRONT_FACING_CAMERA"],
@@ -110,50 +109,14 @@ def test_a_clone_may_have_other_speeds_and_angles_and_not_another_number_of_them
 
 OUTWEIGHED = {  # variable: (its value, what is typed, where job.json says what came of it, what it says)
     "DR_WORLD_NAME": ("Oval_track", ("--track", "Bowtie_track"), "track.name", "Bowtie_track"),
-    "DR_TRAIN_CHANGE_START_POSITION": (
-        "False", ("--set", "race.change_start=true"), "settings.race.change_start", True,
-    ),
     "DR_TRAIN_REVERSE_DIRECTION": ("True", ("--set", "race.reverse=false"), "settings.race.reverse", False),
-    "DR_TRAIN_START_POSITION_OFFSET": ("0.25", ("--set", "race.start_offset=0.5"), "settings.race.start_offset", 0.5),
-    "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST": (
-        "0.1", ("--set", "race.start_advance=0.2"), "settings.race.start_advance", 0.2,
-    ),
     "DR_TRAIN_MIN_EVAL_TRIALS": ("3", ("--set", "evaluation.episodes=2"), "settings.evaluation.episodes", 2),
-    "DR_TRAIN_BEST_MODEL_METRIC": (
-        "reward", ("--set", "evaluation.best_by=laptime"), "settings.evaluation.best_by", "laptime",
-    ),
-    "DR_ENABLE_DOMAIN_RANDOMIZATION": (
-        "True", ("--set", "variation.level=strong"), "settings.variation.level", "strong",
-    ),
     "RACECRAFT_SET": ("race.reverse=true", ("--set", "race.reverse=false"), "settings.race.reverse", False),
     "RACECRAFT_STOP": ("steps=100", ("--stop", "iterations=1"), "asked.stops", ["iterations=1"]),
     "DR_LOCAL_S3_PRETRAINED": ("True", ("--from", "old:0"), "asked.from", "old:0"),
     "DR_LOCAL_S3_PRETRAINED_PREFIX": ("nowhere", ("--from", "old:0"), "asked.from", "old:0"),
     "DR_LOCAL_S3_PRETRAINED_CHECKPOINT": ("best", ("--from", "old:0"), "asked.from", "old:0"),
 }  # fmt: skip
-ELSEWHERE = {
-    "DR_EVAL_NUMBER_OF_TRIALS",  # below
-    "DR_EVAL_CHECKPOINT",
-    "DR_EVAL_IS_CONTINUOUS",  # test_judged_race.py
-    "DR_EVAL_MAX_RESETS",
-    "DR_EVAL_OFF_TRACK_PENALTY",
-    "DR_EVAL_COLLISION_PENALTY",
-    "DR_EVAL_RESET_BEHIND_DIST",
-    "DR_EVAL_REVERSE_DIRECTION",
-    "DR_RACE_TYPE",  # nothing on the command line speaks of these
-    "DR_LOCAL_S3_CUSTOM_FILES_PREFIX",
-    "DR_LOCAL_S3_REWARD_KEY",
-    "DR_LOCAL_S3_MODEL_METADATA_KEY",
-    "DR_LOCAL_S3_HYPERPARAMETERS_KEY",
-    "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION",  # nor of several courses
-    "DR_TRAIN_MULTI_CONFIG",
-    "DR_WORKERS",
-}
-
-
-def test_every_variable_that_is_obeyed_is_tried_here():
-    of_objects = {name for name in OBEYED if name.startswith(("DR_OA_", "DR_H2B_"))}  # tests/envs tries them
-    assert set(OUTWEIGHED) | ELSEWHERE | of_objects == set(OBEYED)
 
 
 @pytest.fixture
@@ -174,21 +137,6 @@ def test_the_command_line_outweighs_run_env(racecraft, tmp_path, old):
     assert found == {name: expected for name, (*_, expected) in OUTWEIGHED.items()}
 
 
-def test_the_command_line_outweighs_what_run_env_said_of_evaluations(racecraft, tmp_path):
-    (tmp_path / "car").mkdir()
-    (tmp_path / "car" / "run.env").write_text("DR_EVAL_NUMBER_OF_TRIALS=2\nDR_EVAL_CHECKPOINT=last\n")
-    assert racecraft("train", "car", "--run", "r", *SHORT).code == 0
-    asked = json.loads(racecraft("evaluate", "r", "--json").out)
-    typed = json.loads(racecraft("evaluate", "r", "--laps", "1", "--checkpoint", "0", "--json").out)
-    assert [(len(said["laps"]), said["checkpoint"]) for said in (asked, typed)] == [(2, 1), (1, 0)]
-
-
-def test_a_car_that_is_not_there_is_spoken_of_as_it_was_typed(racecraft):
-    said = racecraft("train", "--car", "v5", "--stop", "iterations=1")
-    assert said.code == 2
-    assert said.err.startswith("racecraft: --car v5: there is no such car; expected v4 or v5-classic")
-
-
 def test_a_film_of_another_kind_is_refused_before_the_drive(racecraft, old, monkeypatch):
     def drive(*_):
         raise AssertionError("it drove")
@@ -196,12 +144,6 @@ def test_a_film_of_another_kind_is_refused_before_the_drive(racecraft, old, monk
     monkeypatch.setattr("racecraft.worlds.deepracer.analysis.judged_drive.drive_laps", drive)
     said = racecraft("evaluate", "old", "--video", "x.gif")
     assert (said.code, "expected a name that ends in .mp4" in said.err) == (2, True)
-
-
-def test_a_list_of_tracks_that_is_piped_holds_every_title_whole(racecraft):
-    lines = racecraft("tracks", "list").out.splitlines()
-    assert "…" not in "".join(lines)
-    assert next(line for line in lines if line.startswith("reInvent2019_track ")).rstrip().endswith("Smile Speedway")
 
 
 ENDLESS = """

@@ -41,17 +41,11 @@ def test_a_car_races_itself_and_another_and_says_who_is_better(racecraft, run, t
 
 WRONG = {
     "1 cars were named for one race; expected 2 to 8": ["race", "r"],
-    "9 cars were named": ["race", *["r"] * 9],
     "nowhere: there is no such folder": ["race", "r", "nowhere"],
-    "there is no checkpoint '77'": ["race", "r", "r:77"],
     "--done-condition is 'some'. Known: any, all.": ["race", "r", "r", "--done-condition", "some"],
-    "laps is 0": ["race", "r", "r", "--laps", "0"],
-    "no view 'side'": ["race", "r", "r", "--view", "side"],
     "--size 480p films nothing; expected --video": ["race", "r", "r", "--size", "480p"],
-    "Did you mean 'Oval_track'": ["race", "r", "r", "--track", "Oval_trak"],
     "gone: there is no such folder": ["train", "--against", "gone", *STOP],
     "--against asks for a race of HEAD_TO_MODEL": ["train", "--against", "self", "--set", "race.type=HEAD_TO_BOT"],
-    "against.cars is 9; expected 2 to 8": ["train", "--against", "self", "--set", "against.cars=9"],
 }
 
 
@@ -83,14 +77,6 @@ def test_cars_that_do_not_fit_on_the_lap_are_named(racecraft, run):
     told = racecraft("race", *["r"] * 8, "--track", "Straight_track")
     assert told.code == 2
     assert "8 cars start 0.75 m behind one another" in told.err
-
-
-def test_a_race_says_how_often_cars_overtook_in_it(racecraft, run):
-    said = racecraft("race", "r", "r:0", "--laps", 1, "--max-resets", 0, "--json")
-    told = json.loads(said.out)
-    passed = sum(one["overtakes"] for race in told["races"] for one in race)
-    assert told["overtakes_per_race"] == passed / len(told["races"])
-    assert "overtakes a race" in racecraft("race", "r", "r:0", "--laps", 1, "--max-resets", 0).out
 
 
 @pytest.fixture
@@ -149,16 +135,11 @@ def test_a_dr_race_is_filmed_with_the_original_s_cameras(racecraft, installation
     ("line", "said"),
     [
         ("DR_EVAL_IS_CONTINUOUS=False", "DR_EVAL_IS_CONTINUOUS"),
-        ("DR_EVAL_OPP_S3_MODEL_PREFIX=gone", "DR_EVAL_OPP_S3_MODEL_PREFIX"),
         ("DR_EVAL_OPP_S3_MODEL_PREFIX=../out", "stays inside its folder"),
-        ("DR_EVAL_OPP_S3_MODEL_PREFIX=pole", "expected one of `racecraft train`"),
     ],
 )
 def test_a_dr_race_that_cannot_be_is_named(racecraft, installation, tmp_path, line, said):
     installation(line)
-    if line.endswith("=pole"):
-        pole = ("--run=bucket/pole", "--stop=iterations=1", "--set=rollout.horizon=16", "--no-pictures")
-        assert racecraft("gym", "train", "CartPole-v1", *pole).code == 0
     told = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
     assert told.code == 2
     assert said in told.err

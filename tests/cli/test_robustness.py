@@ -1,12 +1,10 @@
 """`racecraft evaluate --under` and `racecraft sensors --under`, as a user types them."""
 
 import json
-from types import SimpleNamespace
 
 import pytest
 from tests.cli.conftest import TINY
 
-from racecraft.worlds.deepracer.evaluation import robustness
 from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport
 from racecraft.worlds.deepracer.evaluation.robustness import Bar
 
@@ -40,10 +38,7 @@ def test_what_survives_is_told_as_table_picture_and_figures(racecraft, run, tmp_
 
 WRONG = {
     "Did you mean 'strong'?": ["--under", "string"],
-    "no level of variation 'off'": ["--under", "off"],
-    "Did you mean 'glare'?": ["--under", "strong", "--only", "glair"],
     "expected --under too": ["--each"],
-    "--size 720p films nothing": ["--under", "strong", "--size", "720p"],
     "--laps has no say": ["--under", "strong", "--laps", "2"],
     "--video, --max-resets": ["--under", "strong", "--video", "a.mp4", "--max-resets", "1"],
 }
@@ -80,16 +75,3 @@ def test_an_interval_is_that_of_the_mean_and_narrows_with_the_tries():
     # By the normal law: 50 -+ 1.96 * 50 / sqrt(n).
     assert few == pytest.approx((50 - 21.9, 50 + 21.9), abs=3.5)
     assert many == pytest.approx((50 - 6.9, 50 + 6.9), abs=1.2)
-
-
-def test_every_bar_is_driven_from_the_same_starts_spread_round_the_lap(monkeypatch):
-    laid = []
-    car = SimpleNamespace(policy=None, world=lambda track, **asked: laid.append(asked))
-    monkeypatch.setattr(robustness, "judge_starts", lambda policy, world, seed, on_progress: on_progress(2))
-    heard = []
-    on_progress = lambda ended, of: heard.append((ended, of))  # noqa: E731
-    bars = list(robustness.judge_under(car, None, "strong", ["blur"], tries=4, on_progress=on_progress))
-    assert heard == [(0, 12), (2, 12), (4, 12), (6, 12), (8, 12), (10, 12)], "episodes that ended, of all bars"
-    assert [bar.name for bar in bars] == ["undisturbed", "blur", "all together"]
-    assert [asked["start_shares"] for asked in laid] == [[0.0, 0.25, 0.5, 0.75]] * 3
-    assert [asked["variation"].is_on for asked in laid] == [False, True, True]

@@ -124,14 +124,6 @@ def test_colours_are_forced_or_left_out(racecraft):
     assert ".B.a." in plain
 
 
-def test_verbose_says_every_turn(racecraft):
-    said = racecraft("snakes", "play", *GAME, "--verbose", "--most-turns", 3)
-    lines = [line for line in said.err.splitlines() if line.startswith("turn ")]
-    assert len(lines) == 3
-    assert "flood_fill to " in lines[0]
-    assert " ms" in lines[0]
-
-
 def test_delay_and_duration_keep_the_pace(racecraft):
     for flag, least in (("--delay", 0.3), ("--duration", 0.3)):
         begin = time.monotonic()
@@ -142,12 +134,8 @@ def test_delay_and_duration_keep_the_pace(racecraft):
 @pytest.mark.parametrize(
     ("flags", "key", "value"),
     [
-        (("--foodSpawnChance", 40), ("ruleset", "settings", "foodSpawnChance"), 40),
         (("--minimumFood", 3), ("ruleset", "settings", "minimumFood"), 3),
-        (("--hazardDamagePerTurn", 9), ("ruleset", "settings", "hazardDamagePerTurn"), 9),
         (("--shrinkEveryNTurns", 7), ("ruleset", "settings", "royale", "shrinkEveryNTurns"), 7),
-        (("--gametype", "wrapped"), ("ruleset", "name"), "wrapped"),
-        (("--map", "empty"), ("map",), "empty"),
         (("--timeout", 77), ("timeout",), 77),
     ],
 )
@@ -158,14 +146,6 @@ def test_what_a_flag_says_stands_in_the_output_file(racecraft, tmp_path, flags, 
     for name in key:
         first = first[name]
     assert first == value
-
-
-def test_one_snake_alone_plays_on_and_minimum_food_lies_there(racecraft, tmp_path):
-    said = racecraft("snakes", "play", "-u", "hungry", "--minimumFood", 5, "-r", 1, "--most-turns", 4, "-o", "g.jsonl")
-    assert said.code == 0
-    assert "Turn 4" in said.out
-    turns = [json.loads(line) for line in (tmp_path / "g.jsonl").read_text().splitlines()[1:-1]]
-    assert len(turns[2]["board"]["food"]) >= 5
 
 
 def test_a_game_is_filmed(racecraft, tmp_path):
@@ -180,13 +160,8 @@ def test_a_game_is_filmed(racecraft, tmp_path):
     [
         (("watch",), "--live"),
         (("watch", "game.jsonl", "--live"), "--live"),
-        (("watch", "--live", "--html", "game.html"), "--html"),
-        (("watch", "no.jsonl"), "no.jsonl"),
         (("watch", "no.jsonl", "--html", "no/where.html"), "no/where.html"),
-        (("watch", "--live", "-u", "hungri"), "hungry"),
-        (("film", "no.jsonl"), "no.jsonl"),
         (("film", "no.jsonl", "--out", "game.avi"), "game.avi"),
-        (("play", "-u", "hungry", "--film", "game.avi"), "game.avi"),
     ],
 )
 def test_what_cannot_be_watched_is_said_with_exit_code_2(racecraft, arguments, words):
@@ -194,15 +169,6 @@ def test_what_cannot_be_watched_is_said_with_exit_code_2(racecraft, arguments, w
     assert said.code == 2, said
     assert words in said.err
     assert "Traceback" not in said.err
-
-
-def test_a_port_that_is_taken_is_named(racecraft, game):
-    import socket
-
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        said = racecraft("snakes", "watch", "game.jsonl", "--port", taken.getsockname()[1])
-    assert said.code == 2
-    assert "choose another --port" in said.err
 
 
 @pytest.mark.parametrize("where", ["boards differ", "cut"])

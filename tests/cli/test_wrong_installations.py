@@ -1,6 +1,5 @@
 """Folders of DeepRacer for Cloud that cannot be used: each ends with exit code 2 and a letter that says where."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -69,96 +68,50 @@ def is_gone(name):
 WRONG = [  # what is written, what is done to the folder, what is typed, what the letter begins with, what it holds
     # no folder, or another
     ({}, None, ("dr", "--folder", "nowhere", "summary"), "nowhere", "there is no such folder"),
-    ({}, None, ("dr", "--folder", "run.env", "summary"), "run.env", "is a file"),
     ({}, is_gone("run.env"), START, "run.env", "`racecraft init .` makes a folder with them"),
-    ({}, None, ("dr", "--config", "mine.env", "summary"), "mine.env", "there is no such file"),
-    ({}, None, ("dr", "--experiment", "oval", "summary"), "experiments/oval", "there is no such experiment"),
     ({}, None, ("dr", "--experiment", "../parts", "summary"), "experiments/../parts", "there is no such experiment"),
-    (run_env("DR_EXPERIMENT_NAME=oval"), None, START, "experiments/oval", "there is no such experiment"),
-    ({}, None, ("settings", "nowhere"), "nowhere", "there is no such folder"),
-    ({}, None, ("settings", "parts"), "parts", "holds no run.env"),
-    ({}, None, ("init", "run.env"), "run.env", "is a file"),
     # lines and quotes
     (run_env("DR_CAR_NAME=\u201dfast"), None, START, "run.env:2: DR_CAR_NAME", "opens a quote"),
-    (run_env("DR_CAR_NAME='fast"), None, START, "run.env:2: DR_CAR_NAME", "closed on the same line"),
-    (run_env("DR_CAR_NAME"), None, START, "run.env:2", "expected lines of KEY=VALUE"),
     ({"system.env": "DR_WORKERS 4\n"}, None, START, "system.env:1", "expected lines of KEY=VALUE"),
     ({"system.env": b"\xff\xfe\x00"}, None, START, "system.env", "text in UTF-16"),
     # values
     (run_env("DR_RUN_ID=one"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
-    (run_env("DR_RUN_ID=-1"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
-    (run_env("DR_CLOUD=heaven"), None, START, "run.env:2: DR_CLOUD", "local or aws or azure or remote"),
     (run_env("DR_WORLD_NAME=reinvent_bse"), None, TRAIN, "run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"),
-    (run_env("RACECRAFT_PRESET=slow"), None, TRAIN, "run.env:2: RACECRAFT_PRESET", "'slow'; expected race or fast"),
-    (run_env("RACECRAFT_SET=fast"), None, TRAIN, "run.env:2: RACECRAFT_SET", "settings such as"),
     (run_env("RACECRAFT_SET=ppo.clp=1"), None, TRAIN, "ppo has no setting 'clp'", "Did you mean 'clip'"),
-    (run_env("DR_EVAL_SAVE_MP4=perhaps"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),
     (run_env("DR_EVAL_NUMBER_OF_TRIALS=0"), model, ("dr", "start-evaluation"), "run.env:2", "a number from 1 to 1000"),
-    (run_env("DR_EVAL_MAX_RESETS=-1"), model, ("dr", "start-evaluation"), "run.env:2: DR_EVAL_MAX_RESETS", "from 0 to"),
-    (run_env("DR_EVAL_IS_CONTINUOUS=x"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),
-    (run_env("DR_WEBVIEWER_PORT=80.5"), None, ("dr", "start-viewer"), "run.env:2: DR_WEBVIEWER_PORT", "whole number"),
     # prefixes
     (run_env("DR_LOCAL_S3_MODEL_PREFIX=../out"), None, START, "run.env:2: DR_LOCAL_S3_MODEL_PREFIX", "stays inside"),
     (run_env("DR_LOCAL_S3_MODEL_PREFIX=/tmp/out"), None, START, "run.env:2", "stays inside its folder"),
-    (run_env("DR_LOCAL_S3_BUCKET=../../etc"), None, START, "run.env:2: DR_LOCAL_S3_BUCKET", "stays inside"),
     (run_env("DR_LOCAL_S3_REWARD_KEY=../reward.py"), None, TRAIN, "run.env:2", "stays inside its folder"),
     ({}, model, START, "run.env: DR_LOCAL_S3_MODEL_PREFIX", "holds files already"),
-    (run_env("DR_LOCAL_S3_MODEL_PREFIX=custom_files"), None, START, "run.env:2", "holds files already"),
     (run_env("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=old"), None, TRAIN, "run.env:3",
      "there is no folder 'old'"),
-    (run_env("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=custom_files"), None, TRAIN,
-     "bucket/custom_files", "holds no job.json"),
     # files
     ({}, is_gone("bucket/custom_files/reward_function.py"), TRAIN, "run.env: DR_LOCAL_S3_REWARD_KEY",
      "dr-upload-custom-files copies custom_files there"),
-    (run_env("DR_LOCAL_S3_CUSTOM_FILES_PREFIX=none"), None, TRAIN,
-     "run.env: DR_LOCAL_S3_REWARD_KEY", "there is no file"),
-    ({"bucket/custom_files/hyperparameters.json": "{lr: 1}"}, None, TRAIN, "bucket/custom_files/hyperparameters.json:1",
-     "JSON"),
-    ({"bucket/custom_files/reward_function.py": "def reward(params):\n    return 1\n"}, None, TRAIN,
-     "bucket/custom_files/reward_function.py", "reward_function"),
-    ({}, None, ("dr", "upload-custom-files"), "custom_files", "holds no files"),
-    ({}, None, ("dr", "download-custom-files"), None, None),  # the bucket has them
     # workers
     (run_env("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2"), None, TRAIN, "run.env:2", "there is no worker-2.env"),
     ({**run_env("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2"), "worker-2.env": "DR_WORLD_NAME=x_track"}, None, TRAIN,
      "worker-2.env:1: DR_WORLD_NAME", "no circuit of this name"),
     # what is at work, and what is not
     ({}, at_work, START, "run id 0: a training is under way (busy-1", "dr-stop-training ends it"),
-    ({}, is_judged, START, "run id 0: an evaluation is under way (busy-2)", "dr-stop-evaluation ends it"),
     ({}, is_judged, ("dr", "start-evaluation"), "run id 0: an evaluation is under way (busy-2)", "expected none"),
     (run_env("DR_RUN_ID=3", "DR_LOCAL_S3_MODEL_PREFIX=other"), lambda folder: at_work(folder, 1), START,
      "bucket/other: job busy-1 trains there", "a prefix of its own"),
     ({}, None, ("dr", "stop-training"), ".: no training of run id 0 is known", "dr-start-training"),
-    ({}, None, ("dr", "logs-sagemaker"), ".: no training of run id 0 is known", "dr-start-training"),
-    ({}, None, ("dr", "logs-robomaker", "-e"), ".: no evaluation of run id 0", "dr-start-evaluation"),
-    ({".racecraft/run-0.json": "[]"}, None, ("dr", "stop-training"), ".racecraft/run-0.json", "Take the file away"),
     ({".racecraft/run-0.json": '{"training": 3}'}, None, ("dr", "stop-training"), ".racecraft/run-0.json", "training"),
     # models
     *(
         ({}, None, ("dr", *words), "run.env", "holds no model yet; expected a model that was trained")
-        for words in (
-            ("start-evaluation",), ("increment-training", "-f"), ("upload-car-zip", "-L"), ("upload-model", "-fL"),
-            ("start-metrics",), ("start-loganalysis",),
-        )
+        for words in (("start-evaluation",), ("upload-model", "-fL"), ("start-metrics",))
     ),
     ({}, model, ("dr", "start-loganalysis"), "bucket/rl-deepracer-sagemaker: no row of a simulation trace yet",
      "dr-logs-sagemaker shows how far"),
     ({}, model, ("dr", "increment-training"), "Train rl-deepracer-sagemaker-1 next", "expected -f"),
     ({}, model, ("dr", "increment-training", "-f", "-p", "../x"), "'../x'", "leaves the bucket"),
-    ({}, model, ("dr", "increment-training", "-f", "-p", "rl-deepracer-sagemaker"), "-p rl-deepracer", "another one"),
-    ({}, model, ("dr", "increment-training", "-f", "-p", "custom_files"), "bucket/custom_files", "holds files already"),
     ({}, model, ("dr", "upload-model", "-f"), "run.env: DR_UPLOAD_S3_BUCKET: it has no value", "-L"),
-    ({}, model, ("dr", "upload-model", "-f", "-b", "-c", "3"), "-b and -c 3", "two checkpoints"),
-    ({}, model, ("dr", "upload-model", "-i"), "-i: the console", "has closed"),
-    ({}, model, ("dr", "upload-model", "-fL", "-c", "12"), "bucket/rl-deepracer-sagemaker/checkpoints",
-     "there is no checkpoint '12'"),
-    ({}, None, ("dr", "upload-model", "-fL", "-p", "custom_files"), "bucket/custom_files", "holds no job.json"),
     ({}, model, ("dr", "download-model", "-f", "-s", "s3://mine/x", "-t", "y"), "s3://mine: is no bucket", "bucket"),
-    ({}, model, ("dr", "download-model", "-f", "-s", "s3://bucket/../x", "-t", "y"), "'../x'", "leaves the bucket"),
-    ({}, model, ("dr", "upload-car-zip", "-L"), "bucket/rl-deepracer-sagemaker", None),
     ({}, None, ("dr", "local-aws", "s3", "sync", "a", "b"), "'s3 sync a b' is not understood", "cp, ls and rm"),
-    ({}, None, ("dr", "local-aws", "s3", "ls", "s3://bucket/none"), "s3://bucket/none", "there is nothing"),
 ]  # fmt: skip
 
 
@@ -171,11 +124,8 @@ def test_a_letter_says_where_and_what(racecraft, installation, files, happens, t
     if happens is not None:
         happens(installation)
     said = racecraft(*typed)
-    if place is None:
-        assert said.code == 0
-        return
     assert (said.code, said.err.startswith(f"racecraft: {place}")) == (2, True), said.err
-    assert (found or "") in said.err
+    assert found in said.err
     assert "Traceback" not in said.err
     assert begun(installation) <= {"busy-1", "busy-2"}, "a refused command begins nothing"
 
@@ -183,11 +133,6 @@ def test_a_letter_says_where_and_what(racecraft, installation, files, happens, t
 def begun(installation):
     home = JobPaths.of_user()
     return {job.name for job in home.store().jobs()} if home.path.exists() else set()
-
-
-def test_there_are_enough_of_them_and_each_is_another():
-    assert len(WRONG) >= 60
-    assert len({json.dumps([str(part) for part in row]) for row in WRONG}) == len(WRONG)
 
 
 def test_an_unknown_variable_is_named_with_its_nearest_in_the_table(racecraft, installation):
