@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.actor_policy import ActorPolicy, actor_critic_class, load_actor_policy
+from racecraft.algorithms.actor_policy import actor_critic_class, load_actor_policy
 from racecraft.algorithms.architecture import Architecture
-from racecraft.algorithms.distributions import SQUASHED, SquashedGaussian, distribution_for
-from racecraft.algorithms.networks import ActorCritic, OwnActorCritic
+from racecraft.algorithms.distributions import SQUASHED, SquashedGaussian
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
-from racecraft.algorithms.recurrent_network import RecurrentActorCritic
-from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions
 
 SEEN = {"x": ArraySpec((3,), np.float32)}
@@ -66,21 +63,3 @@ def test_a_policy_of_a_file_has_the_floor_and_the_kind_of_numbers_that_it_names_
         stretched = expected * torch.tensor([1.0, 2.0]) + torch.tensor([0.0, 2.0])
         np.testing.assert_allclose(policy.act(seen()), stretched, atol=1e-5)
     assert isinstance(loaded(NUMBERS, distribution=SQUASHED).distribution, SquashedGaussian)
-
-
-def test_an_architecture_says_of_which_class_its_network_is():
-    assert actor_critic_class(ROW) is ActorCritic
-    assert actor_critic_class(Architecture(memory="gru", memory_units=4)) is RecurrentActorCritic
-    assert actor_critic_class(Architecture(policy="mine:Whole")) is OwnActorCritic
-
-
-def test_with_a_memory_it_is_a_policy_that_remembers_and_without_it_follows_its_network():
-    row = Architecture(trunk_units=(6,), memory="lstm", memory_units=4)
-    assert isinstance(loaded(DiscreteActions(3), row), RecurrentPolicy)
-    one = network(DiscreteActions(3))
-    policy = ActorPolicy(one, distribution_for(DiscreteActions(3)))
-    with torch.no_grad():
-        one.policy_head.bias.copy_(torch.tensor([0.0, 50.0, 0.0]))
-    assert (policy.act(seen()) == 1).all()
-    assert set(policy.inputs(seen())) == {"x"}
-    assert policy.encoder is one.policy_body

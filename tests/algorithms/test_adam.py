@@ -4,13 +4,11 @@ import math
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 import torch
 from torch import nn
 
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.kernels.half_adam import step_block
 
 SHAPES = ((3, 4), (5,), (2, 3, 2, 2))
 
@@ -112,27 +110,6 @@ def test_a_copy_of_half_the_precision_is_followed_in_one_pass_as_in_four(form):
         torch.testing.assert_close(kept[name], part, atol=1e-6, rtol=1e-6)
 
 
-def test_weights_whose_gradients_are_of_half_precision_are_stepped_as_pytorch_steps_them():
-    """Twenty steps: the running means of earlier gradients count by then."""
-    chance = torch.Generator().manual_seed(1)
-    twin = nn.Parameter(torch.randn(40, generator=chance))
-    theirs = torch.optim.Adam([twin], lr=1e-2, eps=1e-5)
-    weights, halves = twin.detach().numpy().copy(), np.zeros(40, np.uint16)
-    means, squares = np.zeros(40, np.float32), np.zeros(40, np.float32)
-    for step in range(1, 21):
-        told = torch.randn(40, generator=chance).to(torch.bfloat16)
-        twin.grad = told.float()
-        theirs.step()
-        step_block(
-            weights, halves, told.view(torch.int16).numpy().view(np.uint16), means, squares, np.float32(0.9),
-            np.float32(0.999), np.float32(1 / math.sqrt(1 - 0.999**step)), np.float32(1e-5),
-            np.float32(1e-2 / (1 - 0.9**step)),
-        )  # fmt: skip
-    np.testing.assert_allclose(weights, twin.detach().numpy(), rtol=1e-4, atol=1e-5)
-    rounded = torch.from_numpy(weights).to(torch.bfloat16).view(torch.int16).numpy()
-    np.testing.assert_array_equal(halves.view(np.int16), rounded)
-
-
 def test_some_parameters_are_stepped_and_the_others_wait_and_forget_nothing():
     ours, theirs = parameters(), parameters()
     some, every = Adam(ours, 1e-2, 1e-5), Adam(theirs, 1e-2, 1e-5)
@@ -149,16 +126,3 @@ def test_some_parameters_are_stepped_and_the_others_wait_and_forget_nothing():
     assert all(torch.equal(one, twin) for one, twin in zip(ours, theirs, strict=True))
     some.step([])
     assert some.state_dict()["1.step"] == 1.0
-
-
-def test_what_is_loaded_takes_the_place_of_all_that_was_remembered():
-    ours = parameters()
-    optimiser = Adam(ours, 1e-2, 1e-5)
-    fresh = optimiser.state_dict()
-    assert (fresh["learning_rate"].dtype, fresh["learning_rate"].item()) == (torch.float64, 1e-2)
-    for one, gradient in zip(ours, gradients(0), strict=True):
-        one.grad = gradient
-    optimiser.step()
-    optimiser.load_state_dict({**fresh, "learning_rate": torch.tensor(0.5, dtype=torch.float64)})
-    assert set(optimiser.state_dict()) == {"learning_rate"}
-    assert optimiser.learning_rate == 0.5

@@ -121,18 +121,6 @@ def test_rows_that_nobody_searched_do_what_the_policy_would_within_the_mask():
     assert (decided.actions.dtype, decided.columns) == (np.int64, {})
 
 
-def test_who_brings_chance_along_is_drawn_from_by_it_and_else_the_learners_own_is():
-    seen, drawn = many([0.4, 0.3, 0.3], 200), []
-    for seed in (1, 2):
-        torch.manual_seed(seed)  # nobody draws from this one
-        drawn.append(learner().act(seen).actions)
-    assert np.array_equal(*drawn)
-    given = [learner().act(seen, generator=torch.Generator().manual_seed(seed)).actions for seed in (5, 5, 6)]
-    assert np.array_equal(given[0], given[1])
-    assert not np.array_equal(given[0], given[2])
-    assert not np.array_equal(given[0], drawn[0])
-
-
 @pytest.mark.parametrize("limit", [None, 0.1])
 @pytest.mark.parametrize("at_once", [1024, 3])
 def test_an_update_is_the_steps_that_a_pencil_takes_from_what_was_searched(limit, at_once, monkeypatch):

@@ -126,17 +126,6 @@ def test_an_actor_notes_what_it_expected_of_what_it_took_and_of_the_best_that_wa
     )
 
 
-def test_the_first_meeting_has_nothing_to_tell_but_how_much_is_explored():
-    world = CopyTheNumber(16)
-    learner, replay = built(world, epsilon=0.4, ladder=3.0)
-    told = learner.update(replay.add(Collector(world, learner, horizon=16, seed=1).collect()))
-    mean = np.mean([0.4 ** (1 + i / 15 * 3) for i in range(16)])
-    assert learner.epsilon == pytest.approx(mean, rel=1e-5)
-    remembered = 16 * (16 - 3)  # the last three ticks of each row wait for what follows
-    assert list(told.values()) == pytest.approx([0.0, 0.0, 0.0, 0.0, mean, 256, remembered, 0], rel=1e-5)
-    assert learner.update(replay)["gradient_steps"] == 64, "one for every four transitions"
-
-
 def test_whoever_goes_on_from_a_state_decides_by_its_weights_at_once():
     (one, _), (two, _) = built(CopyTheNumber(2)), built(CopyTheNumber(2))
     with torch.no_grad():
@@ -146,13 +135,3 @@ def test_whoever_goes_on_from_a_state_decides_by_its_weights_at_once():
     two.load_state_dict({"network": one.network.state_dict()})
     assert (two.choose(seen) == 2).all()
     assert two.state_dict()["network"]["choices.2.bias"][2] == 9.0
-
-
-def test_who_brings_chance_along_explores_by_it():
-    seen, drawn = {"number": np.eye(4, dtype=np.float32)[[0] * 99]}, []
-    for given in (None, None, 5, 5):
-        torch.manual_seed(len(drawn))  # nobody draws from this one
-        learner, _ = built(CopyTheNumber(99), epsilon=1.0, ladder=0.0)
-        chance = None if given is None else torch.Generator().manual_seed(given)
-        drawn.append(learner.act(seen, generator=chance).actions.tolist())
-    assert drawn[0] == drawn[1] != drawn[2] == drawn[3]

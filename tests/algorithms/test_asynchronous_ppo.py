@@ -12,12 +12,11 @@ import torch
 from tests.algorithms.test_ppo import STATE, made_up, world_spec
 from toy_world import CopyTheNumber
 
-from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, CorrectedPpoLearner, rollout_of, tensors_of
+from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, CorrectedPpoLearner
 from racecraft.algorithms.imitation import ImitationConfig, ImitationWrapper
 from racecraft.algorithms.learner import DivergedError, counting
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import LOG_PROB, PpoConfig, PpoLearner
-from racecraft.algorithms.recurrent_ppo import RecurrentPpoLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ContinuousActions, DiscreteActions
 from racecraft.players.trained import GreedyPolicy
@@ -147,9 +146,9 @@ def test_a_schedule_waits_for_the_rollout_it_is_meant_for():
     assert learner.learner.learning_rate == pytest.approx(5e-3)
 
 
-@pytest.mark.parametrize("done", [None, 0.0, 0.25])
+@pytest.mark.parametrize("done", [None, 0.25])
 def test_whoever_goes_on_with_a_rollout_knows_how_much_lay_behind_it(done):
-    """None: nobody said; 0: the training had only begun. A rate that falls to 0 in a straight line tells."""
+    """None: nobody said. A rate that falls to 0 in a straight line tells."""
     learner, other = (beside(learning_rate_schedule="linear", learning_rate=1e-2) for _ in range(2))
     if done is not None:
         learner.anneal(done)
@@ -160,29 +159,12 @@ def test_whoever_goes_on_with_a_rollout_knows_how_much_lay_behind_it(done):
     assert other.learner.learning_rate == pytest.approx(1e-2 * (1.0 - (done or 0.0)))
 
 
-def test_a_rollout_comes_back_whole():
-    batch = made_up(SPEC, learner=plain())
-    back = rollout_of(tensors_of(replace(batch, action_mask=np.ones((6, 4, 3), bool))))
-    assert back.action_mask.all()
-    assert back.last_action_mask is None
-    for name in ("reward", "terminated", "truncated", "active", "actions", "final_index", "last_active"):
-        np.testing.assert_array_equal(getattr(back, name), getattr(batch, name))
-    for name in ("observations", "columns", "last_observations", "final_observations"):
-        for key, array in getattr(batch, name).items():
-            np.testing.assert_array_equal(getattr(back, name)[key], array)
-
-
 def test_a_loss_that_is_no_number_is_told_at_the_next_meeting():
     learner, batch = beside(), made_up(SPEC, learner=plain())
     batch.reward[0, 0] = np.nan
     learner.update(batch)
     with pytest.raises(DivergedError, match="Lower ppo.learning_rate"):
         learner.update(batch)
-
-
-def test_a_memory_is_refused():
-    with pytest.raises(SettingError, match="network.memory at none"):
-        beside(kind=RecurrentPpoLearner, network=replace(NETWORK, memory="lstm"))
 
 
 def test_imitation_beside_it_is_refused():

@@ -1,16 +1,14 @@
-"""The habits of the AWS learner, by hand: the floor, Adam's epsilon, losses and batches, e-greedy exploration."""
+"""The habits of the AWS learner, by hand: the floor, losses, e-greedy exploration, half the precision."""
 
 import math
 
 import numpy as np
 import pytest
 import torch
-from torch.nn import functional
 
 from racecraft.algorithms.distributions import Categorical
-from racecraft.algorithms.half_precision import processor_precision
 from racecraft.algorithms.networks import NetworkConfig
-from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, PpoConfig, PpoLearner
 from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.ppo_loss import ppo_loss
 from racecraft.algorithms.rollout_batch import RolloutBatch
@@ -59,15 +57,6 @@ def test_no_choice_counts_as_less_likely_than_the_floor_and_the_others_keep_thei
     assert (logits.grad == 0).all(), "what lies below the floor pulls at no weight"
 
 
-def test_a_forbidden_choice_stays_forbidden_under_a_floor():
-    kind = Categorical(DiscreteActions(3), 1e-3)
-    mask = torch.tensor([[True, False, True]])
-    log_prob, _ = kind.log_prob_and_entropy(torch.zeros(1, 3), None, mask, torch.tensor([1]))
-    assert log_prob.exp().item() == 0.0
-    drawn, _ = kind.sample_greedily(torch.zeros(500, 3), mask.expand(500, 3), 1.0, torch.Generator().manual_seed(1))
-    assert set(drawn.tolist()) == {0, 2}
-
-
 class Fixed(torch.nn.Module):
     log_std = None
 
@@ -102,34 +91,6 @@ def test_advantages_are_standardised_over_the_iteration_before_it_is_cut_into_mi
     assert spread == pytest.approx(np.full(4, spread[0]), rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("ticks", "rows", "size", "count"), [(40, 4, 64, 2), (10, 4, 32, 1), (32, 4, 64, 2), (1, 1, 1, 1)]
-)
-def test_the_remainder_is_dropped_and_a_small_iteration_has_a_smaller_batch(ticks, rows, size, count):
-    """160 transitions: 2 of 64, 32 left out. 40: lowered to 2^floor(log2 40) = 32, 8 left out. 128: 2 of 64."""
-    learner = a_learner()
-    batches = list(learner._minibatches(torch.arange(ticks * rows)))
-    assert [len(batch) for batch in batches] == [size] * count
-
-
-def test_adam_takes_tensorflows_steps():
-    """By hand: lr * sqrt(1 - b2^t) / (1 - b1^t) * m / (sqrt(v) + epsilon), epsilon outside of the correction."""
-    learner = a_learner(learning_rate=1e-2, adam_epsilon=1e-2, batch_size=32, epochs=1)
-    weight = learner.network.value_head.weight
-    expected = weight.detach().double().clone()
-    m, v = torch.zeros_like(expected), torch.zeros_like(expected)
-    whole, rows, _ = learner._prepare(experience_of(learner, 8))
-    for t in range(1, 6):
-        loss, _ = ppo_loss(learner.network, learner.distribution, whole.take(rows), learner.config)
-        (slope,) = torch.autograd.grad(loss, weight)
-        slope = slope.double()
-        m, v = 0.9 * m + 0.1 * slope, 0.999 * v + 0.001 * slope**2
-        rate = 1e-2 * math.sqrt(1 - 0.999**t) / (1 - 0.9**t)
-        expected -= rate * m / (v.sqrt() + 1e-2)
-        learner.steps.run([rows], whole.take, learner.now)
-        assert torch.allclose(weight.detach().double(), expected, atol=1e-6)
-
-
 def test_epsilon_greedy_begins_at_random_and_ends_at_the_likeliest():
     learner = a_learner(exploration="e-greedy", epsilon_last=0.1, epsilon_steps=1000)
     seen = {"state": np.zeros((1000, 5), np.float32)}
@@ -153,25 +114,6 @@ def test_epsilon_goes_on_where_it_stood():
     assert "exploration" not in a_learner().state_dict()
 
 
-def test_huber_is_tensorflows():
-    errors = torch.tensor([0.3, -0.9, 1.0, 4.0])
-    by_hand = [0.045, 0.405, 0.5, 3.5]
-    assert functional.huber_loss(errors, torch.zeros(4), reduction="none").tolist() == pytest.approx(by_hand)
-
-
-def test_a_critic_of_its_own_is_asked_once_before_the_update():
-    learner = a_learner()
-    kept = experience_of(learner, 100)
-    assert learner.values_later
-    assert VALUE not in kept.columns
-    kept.active[:, 1] = False
-    found = learner._values_of(kept)
-    asked = learner.values({"state": kept.observations["state"].reshape(-1, 5)}).reshape(100, 4)
-    assert found[:, [0, 2, 3]] == pytest.approx(asked[:, [0, 2, 3]], abs=1e-6)
-    assert (found[:, 1] == 0).all()
-    assert not PpoLearner(SPEC, NetworkConfig(), PpoConfig(), 1).values_later
-
-
 def test_half_the_precision_takes_nearly_the_same_step():
     full, coarse = a_learner(batch_size=32), a_learner(batch_size=32, precision="bfloat16")
     kept = experience_of(full, 8)
@@ -192,12 +134,3 @@ def test_the_twin_of_half_the_precision_follows_the_weights_it_teaches():
     other = a_learner(batch_size=32, precision="bfloat16", seed=2)
     other.load_state_dict(learner.state_dict())
     assert torch.equal(next(other.working.parameters()), next(learner.working.parameters()))
-
-
-def test_half_the_precision_is_asked_of_processors_that_have_it(monkeypatch):
-    for told, expected in (({"avx512_bf16": True}, "bfloat16"), ({"avx2": True}, "float32")):
-        monkeypatch.setattr(torch.cpu, "get_capabilities", lambda told=told: told, raising=False)
-        assert processor_precision("auto") == expected
-    monkeypatch.delattr(torch.cpu, "get_capabilities")
-    assert processor_precision("auto") == "float32"
-    assert processor_precision("bfloat16") == "bfloat16"

@@ -1,12 +1,11 @@
-"""One look of a small plain network: laid end to end by hand, and by twin with NumPy and PyTorch."""
+"""One look of a small plain network: its room by hand, and by twin with PyTorch."""
 
 import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms import compiled_policy as page
 from racecraft.algorithms.compiled_policy import CompiledPolicy, Layer, compile_policy, end_to_end
-from racecraft.algorithms.kernels.greedy_action import NO_BEND, RELU, TANH, argmax_action
+from racecraft.algorithms.kernels.greedy_action import NO_BEND, argmax_action
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
@@ -21,23 +20,6 @@ def layer(size, seen, filters, stride=1, bend=NO_BEND, seed=1):
     return Layer(weight, chance.normal(size=filters).astype(np.float32), stride, bend)
 
 
-def slowly(layers, frame):
-    """Return what the last of some layers gives, place by place."""
-    seen = frame[..., None] / 255.0
-    for one in layers:
-        size, _, channels, filters = one.weight.shape
-        if channels != seen.shape[2]:
-            seen = seen.reshape(1, 1, -1)
-        high, wide = ((side - size) // one.stride + 1 for side in seen.shape[:2])
-        found = np.zeros((high, wide, filters))
-        for y in range(high):
-            for x in range(wide):
-                patch = seen[y * one.stride : y * one.stride + size, x * one.stride : x * one.stride + size]
-                found[y, x] = np.tensordot(patch, one.weight, 3) + one.bias
-        seen = {NO_BEND: found, RELU: np.maximum(found, 0.0), TANH: np.tanh(found)}[one.bend]
-    return seen.reshape(-1)
-
-
 def looked(look, frame):
     """Return the choice, and the numbers it was chosen by: the two maps are written in turn."""
     buffer = np.full((3, look.buffer_size), 7.0, np.float32)
@@ -45,43 +27,10 @@ def looked(look, frame):
     return choice, buffer[len(look.layers) % 2, : look.layers[-1, 6]]
 
 
-NETWORKS = {
-    "two convolutions": [
-        layer(3, 1, 3, 2, RELU), layer(2, 3, 4, 1, TANH, 2), layer(1, 24, 11, 1, RELU, 3), layer(1, 11, 5, seed=4)
-    ],
-    "one that steps by three": [layer(2, 1, 9, 3, TANH, 5), layer(1, 54, 3, 1, NO_BEND, 6)],
-    "one behind the other of one place": [layer(1, 1, 2, 1, RELU, 7), layer(1, 126, 4, 1, NO_BEND, 8)],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("network", NETWORKS)
-def test_a_look_gives_what_a_slow_loop_gives(network):
-    layers = NETWORKS[network]
-    look = end_to_end(layers, (*FRAME, 1))
-    for seed in range(4):
-        frame = np.random.default_rng(seed).integers(0, 256, FRAME).astype(np.uint8)
-        choice, numbers = looked(look, frame)
-        expected = slowly(layers, frame)
-        np.testing.assert_allclose(numbers, expected, rtol=1e-4, atol=1e-5)
-        assert choice == expected.argmax()
-
-
 def test_of_equals_the_first_is_taken_and_any_may_be_the_likeliest():
     for biases, best in (([1, 1, 1], 0), ([0, 2, 2], 1), ([0, 1, 2], 2), ([-1, -3, -2], 0)):
         head = Layer(np.zeros((1, 1, 63, 3), np.float32), np.float32(biases), 1, NO_BEND)
         assert looked(end_to_end([head], (*FRAME, 1)), np.zeros(FRAME, np.uint8))[0] == best
-
-
-def test_layers_end_to_end_by_hand():
-    first, last = layer(3, 1, 4, 2, RELU), layer(1, 48, 5, 1, NO_BEND, 2)
-    look = end_to_end([first, last], (*FRAME, 1))
-    # 7 x 9 by kernels of 3 and steps of 2: 3 x 4 places of 4 filters are 48 numbers; 4 biases and 36 weights are 40
-    assert look.layers.tolist() == [[0, 7, 9, 1, 3, 2, 4, RELU], [40, 1, 1, 48, 1, 1, 5, NO_BEND]]
-    assert (look.layers.dtype, look.weights.dtype) == (np.int64, np.float32)
-    parts = [first.bias, first.weight.ravel(), last.bias, last.weight.ravel()]
-    np.testing.assert_array_equal(look.weights, np.concatenate(parts))
-    assert look.scale == np.float32(1 / 255)
-    assert look.buffer_size == 63  # the frame itself is the widest
 
 
 @pytest.mark.parametrize(
@@ -95,14 +44,6 @@ def test_layers_end_to_end_by_hand():
 )
 def test_there_is_room_for_the_widest_map_and_kernel(layers, shape, buffer):
     assert end_to_end(layers, shape).buffer_size == buffer
-
-
-def test_networks_of_more_products_are_pytorchs(monkeypatch):
-    layers = [layer(3, 1, 4, 2, RELU), layer(1, 48, 5, 1, NO_BEND, 2)]  # 12 places x 36 and 240: 672 products
-    monkeypatch.setattr(page, "MAX_PRODUCTS", 672)
-    assert end_to_end(layers, (*FRAME, 1)) is not None
-    monkeypatch.setattr(page, "MAX_PRODUCTS", 671)
-    assert end_to_end(layers, (*FRAME, 1)) is None
 
 
 def learner_of(seen=None, actions=None, **network):

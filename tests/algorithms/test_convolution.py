@@ -67,22 +67,3 @@ def test_a_rollout_is_laid_out_once_for_a_policy_and_its_twin_critic():
     for found, wanted in zip(half(laid), half(frames), strict=True):
         assert torch.equal(found, wanted)
     torch.testing.assert_close(half(frames)[1], network(frames)[1], atol=0.02, rtol=0.02)
-
-
-@pytest.mark.parametrize(
-    ("channels", "kernel", "stride", "is_so"), [(8, 4, 2, True), (9, 4, 2, False), (1, 3, 1, False)]
-)
-def test_tiles_are_of_more_than_a_pixel_and_of_eight_channels_at_most(channels, kernel, stride, is_so):
-    assert Convolution(channels, 4, kernel, stride).bfloat16().reads_tiles is is_so
-
-
-def test_tiles_lie_row_by_row_and_what_no_kernel_comes_to_is_left_out():
-    """A picture of 5 x 7 whose pixels are numbered, for kernels of 2 and steps of 2: 2 x 3 tiles of 2 x 2."""
-    tiles = in_tiles(torch.arange(35).reshape(1, 5, 7, 1), 2, 2)
-    assert tiles.tolist() == [[
-        [[0, 1, 7, 8], [2, 3, 9, 10], [4, 5, 11, 12]],
-        [[14, 15, 21, 22], [16, 17, 23, 24], [18, 19, 25, 26]],
-    ]]  # fmt: skip
-    two = in_tiles(torch.arange(48).reshape(1, 4, 6, 2), 4, 2)
-    assert two.shape == (1, 2, 3, 8)
-    assert two[0, 1, 2].tolist() == [32, 33, 34, 35, 44, 45, 46, 47], "both channels of a pixel side by side"

@@ -72,35 +72,6 @@ def test_a_step_follows_a_fifth_of_the_forward_loss_and_the_rest_of_the_inverse_
         torch.testing.assert_close(mine, its, rtol=1e-4, atol=1e-5)
 
 
-def test_every_tick_is_learned_from_once_in_lots_and_the_figures_are_the_lots_mean():
-    before, actions, after = ticks()
-    curious, lots, told = model(learning_rate=1e-8), [], []
-    curious.networks["features"].register_forward_pre_hook(lambda layer, seen: lots.append(seen[0]["x"]))
-    figures = curious.learn(before, actions, after)
-    assert [len(lot) for lot in lots] == [2, 2, 2, 2, 1, 1]
-    assert sorted(torch.cat(lots[::2])[:, 0].tolist()) == sorted(before["x"][:, 0].tolist())
-    assert sorted(torch.cat(lots[1::2])[:, 0].tolist()) == sorted(after["x"][:, 0].tolist())
-    forward, inverse = (part.detach() for part in errors(curious.networks, before, actions, after))
-    for lot in (lots[0].clone(), lots[2].clone(), lots[4].clone()):
-        rows = [int(np.flatnonzero((before["x"] == row.numpy()).all(axis=1))[0]) for row in lot]
-        told.append([forward[rows].mean(), inverse[rows].mean()])
-    np.testing.assert_allclose(list(figures.values()), np.mean(told, axis=0), rtol=1e-4)
-
-
-def test_its_networks_begin_with_rows_of_length_one_and_read_nothing_privileged():
-    curious = model()
-    assert curious.names == ["x"]
-    assert (curious.is_novelty, curious.name, curious.strength) == (True, "curiosity", 0.7)
-    for name, width in (("between", 16), ("ahead", 8 + 3)):
-        for layer, into in ((curious.networks[name][0], width), (curious.networks[name][2], 8)):
-            assert layer.in_features == into
-            weight = layer.weight.detach()
-            square = weight @ weight.T if weight.shape[0] <= weight.shape[1] else weight.T @ weight
-            torch.testing.assert_close(square, torch.eye(len(square)), atol=1e-5, rtol=0.0)
-    trunk = [one.out_features for one in curious.networks["features"].modules() if isinstance(one, torch.nn.Linear)]
-    assert trunk == [6, 8], "the vector's own layers, then one of `units`"
-
-
 @pytest.mark.parametrize(
     ("actions", "done", "code"),
     [
@@ -127,12 +98,3 @@ def test_guesses_of_numbers_are_wrong_by_their_mean_square_and_of_choices_by_the
     done = torch.tensor([[1, 2]])
     expected = np.log(2) - np.log(np.exp(3) / (np.exp(1) + np.exp(2) + np.exp(3)))
     assert choices.error(told, done).item() == pytest.approx(expected)
-
-
-def test_a_restored_model_goes_on_bit_for_bit():
-    before, actions, after = ticks()
-    one, two = model(), model()
-    one.learn(before, actions, after)
-    two.load_state_dict(one.state_dict())
-    assert one.learn(before, actions, after) == two.learn(before, actions, after)
-    np.testing.assert_array_equal(one.bonus(before, actions, after), two.bonus(before, actions, after))

@@ -12,7 +12,7 @@ from racecraft.contract.world import (
     DiscreteActions,
     WorldSpec,
 )
-from racecraft.formats.demonstrations import Demonstrations, write_demonstrations
+from racecraft.formats.demonstrations import Demonstrations
 
 SEEN = {"x": ArraySpec((2,), np.float32), "true": ArraySpec((1,), np.float32, privileged=True)}
 SPEC = WorldSpec("toy", 2, 1, SEEN, DiscreteActions(3))
@@ -69,18 +69,6 @@ def test_observations_that_no_recorder_named_are_matched_by_order_or_by_shape(or
     }
     with pytest.raises(SettingError, match="not recorded"):
         demonstration_tensors(recorded({"obs_0": SEEN["x"]}), world, ["rays"], torch.device("cpu"), "bc.demonstrations")
-
-
-def test_a_file_that_ends_in_demo_is_read_by_its_world_and_any_other_is_ours(monkeypatch, tmp_path):
-    asked = []
-    monkeypatch.setattr("racecraft.worlds.unity.training.shown.read_demonstration_batch", asked.append)
-    (tmp_path / "many").mkdir()
-    (tmp_path / "many" / "a.demo").touch()
-    for path in (tmp_path / "play.demo", tmp_path / "many"):
-        read_demonstration_batch(path)
-    assert asked == [tmp_path / "play.demo", tmp_path / "many"]
-    write_demonstrations(tmp_path / "ours.safetensors", recorded())
-    assert read_demonstration_batch(tmp_path / "ours.safetensors").actions.tolist() == [2, 0, 1]
 
 
 def test_a_folder_without_demonstrations_is_refused(tmp_path):

@@ -37,17 +37,3 @@ def test_two_vectors_pictures_and_what_is_no_encoder_are_something_else():
     assert dense_layers(body(picture, convolutions=((2, 6, 3),), trunk_units=(4,))) is None
     assert dense_layers(nn.Linear(3, 4)) is None
     assert dense_layers(None) is None
-
-
-def test_a_vector_without_layers_and_layers_of_two_kinds_are_something_else():
-    assert dense_layers(body(trunk_units=())) is None
-    mixed = body(trunk_units=(4, 5), activation="tanh")
-    mixed.trunk[1] = nn.ReLU()
-    assert dense_layers(mixed) is None
-    for other in (nn.GELU(), nn.Identity()):
-        odd = body(trunk_units=(4,))
-        odd.trunk[1] = other
-        assert dense_layers(odd) is None
-    strange = body(trunk_units=(4, 5))
-    strange.trunk[2] = nn.LayerNorm(4)
-    assert dense_layers(strange) is None

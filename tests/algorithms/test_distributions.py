@@ -157,24 +157,6 @@ def test_numbers_are_cut_and_stretched_to_their_bounds_and_pass_where_there_are_
     assert ours.to_actions(raw).tolist() == told
 
 
-def test_squashed_numbers_are_bent_and_stretched_and_told_by_the_density_of_what_is_done():
-    mean, log_std = params(2), torch.tensor([-0.5, 0.3])
-    ours = SquashedGaussian(NUMBERS)
-    bent = theirs.TransformedDistribution(
-        theirs.Normal(mean, log_std.exp()), [theirs.transforms.TanhTransform(cache_size=1)]
-    )
-    twin = theirs.Independent(bent, 1)
-    for raw, log_prob in (ours.sample(mean, log_std, None, chance()), ours.mode(mean, log_std, None)):
-        torch.testing.assert_close(log_prob, twin.log_prob(torch.tanh(raw)), rtol=1e-4, atol=1e-4)
-        torch.testing.assert_close(
-            ours.to_actions(raw), torch.tensor([1.0, 0.5]) + torch.tensor([3.0, 0.5]) * torch.tanh(raw)
-        )
-    raw, _ = ours.sample(mean, log_std, None, chance())
-    _, entropy = ours.log_prob_and_entropy(mean, log_std, None, raw)
-    slope = (1 - torch.tanh(raw).square()).log().sum(dim=1)
-    torch.testing.assert_close(entropy, theirs.Normal(mean, log_std.exp()).entropy().sum(dim=1) + slope)
-
-
 @pytest.mark.parametrize("numbers", ["gaussian", SQUASHED])
 def test_numbers_and_choices_at_once_are_the_two_side_by_side(numbers):
     given, log_std = params(7), torch.tensor([-0.5, 0.3])
@@ -222,13 +204,6 @@ def test_every_kind_of_action_has_its_distribution_and_so_many_parameters(action
     assert (type(ours), ours.spec) == (kind, actions)
     assert (params_width(actions), numbers_width(actions)) == (width, numbers)
     assert isinstance(distribution_for(BOTH, numbers=SQUASHED).numbers, SquashedGaussian)
-    if not numbers:
-        mask = torch.zeros(1, width, dtype=torch.bool)
-        mask[:, [0, -1]] = True
-        rarely = torch.tensor([[40.0, *[0.0] * (width - 1)]])
-        last = torch.tensor([2]) if actions is CHOICE else torch.tensor([[0, 1]])
-        floor = distribution_for(actions, 0.125).log_prob_and_entropy(rarely, None, mask, last)[0]
-        assert floor.item() == pytest.approx(math.log(0.125) if actions is CHOICE else 0.0)
 
 
 def test_one_policy_does_not_act_for_several_kinds_of_agents():

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from racecraft.algorithms.distributions import distribution_for
-from racecraft.algorithms.explainable import as_floats, branch_sizes, names_read, scores_of
+from racecraft.algorithms.explainable import as_floats, names_read, scores_of
 from racecraft.algorithms.networks import Architecture, CustomEncoder, Encoder
 from racecraft.contract.world import (
     ArraySpec,
@@ -39,19 +39,6 @@ def test_bytes_are_fed_as_shares_of_their_largest_and_to_a_users_own_network_as_
         assert fed["a"].tolist() == [[3.5]]
         assert {part.dtype for part in fed.values()} == {torch.float32}
         assert names_read(eyes) == ("a", "b")
-
-
-@pytest.mark.parametrize(
-    ("actions", "sizes"),
-    [
-        (DiscreteActions(5), [5]),
-        (MultiDiscreteActions((3, 2)), [3, 2]),
-        (NUMBERS, []),
-        (HybridActions(NUMBERS, MultiDiscreteActions((4,))), [4]),
-    ],
-)
-def test_choices_have_so_many_options_each(actions, sizes):
-    assert branch_sizes(actions) == sizes
 
 
 def test_scores_of_numbers_and_choices_are_told_apart():

@@ -6,7 +6,7 @@ import torch
 from toy_world import Walk
 
 from racecraft.algorithms.building import build_learner, signal_groups
-from racecraft.algorithms.curiosity import ActionCode, CuriosityConfig, CuriosityModel
+from racecraft.algorithms.curiosity import CuriosityConfig, CuriosityModel
 from racecraft.algorithms.intrinsic import IntrinsicReward, ReturnScale, RunningMoments, transitions
 from racecraft.algorithms.learner import REPLAY
 from racecraft.algorithms.networks import Architecture, NetworkConfig
@@ -16,10 +16,7 @@ from racecraft.algorithms.rnd import RndConfig, RndModel
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import (
     ArraySpec,
-    ContinuousActions,
     DiscreteActions,
-    HybridActions,
-    MultiDiscreteActions,
     WorldSpec,
 )
 from racecraft.rollout.collector import Collector
@@ -195,16 +192,6 @@ def model_of(kind, **values):
     return CuriosityModel(SEEN, DiscreteActions(3), SMALL, CuriosityConfig(strength=1, **values), 1, "cpu")
 
 
-def test_actions_become_numbers_by_hand():
-    both = HybridActions(ContinuousActions((-2.0, -np.inf), (4.0, np.inf)), MultiDiscreteActions((2, 3)))
-    code = ActionCode(both)
-    done = torch.tensor([[4.0, 7.0, 1.0, 2.0]])
-    assert code.encoded(done).tolist() == [[1.0, 7.0, 0.0, 1.0, 0.0, 0.0, 1.0]]
-    told = torch.tensor([[1.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    assert float(code.error(told, done)) == pytest.approx(0.5 + np.log(2) + np.log(3))
-    assert ActionCode(DiscreteActions(3)).encoded(torch.tensor([2])).tolist() == [[0.0, 0.0, 1.0]]
-
-
 def test_moments_of_lots_are_those_of_the_whole():
     rows = np.random.default_rng(0).normal(3, 2, (90, 4))
     moments = RunningMoments((4,))
@@ -235,14 +222,6 @@ def test_an_intrinsic_run_goes_on_bit_by_bit(name):
     assert told[0][f"{name}_reward"] > 0
 
 
-def test_a_replay_gets_no_bonus():
-    class Eater(Fixed):
-        experience = REPLAY
-
-    with pytest.raises(SettingError, match="clock.strength"):
-        IntrinsicReward(Eater(Walk(2).spec), ClockModel())
-
-
 class Likeness(ClockModel):
     """Pays for what is like what was shown: nothing is measured, and the end of a story earns, too."""
 
@@ -252,12 +231,6 @@ class Likeness(ClockModel):
     def learn(self, before, actions, after):
         self.learned = len(actions)
         return {"gail_loss": 0.25}
-
-    def state_dict(self):
-        return {"weight": torch.tensor([3.0])}
-
-    def load_state_dict(self, state):
-        self.loaded = {name: part.tolist() for name, part in state.items()}
 
 
 def test_a_bonus_for_likeness_is_added_as_it_is_at_the_end_of_a_story_too():
@@ -287,29 +260,6 @@ def test_with_nobody_active_nothing_is_paid_and_no_model_asked():
     np.testing.assert_array_equal(learner.inner.reward, batch.reward)
 
 
-def test_a_models_state_stands_in_a_group_of_its_own_beside_the_scale():
-    class Stateful(Fixed):
-        loaded = None
-
-        def state_dict(self):
-            return {"network": {"w": torch.zeros(1)}}
-
-        def load_state_dict(self, state):
-            self.loaded = list(state)
-
-    learner, other = (IntrinsicReward(Stateful(Walk(2).spec), Likeness()) for _ in range(2))
-    learner.scale.measured(np.array([[1.0, 3.0]]))
-    state = learner.state_dict()
-    assert list(state) == ["network", "gail"]
-    other.load_state_dict(state)
-    assert other.inner.loaded == ["network", "gail"]
-    assert other.model.loaded == {"weight": [3.0]}
-    assert other.scale.measured(np.array([[2.0, 2.0]])) == learner.scale.measured(np.array([[2.0, 2.0]]))
-    again = IntrinsicReward(Stateful(Walk(2).spec), Likeness())
-    again.load_state_dict({"network": state["network"]})
-    assert not hasattr(again.model, "loaded")
-
-
 def test_the_scale_is_the_deviation_of_all_discounted_sums_so_far():
     scale = ReturnScale(0.5)
     # one row: 1, then 0.5 + 2 = 2.5; then 1.25 + 0 = 1.25 with the next rollout
@@ -318,16 +268,6 @@ def test_the_scale_is_the_deviation_of_all_discounted_sums_so_far():
     # other rows begin with nothing: 4 and 0
     assert scale.measured(np.array([[4.0, 0.0]])) == pytest.approx(np.std([1.0, 2.5, 1.25, 4.0, 0.0]))
     assert 0.0 < ReturnScale(0.5).measured(np.zeros((2, 3))) < 1e-6
-
-
-def test_moments_begin_at_nothing_and_go_round():
-    moments, other = RunningMoments((2,)), RunningMoments((2,))
-    assert (moments.count, moments.mean.tolist(), moments.variance.tolist()) == (0.0, [0.0, 0.0], [1.0, 1.0])
-    moments.add(np.zeros((0, 2)))
-    assert moments.count == 0.0
-    moments.add(np.array([[1.0, 5.0], [3.0, 5.0]]))
-    other.restore(moments.state())
-    assert (other.count, other.mean.tolist(), other.variance.tolist()) == (2.0, [2.0, 5.0], [1.0, 0.0])
 
 
 @pytest.mark.parametrize("size", [4, 256])
@@ -371,11 +311,6 @@ def test_only_the_foretelling_network_learns_each_transition_once():
     assert not any(torch.equal(old, new) for old, new in zip(told, model.predictor.parameters(), strict=True))
     steps = {part.item() for name, part in model.state_dict().items() if name.endswith("/step")}
     assert steps == {3.0}  # minibatches of 3, 3 and 1
-
-
-def test_random_distillation_has_two_layers_behind_what_is_seen():
-    shapes = [tuple(part.shape) for part in model_of("rnd", units=12, outputs=5).target.parameters() if part.dim() == 2]
-    assert shapes == [(12, 4), (12, 12), (5, 12)]
 
 
 def test_a_bonus_from_a_replay_is_refused_in_words():

@@ -6,7 +6,6 @@ import torch
 
 from racecraft.algorithms.architecture import Architecture
 from racecraft.algorithms.networks import ActorCritic
-from racecraft.algorithms.rnd import RndConfig, RndModel
 from racecraft.contract.world import ArraySpec, ContinuousActions
 
 SEEN = {"frame": ArraySpec((20, 20), np.uint8), "place": ArraySpec((6,), np.float32)}
@@ -39,13 +38,6 @@ def test_layers_begin_with_the_gains_of_published_ppo(activation):
     assert (gain(begun.policy_head), gain(begun.value_head)) == pytest.approx((0.01, 1.0))
     assert not any(one.bias.any() for one in [*hidden, begun.policy_head, begun.value_head])
     assert begun.log_std.tolist() == [0.0, 0.0]
-
-
-def test_both_networks_of_random_distillation_keep_what_goes_through_them_as_large_as_it_was():
-    seen = {"place": SEEN["place"]}
-    curious = RndModel(seen, Architecture(vector_units=(7,)), RndConfig(units=12, outputs=5), 1, "cpu")
-    for network in (curious.target, curious.predictor):
-        assert [gain(network[at]) for at in (1, 3)] == pytest.approx([1.0, 1.0])
 
 
 def test_a_critic_that_is_told_more_has_two_layers_of_128():

@@ -8,7 +8,6 @@ import pytest
 import torch
 from toy_world import CopyTheNumber, Expert, Unpaid, Walk
 
-from racecraft.algorithms import gail as page
 from racecraft.algorithms.building import build_learner, signal_groups
 from racecraft.algorithms.gail import GailConfig, GailModel
 from racecraft.algorithms.networks import Architecture, NetworkConfig
@@ -78,13 +77,6 @@ def test_without_actions_only_what_is_seen_counts():
     assert (judge.bonus(seen, np.arange(4), {}) == judge.bonus(seen, np.array([1, 2, 3, 0]), {})).all()
 
 
-def test_the_penalty_is_the_departure_of_the_slope_from_one():
-    judge = model(GailConfig(strength=1.0))
-    judge._logits = lambda inputs: 3.0 * inputs["number"].sum(dim=1)  # a slope of 3 in each of four directions
-    rows = {"number": torch.eye(4)}
-    assert judge._roughness(rows, rows).item() == pytest.approx((3.0 * 2.0 - 1.0) ** 2)
-
-
 def test_what_nobody_pays_for_is_learned_from_what_was_shown(tmp_path):
     path = tmp_path / "shown.safetensors"
     write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 40, seed=1))
@@ -101,18 +93,6 @@ def test_what_nobody_pays_for_is_learned_from_what_was_shown(tmp_path):
         found[strength] = summarise(greedy).mean_reward
         assert ("gail_reward" in told) == bool(strength)
     assert found[1.0] > 7.5 > 5.0 > found[0.0], found
-
-
-def test_the_last_tick_of_an_episode_is_judged_too(tmp_path):
-    path = tmp_path / "shown.safetensors"
-    write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 4, seed=1))
-    pupil = learner(path, CopyTheNumber(4), strength=1.0)
-    judged = []
-    pupil.model.bonus = lambda before, actions, after: judged.append(len(actions)) or np.zeros(len(actions), np.float32)
-    batch = Collector(CopyTheNumber(4), pupil, 32, seed=1).collect()
-    assert batch.terminated.any() or batch.truncated.any()
-    pupil.update(batch)
-    assert judged == [batch.num_active]
 
 
 def test_what_is_restored_goes_on_bit_for_bit(tmp_path):
@@ -132,19 +112,6 @@ def test_missing_and_foreign_demonstrations_are_refused(tmp_path):
         learner(tmp_path / "nowhere.safetensors", CopyTheNumber(4), strength=1.0)
     with pytest.raises(SettingError, match=r"gail\.demonstrations: the recorded actions"):
         model(shown=demonstrate(Expert(), CopyTheNumber(4), 4), world=Walk(4))
-
-
-def test_strength_nought_builds_nothing_and_reads_nothing(tmp_path):
-    assert not hasattr(learner(tmp_path / "nowhere", CopyTheNumber(4), strength=0.0), "model")
-
-
-def test_what_is_laid_on_a_reward_is_the_bonus_times_its_strength(tmp_path):
-    """A judge's bonus has a scale of its own: minus the log of being found out, for a judge that knows nothing."""
-    path = tmp_path / "shown.safetensors"
-    write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 4, seed=1))
-    pupil = learner(path, CopyTheNumber(4), strength=0.5)
-    pupil.model.bonus = lambda before, actions, after: np.full(len(actions), 3.0, np.float32)
-    assert pupil.update(Collector(CopyTheNumber(4), pupil, 8, seed=1).collect())["gail_reward"] == pytest.approx(1.5)
 
 
 def of_one_tick(number=2, action=1, rows=5):
@@ -181,22 +148,6 @@ def test_a_step_follows_the_cross_entropy_and_the_penalty_that_a_pencil_finds(us
         torch.testing.assert_close(mine, its, rtol=1e-3, atol=1e-5)
 
 
-def test_shown_ticks_are_taken_for_shown_and_own_ones_for_own():
-    """Two figures beside their sum, from a judge that moves by nearly nothing."""
-    judge = model(GailConfig(1.0, learning_rate=1e-8, batch_size=2, gradient_penalty=0.0), of_one_tick(2))
-    own = {"number": np.eye(4, dtype=np.float32)[[0] * 5]}
-    theirs, ours = (
-        torch.sigmoid(judge.networks["judge"](judge.networks["features"]({"number": torch.eye(4)[[tick]]}))).item()
-        for tick in (2, 0)
-    )
-    told, lots = {}, []
-    judge.networks["features"].register_forward_hook(lambda layer, seen, found: lots.append(len(found)))
-    told = judge.learn(own, np.zeros(5, np.int64), {})
-    assert list(told.values()) == pytest.approx([-math.log(theirs) - math.log(1 - ours), theirs, ours], rel=1e-5)
-    assert sorted(lots) == [1, 1, 1, 2, 2, 2, 2, 2, 2], "each once, two at a time, thrice: shown, own and between"
-    assert theirs != pytest.approx(ours, abs=1e-4)
-
-
 def test_a_point_between_is_as_far_from_the_shown_tick_as_from_its_own():
     judge, places = model(GailConfig(1.0, gradient_penalty=0.0), of_one_tick()), []
 
@@ -212,16 +163,6 @@ def test_a_point_between_is_as_far_from_the_shown_tick_as_from_its_own():
     assert between.mean().item() == pytest.approx(5.0, abs=0.5)
 
 
-def test_judging_in_lots_changes_no_reward(monkeypatch):
-    judge, seen = model(), {"number": np.eye(4, dtype=np.float32)[[0, 1, 2, 3, 1]]}
-    whole, lots = judge.bonus(seen, np.arange(5) % 4, {}), []
-    monkeypatch.setattr(page, "ROWS_AT_ONCE", 2)
-    judge.networks["features"].register_forward_hook(lambda layer, seen, found: lots.append(len(found)))
-    found = judge.bonus(seen, np.arange(5) % 4, {})
-    np.testing.assert_allclose(found, whole, rtol=1e-6)
-    assert (found.dtype, found.shape, lots) == (np.float32, (5,), [2, 2, 1])
-
-
 def test_pixels_are_judged_from_0_to_1_and_nothing_privileged_is():
     seen = {"eye": ArraySpec((12, 16), np.uint8), "true": ArraySpec((1,), np.float32, privileged=True)}
     spec = WorldSpec("looking", 1, 1, seen, DiscreteActions(3))
@@ -234,13 +175,3 @@ def test_pixels_are_judged_from_0_to_1_and_nothing_privileged_is():
         logits = judge.networks["judge"](judge.networks["features"]({"eye": torch.from_numpy(frames / 255.0).float()}))
     sure = torch.sigmoid(logits).squeeze(1).numpy()
     np.testing.assert_allclose(judge.bonus({"eye": frames}, ticks[0], {}), -np.log(1 - sure), rtol=1e-4)
-
-
-def test_its_judge_begins_with_rows_of_length_one():
-    whole = model(GailConfig(0.25, use_actions=True, units=8))
-    assert (whole.name, whole.strength, whole.is_novelty) == ("gail", 0.25, False), "no reward for what is new"
-    judge = whole.networks["judge"]
-    assert [(judge[at].in_features, judge[at].out_features) for at in (0, 2)] == [(12, 8), (8, 1)]
-    for at in (0, 2):
-        weight = judge[at].weight.detach()
-        torch.testing.assert_close(weight @ weight.T, torch.eye(len(weight)), atol=1e-5, rtol=0.0)

@@ -107,15 +107,6 @@ def test_what_cannot_be_imitated_is_refused(shown):
         learner(shown, Walk(4), strength=1.0)
 
 
-def test_loss_and_agreement_are_means_over_all_passes(shown):
-    pupil = learner(shown, CopyTheNumber(4), strength=1.0, samples_per_update=48, batch_size=32, epochs=2)
-    given = iter([(4.0, 0.5), (2.0, 1.0), (1.0, 0.0), (1.0, 0.5)])
-    pupil._step = lambda rows: torch.tensor(next(given))
-    told = pupil.update(rollout(pupil, CopyTheNumber(4)))
-    assert (told["imitation_loss"], told["imitation_agreement"]) == pytest.approx((2.0, 0.5))
-    assert pupil.collected == 64
-
-
 def test_without_a_limit_every_recorded_tick_is_taken_once_in_a_pass(shown):
     pupil = learner(shown, CopyTheNumber(4), strength=1.0, batch_size=7, epochs=3)
     taken = []
@@ -125,13 +116,6 @@ def test_without_a_limit_every_recorded_tick_is_taken_once_in_a_pass(shown):
     assert len(taken) == 3 * per_pass
     for begin in (0, per_pass, 2 * per_pass):
         assert sorted(torch.cat(taken[begin : begin + per_pass]).tolist()) == list(range(len(pupil.shown)))
-
-
-def test_its_steps_are_its_strength_times_its_learning_rate_from_the_first(shown):
-    pupil = learner(shown, CopyTheNumber(4), strength=0.5, learning_rate=1e-2)
-    assert (pupil.share, pupil.optimiser.learning_rate, pupil.collected) == (1.0, 5e-3, 0)
-    pupil.update(rollout(pupil, CopyTheNumber(4)))
-    assert (pupil.share, pupil.optimiser.learning_rate) == (1.0, 5e-3)  # steps=0: they never fall
 
 
 def test_a_loss_that_is_no_number_is_named(shown):
@@ -162,8 +146,3 @@ def test_weights_alone_begin_imitation_anew(shown):
     assert taught.state_dict()["imitation"]["collected"].item() == 64
     mine, its = taught.state_dict()["network"], fresh.state_dict()["network"]
     assert all(torch.equal(mine[name], its[name]) for name in mine)
-
-
-def test_settings_beyond_their_bounds_are_refused():
-    with pytest.raises(SettingError, match="epochs"):
-        ImitationConfig(epochs=0)

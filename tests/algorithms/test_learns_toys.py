@@ -49,12 +49,10 @@ def test_it_walks_up(continuous):
     assert mean_reward(Walk(4, continuous=continuous), learner) >= 0.97 * best
 
 
-@pytest.mark.parametrize("exploration", ["categorical", "e-greedy"])
-def test_it_walks_up_as_the_aws_learner(exploration):
+def test_it_walks_up_as_the_aws_learner():
     config = PpoConfig(
         learning_rate=1e-2, batch_size=64, value_weight=1.0, value_loss="huber", max_grad_norm=None,
         standardise="rollout", drop_remainder=True, probability_floor=1e-8, adam_form="tensorflow",
-        exploration=exploration, epsilon_steps=2000,
     )  # fmt: skip
     network = NetworkConfig(
         hidden_units=(16,), activation="tanh", privileged_critic=False, separate_networks=True, initialisation="glorot"

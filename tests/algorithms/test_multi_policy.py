@@ -10,11 +10,7 @@ from racecraft.algorithms.learner import Decision
 from racecraft.algorithms.multi_policy import (
     MultiPolicy,
     MultiPolicyLearner,
-    group_spec,
     merged,
-    narrow,
-    part_of,
-    write_rows,
 )
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
@@ -178,14 +174,6 @@ def test_counts_are_added_and_means_weighed():
     assert both["policy_loss"] == pytest.approx(2.0)  # (30 * 1 + 10 * 5) / 40
 
 
-def test_without_transitions_all_weigh_alike_and_what_one_does_not_tell_is_nothing():
-    assert merged([{"loss": 1.0}, {"loss": 4.0, "more": 3.0}]) == {"loss": 2.5, "more": 1.5}
-    nobody = merged([{"loss": 1.0, "transitions": 0}, {"loss": 4.0, "transitions": 0}])
-    assert nobody == {"loss": 2.5, "transitions": 0}
-    assert merged([{"loss": 1.0, "transitions": 0}, {"loss": 4.0, "transitions": 1}])["loss"] == 4.0
-    assert merged([]) == {}
-
-
 def test_who_stands_still_acts_and_learns_nothing():
     learner = MultiPolicyLearner(JOINT, members(), frozenset({"A"}))
     before = learner.state_dict()["network"]
@@ -256,26 +244,3 @@ def test_a_policy_forgets_for_its_members_by_their_own_rows():
     assert [policy.members[name].forgotten for name in "AB"] == [[True, False, True], [False, True]]
     policy.reset_state(np.array([False, True, True]))  # the first rows of all
     assert [policy.members[name].forgotten for name in "AB"] == [[False, True], [True]]
-
-
-def test_parts_of_a_joint_world_are_those_of_a_world_of_its_own():
-    world = group_spec("alone", JOINT.groups["A"], 12)
-    assert (world.name, world.num_worlds, world.num_agents) == ("alone", 12, 1)
-    assert (world.observations, world.actions, world.has_action_mask) == (A.observations, A.actions, True)
-    shown, allowed = seen(np.random.default_rng(0))
-    mine, mask = part_of(A, "A", shown, allowed, IN_A)
-    np.testing.assert_array_equal(mine["x"], shown["A/x"][IN_A])
-    np.testing.assert_array_equal(mask, allowed[IN_A])
-    assert part_of(B, "B", shown, allowed, IN_B)[1] is None  # it has no mask
-    assert part_of(A, "A", shown, None, IN_A)[1] is None
-
-
-def test_actions_of_the_widest_are_made_narrow_and_wide_again():
-    wide = np.array([[2.0, 9.0, 9.0], [1.0, 9.0, 9.0]], np.float32)
-    assert narrow(wide, A).tolist() == [2, 1]
-    assert narrow(wide, A).dtype == A.actions.dtype
-    assert narrow(wide, B).tolist() == [[2.0, 9.0], [1.0, 9.0]]
-    into = np.zeros((3, 3), np.float32)
-    write_rows(into, np.array([2, 0]), np.array([4, 5]))
-    write_rows(into, np.array([1]), np.array([[6.0, 7.0]]))
-    assert into.tolist() == [[5, 0, 0], [6, 7, 0], [4, 0, 0]]

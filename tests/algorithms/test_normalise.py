@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from racecraft.algorithms.learner import Decision
-from racecraft.algorithms.networks import ActorCritic, NetworkConfig, architecture_of
+from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.running_statistics import RunningStatistics
@@ -126,10 +126,3 @@ def test_weights_carry_them_and_a_stranger_reads_as_the_learner_does(precision):
         mine = learner.working.policy_body.embedders[0][0].statistics
         assert mine is learner.network.policy_body.embedders[0][0].statistics
         assert mine.mean.dtype == torch.float64
-
-
-def test_without_it_nothing_is_kept():
-    plain = ActorCritic(
-        {"bit": SEEN["bit"]}, DiscreteActions(2), architecture_of(NetworkConfig(**SMALL)), torch.Generator()
-    )
-    assert statistics_of(plain) == {}

@@ -23,8 +23,7 @@ def kind(request):
     return request.param
 
 
-@pytest.mark.parametrize("sensors", SENSORS, ids=len)
-@pytest.mark.parametrize("network", ["tiny", "shallow"])
+@pytest.mark.parametrize(("network", "sensors"), [("shallow", SENSORS[0]), ("tiny", SENSORS[1]), ("tiny", SENSORS[2])])
 def test_begun_weights_are_named_shaped_and_spread_as_torch_begins_them(kind, network, sensors):
     told, _ = layers_for(kind, network, sensors)
     lone = PolicyLayers(told.kind, told.network)  # as in a frozen graph
@@ -86,15 +85,6 @@ def test_layers_of_a_policy_make_up_the_same_policy_again(kind, sensors):
     ]
 
 
-@pytest.mark.parametrize(("whole", "anew"), [(True, (0, 0, 1)), (False, (1, 2, 2))])
-def test_so_many_clauses_say_what_begins_anew(whole, anew):
-    for kind, count in zip(("discrete", "continuous", "sac"), anew, strict=True):
-        told, _ = layers_for(kind, "tiny", (CAMERA_NAME,))
-        actions = DiscreteActions(5) if kind == "discrete" else ContinuousActions((-0.5, 0.5), (0.5, 2.0))
-        file = told if whole else PolicyLayers(told.kind, told.network)
-        assert len(policy_of(file, car_sensors((CAMERA_NAME,)).specs(160, 120), actions).notes) == count
-
-
 def test_a_frozen_sac_explores_by_e_to_the_minus_one():
     told, _ = layers_for("sac", "tiny", (CAMERA_NAME,))
     lone = PolicyLayers(told.kind, told.network)
@@ -154,21 +144,6 @@ def test_a_critic_is_told_where_it_sees_what_the_policy_sees(spec, is_told):
     assert (layers_of(spec, TWO_BODIES).critic is not None) == is_told
 
 
-def test_numbers_come_with_how_widely_they_are_drawn():
-    weights = TWO_BODIES | dense("policy_head", 2, 2) | {"log_std": np.float64([-1.0, -2.0])}
-    told = layers_of(spec_of(actions=NUMBERS), weights)
-    assert (told.kind, told.log_std.tolist(), told.log_std.dtype) == ("continuous", [-1.0, -2.0], np.float32)
-
-
-def test_of_sac_both_halves_of_the_head_are_told():
-    weights = dense("actor.0", 3, 2) | dense("actor.2", 2, 4)
-    told = layers_of(spec_of("sac", actions=NUMBERS), weights)
-    assert told.kind == "sac"
-    assert told.network.head.kernel.tolist() == [[0, 2], [1, 3]]
-    assert told.log_std_head.kernel.tolist() == [[4, 6], [5, 7]]
-    assert (told.network.head.bias.shape, told.log_std_head.bias.shape) == ((2,), (2,))
-
-
 def test_of_two_streams_the_choices_alone_are_told():
     network = {"dueling": True, "trunk_units": [5, 2]}
     weights = dense("body.trunk.0", 3, 5) | dense("choices.0", 5, 2) | dense("choices.2", 2, 4)
@@ -197,17 +172,10 @@ def test_what_no_cars_file_can_hold_is_refused(spec, said):
         layers_of(spec, TWO_BODIES)
 
 
-@pytest.mark.parametrize("algorithm", ["ppo", "reinforce", "es", "bc"])
-@pytest.mark.parametrize("distribution", [{}, {"distribution": "gaussian"}])
-def test_whoever_has_a_body_and_a_head_is_told(algorithm, distribution):
-    assert layers_of(spec_of(algorithm, network=distribution), TWO_BODIES).kind == "discrete"
-
-
 @pytest.mark.parametrize(
     ("shape", "shrink"),
     [
-        ((120, 160), 1), ((60, 80), 2), ((30, 40), 4), ((30, 40, 2), 4),
-        ((60, 160), None), ((120, 80), None), ((7, 160), None), ((120, 7), None), ((50, 50), None),
+        ((120, 160), 1), ((30, 40, 2), 4), ((60, 160), None), ((120, 7), None),
     ],
 )  # fmt: skip
 def test_pictures_are_the_cameras_or_squares_of_it(shape, shrink):
@@ -233,10 +201,8 @@ SEEN = {"eye": ArraySpec((120, 160), np.uint8), "lidar": ArraySpec((8,), np.floa
     ("shapes", "seen", "said"),
     [
         (((120, 160, 1), (120, 160, 1)), {"a": SEEN["eye"], "b": SEEN["eye"]}, "more than one camera or LiDAR"),
-        (((8,), (8,)), {"a": SEEN["lidar"], "b": SEEN["lidar"]}, "more than one camera or LiDAR"),
         (((120, 160, 2),), {"eye": SEEN["eye"]}, r"sees s0 \(120, 160, 2\); expected eye \(120, 160\)"),
         (((9,),), {"lidar": SEEN["lidar"]}, r"sees s0 \(9,\); expected lidar \(8,\)"),
-        (((1,),), {"eye": SEEN["eye"]}, "its network sees"),
         (((120, 160, 1),), SEEN, "its network sees"),
     ],
 )
@@ -249,10 +215,7 @@ def test_layers_that_see_another_world_are_refused(shapes, seen, said):
     ("kind", "actions", "said"),
     [
         ("discrete", DiscreteActions(5), r"chooses among 4 \(discrete\); expected 5 actions of a list"),
-        ("discrete", ContinuousActions((0.0,) * 4, (1.0,) * 4), "chooses among 4.*expected 4 numbers of two ranges"),
         ("continuous", DiscreteActions(4), r"gives 4 numbers \(continuous\); expected 4 actions"),
-        ("continuous", NUMBERS, "gives 4 numbers.*expected 2 numbers"),
-        ("sac", DiscreteActions(4), r"gives 4 \(sac\); expected 4 actions"),
         ("sac", NUMBERS, "gives 4.*expected 2 numbers"),
     ],
 )

@@ -2,15 +2,13 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms import asynchronous_ppo
 from racecraft.algorithms import ppo as ppo_page
-from racecraft.algorithms.distributions import Categorical, DiagGaussian, MultiCategorical
+from racecraft.algorithms.distributions import Categorical
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.ppo import FIGURES, LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
@@ -18,7 +16,7 @@ from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.ppo_loss import ppo_loss
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions, WorldSpec
+from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 
 FRAME = ArraySpec((30, 40), np.uint8, 0, 255)
 STATE = ArraySpec((5,), np.float32)
@@ -103,14 +101,6 @@ def test_the_clipped_objective_by_hand():
     assert figures[4].item() == 0.75
 
 
-def test_huber_is_gentle_with_far_misses():
-    network = Fixed([[0.0, 0.0]] * 2, [0.0, 0.0])
-    batch = Minibatch({}, torch.tensor([0, 0]), torch.zeros(2), torch.zeros(2), torch.tensor([0.5, 3.0]))
-    _, figures = ppo_loss(network, Categorical(DiscreteActions(2)), batch, PpoConfig(value_loss="huber"))
-    # 0.5 * 0.25 = 0.125 within 1, 3 - 0.5 = 2.5 beyond
-    assert figures[1].item() == pytest.approx((0.125 + 2.5) / 2)
-
-
 def test_masked_actions_are_never_chosen():
     learner = a_learner(actions=DiscreteActions(5))
     rng = np.random.default_rng(0)
@@ -123,48 +113,10 @@ def test_masked_actions_are_never_chosen():
         assert mask[np.arange(4000), actions].all()
 
 
-def test_a_lone_allowed_action_is_certain_and_leaves_nothing_to_decide():
-    mask = torch.tensor([[False, True, False]])
-    log_prob, entropy = Categorical(DiscreteActions(3)).log_prob_and_entropy(
-        torch.randn(1, 3), None, mask, torch.tensor([1])
-    )
-    assert log_prob.item() == 0.0
-    assert entropy.item() == 0.0
-
-
-def test_branches_are_chosen_each_by_its_own_part_of_the_mask():
-    """Even logits: two of three are allowed, then one of two, then all of two, so each answer has chance 1/2 x 1/2."""
-    several = MultiCategorical(MultiDiscreteActions((3, 2, 2)))
-    mask = torch.tensor([[True, False, True, False, True, True, True]]).expand(400, 7)
-    even = torch.zeros(400, 7)
-    drawn, log_prob = several.sample(even, None, mask, torch.Generator().manual_seed(1))
-    assert [set(branch.tolist()) for branch in drawn.T] == [{0, 2}, {1}, {0, 1}]
-    torch.testing.assert_close(log_prob, torch.full((400,), math.log(0.25)))
-    told, entropy = several.log_prob_and_entropy(even, None, mask, drawn)
-    torch.testing.assert_close((told, entropy), (log_prob, -log_prob))
-    argmax_action, _ = several.mode(torch.tensor([[1.0, 9.0, 2.0, 9.0, 1.0, 1.0, 2.0]]), None, mask[:1])
-    assert argmax_action.tolist() == [[2, 1, 1]]
-
-
-def test_continuous_samples_are_stretched_linearly_and_cut_at_the_bounds():
-    kind = DiagGaussian(ContinuousActions((-0.5, 1.0), (0.5, 4.0)))
-    got = kind.to_actions(torch.tensor([[0.0, 0.0], [1.0, -1.0], [-3.0, 2.0], [0.5, 0.2]]))
-    np.testing.assert_allclose(got, [[0, 2.5], [0.5, 1.0], [-0.5, 4.0], [0.25, 2.8]], rtol=1e-6)
-
-
 def test_numbers_are_first_drawn_as_widely_as_is_set():
     learner = a_learner(actions=ContinuousActions((-2.0, 1.0), (2.0, 3.0)), initial_std=0.2)
     drawn = learner.act({"state": np.zeros((4000, 5), np.float32)}).actions
     np.testing.assert_allclose(drawn.std(axis=0), (0.4, 0.2), rtol=0.05)
-
-
-def test_the_likelihood_of_a_command_is_that_of_the_sample_as_drawn():
-    kind = DiagGaussian(ContinuousActions((-1.0,), (1.0,)))
-    mean, log_std = torch.tensor([[0.5]]), torch.tensor([math.log(2.0)])
-    log_prob, entropy = kind.log_prob_and_entropy(mean, log_std, None, torch.tensor([[4.5]]))
-    # two standard deviations away: -2 - log 2 - log sqrt(2 pi)
-    assert log_prob.item() == pytest.approx(-2 - math.log(2) - 0.5 * math.log(2 * math.pi))
-    assert entropy.item() == pytest.approx(math.log(2) + 0.5 + 0.5 * math.log(2 * math.pi))
 
 
 def test_inactive_rows_teach_nothing():
@@ -335,18 +287,6 @@ def test_what_is_below_the_end_of_its_schedule_stays():
     assert (learner.now.clip, learner.now.entropy_weight) == (0.05, 0.0)
 
 
-def test_what_is_constant_stays_so():
-    constant = a_learner(learning_rate=1e-3)
-    constant.anneal(0.9)
-    assert (constant.learning_rate, constant.now) == (1e-3, constant.config)
-
-
-def test_random_choices_fall_from_all_to_the_last_share_in_a_straight_line():
-    config = SimpleNamespace(epsilon_last=0.1, epsilon_steps=100)
-    shares = [PpoLearner.epsilon.fget(SimpleNamespace(config=config, explored=steps)) for steps in (0, 50, 100, 900)]
-    assert shares == pytest.approx([1.0, 0.55, 0.1, 0.1])
-
-
 def test_what_follows_a_cut_is_found_however_a_rollout_lies_in_memory():
     """Rows taken out of a rollout lie otherwise in memory than the rollout does."""
     learner = a_learner()
@@ -366,12 +306,6 @@ def two_choices(advantages, log_prob=None, **more):
         torch.tensor(advantages), torch.zeros(count), weights=more.pop("weights", None),
     )  # fmt: skip
     return ppo_loss(even, kind, batch, PpoConfig(**{"standardise": "none", "entropy_weight": 0.0, **more}))
-
-
-def test_advantages_of_a_minibatch_are_standardised_over_it():
-    # 3 and 5: mean 4, deviation root of 2 (one less than there are); ratios 1.1 and 1 are within the clip
-    _, figures = two_choices([3.0, 5.0], [math.log(0.5 / 1.1), math.log(0.5)], standardise="minibatch")
-    assert figures[0].item() == pytest.approx(-(1.1 * -(2**-0.5) + 2**-0.5) / 2, rel=1e-5)
 
 
 @pytest.mark.parametrize("over", ["minibatch", "rollout"])
@@ -394,30 +328,12 @@ def test_older_decisions_count_by_their_weights():
     assert figures[0].item() == pytest.approx(-1.5)
 
 
-def test_a_ratio_that_did_not_move_left_no_clip_be_it_ever_so_narrow():
-    _, figures = two_choices([1.0, 1.0], clip=0.0)
-    assert figures[4].item() == 0.0
-    assert figures[3].item() == 0.0
-
-
 def test_with_nobody_active_every_figure_is_nothing():
     for network in (None, NetworkConfig(hidden_units=(16,), separate_networks=True, privileged_critic=False)):
         learner = a_learner(network=network)
         kept = made_up(learner.spec, learner=learner)
         kept.active[:] = False
         assert learner.update(kept) == dict.fromkeys(FIGURES, 0.0)
-
-
-def test_rows_of_a_minibatch_are_taken_out_of_all_that_it_holds():
-    numbers = torch.arange(4.0)
-    whole = Minibatch({"x": numbers}, numbers + 1, numbers + 2, numbers + 3, numbers + 4, numbers > 1, numbers + 5)
-    part = whole.take(torch.tensor([3, 1]))
-    assert part.observations["x"].tolist() == [3.0, 1.0]
-    assert [part.raw_actions.tolist(), part.log_prob.tolist()] == [[4.0, 2.0], [5.0, 3.0]]
-    assert [part.advantages.tolist(), part.targets.tolist()] == [[6.0, 4.0], [7.0, 5.0]]
-    assert [part.action_mask.tolist(), part.weights.tolist()] == [[True, False], [8.0, 6.0]]
-    bare = Minibatch({}, numbers, numbers, numbers, numbers).take(torch.tensor([0]))
-    assert (bare.action_mask, bare.weights, bare.sequences) == (None, None, None)
 
 
 @pytest.mark.parametrize("apart", [False, True])
@@ -431,49 +347,6 @@ def test_a_critic_of_its_own_values_every_active_row_however_many_it_is_asked_ab
     asked = learner.values({"state": kept.observations["state"].reshape(-1, 5)}).reshape(6, 4)
     np.testing.assert_allclose(values[kept.active], asked[kept.active], rtol=1e-5)
     assert (values[1] == 0.0).all()
-
-
-def test_what_older_weights_decided_is_looked_at_again_and_counts_up_to_the_cap(monkeypatch):
-    monkeypatch.setattr(asynchronous_ppo, "ROWS_AT_ONCE", 5)
-    learner = a_learner(kind=asynchronous_ppo.CorrectedPpoLearner, asynchronous=True, ratio_cap=1.5)
-    assert learner.mean_weight == 1.0
-    kept = made_up(learner.spec, learner=learner)
-    likely = kept.columns[LOG_PROB].copy()
-    kept.columns[LOG_PROB] = likely + np.linspace(-1.0, 1.0, 24, dtype=np.float32).reshape(6, 4)
-    kept.active[2, 1:3] = False
-    judged = learner.compute_advantages(kept)
-    # The weights are those that acted, so a decision is by e^-shift likelier than it is said to have been.
-    ratio = np.minimum(np.exp(np.linspace(1.0, -1.0, 24).reshape(6, 4)), 1.5)
-    np.testing.assert_allclose(judged.weights[kept.active], ratio[kept.active], rtol=1e-4)
-    np.testing.assert_allclose(judged.log_prob[kept.active], likely[kept.active], rtol=1e-4)
-    np.testing.assert_allclose(judged.values[kept.active], kept.columns[VALUE][kept.active], rtol=1e-4, atol=1e-6)
-    idle = ~kept.active
-    for part, fill in ((judged.weights, 1.0), (judged.log_prob, 0.0), (judged.values, 0.0)):
-        assert part.dtype == np.float32
-        assert (part[idle] == fill).all()
-    assert learner.mean_weight == pytest.approx(ratio[kept.active].mean(), rel=1e-4)
-    kept.active[:] = False
-    learner.compute_advantages(kept)
-    assert learner.mean_weight == 1.0
-
-
-def test_behind_the_end_of_a_training_schedules_stay_at_their_ends():
-    learner = a_learner(learning_rate=1e-3, learning_rate_schedule="linear", clip_schedule="linear")
-    learner.anneal(1.5)
-    assert (learner.learning_rate, learner.now.clip) == pytest.approx((1e-10, 0.1))
-
-
-@pytest.mark.parametrize("precision", ["float32", "bfloat16"])
-def test_the_gradients_norm_is_told_where_it_is_cut(precision):
-    for limit in (0.5, None):
-        learner = a_learner(precision=precision, max_grad_norm=limit)
-        told = learner.update(made_up(learner.spec, learner=learner))
-        assert (told["grad_norm"] > 0.0) == (limit is not None)
-
-
-def test_settings_beyond_their_bounds_are_refused():
-    with pytest.raises(SettingError, match=r"ppo\.clip|clip"):
-        PpoConfig(clip=1.5)
 
 
 def test_weights_alone_are_gone_on_from_with_an_optimiser_and_chance_of_its_own():

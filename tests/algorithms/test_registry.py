@@ -79,7 +79,6 @@ def test_a_module_in_the_present_folder_is_found(folder):
         ("no_such_module:Mine", "no module 'no_such_module'"),
         ("half_module:Mind", "Did you mean 'Mine'"),
         ("half_module:Mine", "lacks experience, figures, build"),
-        ("half_module:number", "lacks"),
         ("half_module:", "module:Class"),
         ("broken_module:Mine", "ZeroDivisionError"),
         ("needs_more:Mine", "no module 'not_installed_here'"),
@@ -105,23 +104,6 @@ def test_a_script_registers_its_own_but_takes_no_built_in_name():
     assert [one.name for one in all_algorithms()][-1] == "mine"
     with pytest.raises(SettingError, match="built in"):
         register_algorithm("ppo", Registered)
-
-
-def test_an_installed_package_offers_one(monkeypatch):
-    point = importlib.metadata.EntryPoint("offered", f"{__name__}:Registered", "racecraft.algorithms")
-    monkeypatch.setattr(
-        "racecraft.contract.extensions.entry_points", lambda group: [point] if group == "racecraft.algorithms" else []
-    )
-    monkeypatch.setitem(sys.modules, __name__, sys.modules[__name__])
-    assert find_algorithm("offered").title == "Registered by a script."
-    assert "offered" in [one.name for one in all_algorithms()]
-
-
-def test_an_algorithm_that_does_not_fit_names_those_that_do():
-    picky = Algorithm("picky", "", "", "", "", acts=(registry.CHOICES,))
-    require_fit(picky, DiscreteActions(2), "a world")
-    with pytest.raises(SettingError, match="numbers.*ppo, sac, reinforce, es"):
-        require_fit(picky, ContinuousActions((0.0,), (1.0,)), "a world")
 
 
 def test_settings_of_a_users_own_algorithm_are_composed():
@@ -163,33 +145,6 @@ def test_who_learns_by_search_fits_only_where_one_is_brought_along():
         require_fit(find_algorithm("sac"), DiscreteActions(4), "snakes", is_searched=True)
 
 
-def test_an_algorithm_says_in_words_what_it_decides():
-    some, every = find_algorithm("dqn"), find_algorithm("ppo")
-    assert some.action_kinds_text == ", ".join(some.acts)
-    assert set(every.acts) == set(EVERYTHING)
-    assert every.action_kinds_text == "any action"
-
-
-FACTS = {
-    "learns from a replay": ("replay", {"dqn", "apex", "sac"}),
-    "may be rewarded for more": ("reward_signals", {"ppo", "reinforce"}),
-    "teaches several groups": ("several_groups", {"ppo"}),
-    "learns from whole episodes": ("whole_episodes", {"reinforce", "es"}),
-    "learns from a search": ("searches", {"alphazero"}),
-    "has actors in its own process alone": ("stays", {"es", "alphazero", "bc"}),
-}
-
-
-@pytest.mark.parametrize("fact", FACTS)
-def test_what_is_told_of_the_built_in_algorithms(fact):
-    field, names = FACTS[fact]
-    assert {one.name for one in ALGORITHMS.values() if getattr(one, field)} == names
-
-
-def test_those_that_learn_what_choices_are_worth_have_no_critic_beside():
-    assert {one.name for one in ALGORITHMS.values() if not one.critic} == {"dqn", "apex"}
-
-
 def test_what_an_entry_says_of_whole_episodes_and_replays_is_what_its_learner_eats():
     for one in ALGORITHMS.values():
         if one.name != "bc":  # it collects nothing
@@ -220,24 +175,8 @@ def test_a_users_own_algorithm_is_what_its_class_says(experience):
     assert (one.critic, one.several_groups, one.searches, one.stays) == (True, False, False, "")
 
 
-def test_what_is_no_class_or_lacks_a_promise_is_refused():
-    class Half:
-        experience, figures = "rollout", {}
-
-    with pytest.raises(SettingError, match="algorithm mine: Half lacks build, load_policy, act, reset_state, choose"):
-        algorithm_of(Half, "mine")
-    ready = Registered.__new__(Registered)
-    with pytest.raises(SettingError, match="lacks being a class"):
-        algorithm_of(ready, "mine")
-
-
 class Undescribed(ReinforceLearner):
     pass
-
-
-def test_a_class_without_a_word_has_no_title():
-    Undescribed.__doc__ = None
-    assert algorithm_of(Undescribed, "mine").title == ""
 
 
 @pytest.mark.parametrize(

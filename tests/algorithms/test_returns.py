@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from racecraft.algorithms.returns import advantages, episode_returns, explained_variance
+from racecraft.algorithms.returns import advantages, explained_variance
 
 
 def column(*numbers):
@@ -136,32 +136,8 @@ def test_a_rollout_of_one_tick_needs_no_other():
             assert half(*one, flags(over), flags(0), obeyed).tolist() == [expected]
 
 
-def test_advantages_and_targets_are_float32_for_every_row_by_itself():
-    # row 0: 1 - 0.5 = 0.5 and 1 + 0.5 * 2 - 1 = 1, so 0.5 + 0.25 * 1 = 0.75 with 0.5 * 1 of what follows
-    # row 1: 0 + 0.5 * 4 - 0 = 2 is cut, nothing crosses; then 3 + 0.5 * 2 - 4 = 0
-    reward, value = np.float32([[1, 0], [1, 3]]), np.float32([[1, 0], [1, 4]])
-    following = np.float32([[1, 4], [2, 2]])
-    cut = np.array([[False, True], [False, False]])
-    found, targets = advantages(reward, value, following, np.zeros((2, 2), bool), cut, 0.5, 0.5)
-    assert_allclose(found, [[0.75, 2.0], [1.0, 0.0]])
-    assert_allclose(targets, [[1.75, 2.0], [2.0, 4.0]])
-    assert (found.dtype, targets.dtype) == (np.float32, np.float32)
-
-
 def test_the_share_foreseen_is_one_less_the_error_s_variance_over_the_targets():
     # targets 0 and 4: variance 4; errors 0 - 1 and 4 - 3: variance 1; 1 - 1/4
     assert explained_variance(np.float32([1, 3]), np.float32([0, 4])) == 0.75
     # targets 1 and 3 have the variance 1; errors 2 and -2 have 4: worse than none
     assert explained_variance(np.float32([-1, 5]), np.float32([1, 3])) == -3.0
-
-
-def test_episodes_of_several_rows_are_counted_and_averaged_each_by_itself():
-    # row 0: 1 + 2 ends, then 4; row 1: 1 ends, 2 ends, 5 goes on and does not count; row 2 ends none
-    reward = np.float32([[1, 1, 9], [2, 2, 9], [4, 5, 9]])
-    ended = np.array([[0, 1, 0], [1, 1, 0], [1, 0, 0]], bool)
-    count, mean = episode_returns(reward, ended, np.ones((3, 3), bool))
-    assert count.tolist() == [2, 2, 0]
-    assert mean[:2].tolist() == [3.5, 1.5]
-    assert np.isnan(mean[2])
-    assert np.issubdtype(count.dtype, np.integer)
-    assert mean.dtype == np.float64

@@ -32,31 +32,6 @@ def rollout(ticks, rows, finals=(), begin=0, mask=False, **more):
     return RolloutBatch(**(parts | more))
 
 
-def test_it_tells_its_shape_and_how_much_there_is_to_learn_from():
-    batch = rollout(3, 2)  # the numbers 0 to 5; 0 and 4 are idle
-    assert batch.shape == (3, 2)
-    assert batch.num_active == 4
-    assert isinstance(batch.num_active, int)
-    assert (batch.action_mask, batch.last_action_mask) == (None, None)
-
-
-def test_one_that_names_no_cut_has_none():
-    whole = rollout(3, 2)
-    parts = {name: value for name, value in vars(whole).items() if not name.startswith(("final", "columns"))}
-    bare = RolloutBatch(**parts)
-    assert (bare.columns, bare.final_observations) == ({}, {})
-    assert bare.final_index.shape == (0,)
-    assert bare.final_index.dtype == np.int64
-    ticks, rows = bare.final_places
-    assert (len(ticks), len(rows)) == (0, 0)
-
-
-def test_the_places_of_cut_ticks_are_ticks_and_rows():
-    ticks, rows = rollout(4, 3, finals=(2, 3, 7, 11)).final_places  # t * 3 + r
-    assert ticks.tolist() == [0, 1, 2, 3]
-    assert rows.tolist() == [2, 0, 1, 2]
-
-
 def test_chosen_rows_are_taken_out_of_everything():
     whole = rollout(3, 4, finals=(1, 4, 7, 10, 11), mask=True)
     part = whole.of_rows(np.array([0, 3]))

@@ -28,12 +28,6 @@ def parameters(rows=64, seed=0):
     return mean, torch.randn((rows, 2), generator=chance) * 0.5 - 0.5
 
 
-def test_the_density_at_nothing_is_the_normals():
-    # tanh has slope 1 at 0, so nothing is squeezed: 1 / sqrt(2 pi), twice.
-    _, log_prob = SquashedGaussian(TWO).mode(torch.zeros(1, 2), torch.zeros(1, 2), None)
-    assert log_prob.item() == pytest.approx(-math.log(2 * math.pi))
-
-
 def test_the_density_of_a_half():
     # atanh(1/2) = ln(3) / 2; the tanh's slope there is 1 - 1/4.
     raw = torch.full((1, 1), math.log(3) / 2)

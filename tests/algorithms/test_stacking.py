@@ -1,7 +1,6 @@
 """Stacks of observations: what a learner saw when it decided is what it learns from, and what its policy sees alone."""
 
 import copy
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,14 +14,12 @@ from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import find_algorithm
-from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.stacking import (
     AGE,
     FrameStack,
     StackedLearner,
     StackedPolicy,
     joined,
-    stacked_batch,
     stacked_specs,
 )
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
@@ -265,25 +262,6 @@ def test_a_past_is_kept_for_each_row_and_its_age_counted_up_to_its_size():
     assert (stacks["x"].tolist(), age.tolist()) == ([[8, -8] * 3, [4, -4, 5, -5, 9, -9]], [0, 2])
 
 
-def test_nobody_is_shown_nothing():
-    frames = FrameStack(VECTOR, 2)
-    stacks, age = frames.push({"x": np.zeros((0, 2), np.float32)})
-    assert (stacks["x"].shape, age.shape) == ((0, 4), (0,))
-    assert frames.age.tolist() == []
-    assert frames.past["x"].shape == (0, 1, 2)
-
-
-def test_pasts_are_restored_as_copies():
-    frames, other = FrameStack(VECTOR, 2), FrameStack(VECTOR, 2)
-    frames.push(shown(1, 2))
-    kept = frames.state()
-    frames.push(shown(3, 4))
-    other.restore(kept)
-    stacks, age = other.push(shown(5, 6))
-    assert (stacks["x"].tolist(), age.tolist()) == ([[1, -1, 5, -5], [2, -2, 6, -6]], [1, 1])
-    assert kept["past/x"].tolist() == [[[1, -1]], [[2, -2]]]
-
-
 def test_a_learner_hands_on_what_has_nothing_to_do_with_stacks():
     class Told(Notes):
         figures, discount, n_step = {"loss": "of something"}, 0.9, 3
@@ -306,57 +284,6 @@ def test_a_learner_hands_on_what_has_nothing_to_do_with_stacks():
     note = learner.columns[AGE]
     assert (note.shape, note.dtype, note.low, note.high) == ((), np.int16, 0, 2)
     StackedLearner(Walk(2).spec, 3, Notes).anneal(0.5)  # who follows no schedule is not asked
-
-
-def test_a_policy_forgets_with_its_own():
-    class Told:
-        forgotten, seen = None, None
-
-        def act(self, observations, action_mask=None):
-            self.seen = observations["x"].tolist()
-            return np.zeros(len(observations["x"]))
-
-        def reset_state(self, rows):
-            self.forgotten = rows.tolist()
-
-    policy = StackedPolicy(VECTOR, 2, Told())
-    policy.act(shown(1, 2))
-    policy.reset_state(np.array([False, True]))
-    policy.act(shown(3, 4))
-    assert policy.policy.forgotten == [False, True]
-    assert policy.policy.seen == [[1, -1, 3, -3], [4, -4, 4, -4]]
-
-
-def test_a_rollout_of_other_rows_than_the_last_begins_without_a_past():
-    specs = {"x": ArraySpec((1,), np.float32), "secret": ArraySpec((1,), np.float32, privileged=True)}
-
-    def rollout(rows, begin, age):
-        numbers = (begin + np.arange(2 * rows, dtype=np.float32)).reshape(2, rows)
-        nothing = np.zeros((2, rows), bool)
-        return RolloutBatch(
-            observations={"x": numbers[..., None], "secret": numbers[..., None], "more": numbers},
-            actions=nothing, reward=numbers, terminated=nothing, truncated=nothing, active=~nothing,
-            last_observations={"x": numbers[-1][:, None] + rows, "secret": numbers[-1][:, None], "more": numbers[-1]},
-            last_active=~nothing[-1],
-            columns={AGE: np.array(age, np.int16)},
-        )  # fmt: skip
-
-    first, tail = stacked_batch(rollout(2, 1, [[0, 0], [1, 1]]), specs, 3, {})
-    assert first.observations["x"].tolist() == [[[1, 1, 1], [2, 2, 2]], [[1, 1, 3], [2, 2, 4]]]
-    assert first.last_observations["x"].tolist() == [[1, 3, 5], [2, 4, 6]]
-    assert first.observations["secret"].shape == (2, 2, 1)
-    assert first.observations["more"].shape == (2, 2)
-    assert AGE not in first.columns
-    assert tail["x"][..., 0].tolist() == [[1, 2], [3, 4]]
-    assert set(tail) == {"x"}
-    second, _ = stacked_batch(rollout(2, 5, [[2, 2], [2, 0]]), specs, 3, tail)
-    assert second.observations["x"].tolist() == [[[1, 3, 5], [2, 4, 6]], [[3, 5, 7], [8, 8, 8]]]
-    over, cut = np.zeros((2, 2), bool), np.zeros((2, 2), bool)
-    over[1, 0] = cut[1, 1] = True  # what is seen after the last tick begins anew
-    ended = replace(rollout(2, 5, [[2, 2], [2, 2]]), terminated=over, truncated=cut)
-    assert stacked_batch(ended, specs, 3, tail)[0].last_observations["x"].tolist() == [[9, 9, 9], [10, 10, 10]]
-    alone, _ = stacked_batch(rollout(1, 7, [[2], [2]]), specs, 3, tail)  # nobody's past: noughts
-    assert alone.observations["x"].tolist() == [[[0, 0, 7]], [[0, 7, 8]]]
 
 
 @pytest.mark.parametrize(

@@ -92,11 +92,3 @@ def test_critics_have_eyes_of_their_own_only_where_networks_are_separate(separat
     assert sum(part.numel() for part in network.critic_parameters()) == eyes + critics
     actor = sum(part.numel() for part in network.actor.parameters())
     assert sum(part.numel() for part in network.actor_parameters()) == actor + separate * eyes
-
-
-def test_a_gradient_reaches_the_critics_unless_they_are_frozen_and_the_actions_always():
-    for frozen in ((), (True,)):
-        critics, done = network_of().critics, torch.zeros(3, 2, requires_grad=True)
-        critics(torch.ones(3, 5), done, *frozen).sum().backward()
-        assert done.grad.abs().sum() > 0
-        assert [one.grad is None for one in critics.parameters()] == [bool(frozen)] * 4
