@@ -10,12 +10,6 @@ from racecraft.worlds.battlesnake.env.world import RewardWeights, WorldSettings
 pytest.importorskip("pettingzoo")
 
 
-def test_a_game_of_which_nothing_is_told_is_the_official_one_of_four_cut_after_500_turns():
-    env = battlesnake_v0.parallel_env()
-    assert env.world.settings == WorldSettings(GameSettings(11, 11, 4), 1, 500, None, False, RewardWeights())
-    assert env.possible_agents == ["agent_0", "agent_1", "agent_2", "agent_3"]
-
-
 def test_what_is_told_of_a_game_is_what_is_played():
     env = battlesnake_v0.parallel_env(7, 9, 2, "wrapped", "empty", 30, 5, True, {"food": 0.5, "loss": -3})
     game, prizes = GameSettings(7, 9, 2, "wrapped", "empty"), RewardWeights(food=0.5, loss=-3)

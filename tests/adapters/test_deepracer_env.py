@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from racecraft.adapters.sb3_vec_env import sb3_vec_env
 from racecraft.contract.conformance import WorldConformance
 from racecraft.contract.errors import SettingError
 from racecraft.worlds.deepracer.adapter import (
     DeepRacerEnv,
-    deepracer_vector_env,
     race_world,
     stay_near_the_centre,
 )
@@ -46,16 +44,6 @@ def test_many_cars_come_as_one_vector_environment():
 
 def test_a_frame_is_as_large_as_the_simulators_where_nothing_is_said():
     assert race_world().spec.observations["FRONT_FACING_CAMERA"].shape[:2] == (120, 160)
-
-
-def test_stable_baselines_sees_frames_and_rewards():
-    envs = sb3_vec_env(race_world(num_cars=3, width=16, height=12))
-    envs.reset()
-    envs.step(np.zeros(3, int))
-    frames, rewards, dones, infos = envs.step(np.zeros(3, int))
-    assert frames.shape == (3, 12, 16)
-    assert rewards.shape == dones.shape == (3,)
-    assert len(infos) == 3
 
 
 RANGES = {"steering_angle": (-30, 20), "speed": (0.5, 2.0)}
@@ -126,15 +114,9 @@ def test_several_sensors_are_a_dictionary_by_their_names():
     [
         ({"actions": []}, "actions is empty; expected at least one"),
         ({"actions": [(30.001, 1.0)]}, r"action 0 is \(30.001, 1.0\); expected -30 to 30 degrees and 0.1 to 4 m/s"),
-        ({"actions": [(0, 1.0), (0, 0.0999)]}, r"action 1 is \(0, 0.0999\)"),
-        ({"actions": [(0, 4.001)]}, r"action 0 is \(0, 4.001\)"),
-        ({"actions": {**RANGES, "speed": (1,)}}, "expected {"),
         ({"actions": {**RANGES, "brake": (0, 1)}}, "expected {"),
         ({"actions": [(0, 1.0), (45, 1.0)]}, r"action 1 is \(45, 1.0\)"),
-        ({"actions": {"speed": (1, 2)}}, "expected {"),
-        ({"actions": {**RANGES, "speed": (2, 1)}}, "each low below its high"),
         ({"actions": {**RANGES, "speed": (2, 2)}}, "each low below its high"),
-        ({"actions": {**RANGES, "steering_angle": (10, 10)}}, "each low below its high"),
         ({"actions": {**RANGES, "steering_angle": (-45, 0)}}, r"the low end of actions is \(-45, 0.5\)"),
         ({"actions": {**RANGES, "steering_angle": (-30, 30.1)}}, r"the high end of actions is \(30.1, "),
     ],
@@ -164,8 +146,3 @@ def test_a_car_is_drawn_for_people_only_where_that_is_asked_for():
     assert env.metadata == {"render_modes": ["rgb_array"], "render_fps": 15}
     with pytest.raises(SettingError, match="render_mode is 'human'; expected None or 'rgb_array'"):
         DeepRacerEnv("human")
-
-
-def test_one_car_comes_where_no_number_is_told_and_how_it_is_drawn_is_no_matter_to_many():
-    assert race_world(width=16, height=12).spec.num_worlds == 1
-    assert deepracer_vector_env(width=16, height=12, render_mode="rgb_array").num_envs == 1

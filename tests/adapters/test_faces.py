@@ -232,20 +232,6 @@ def test_an_env_begins_as_its_seed_says_and_anew_where_one_comes_after_an_end():
         WorldEnv(Walk(1, 2))
 
 
-def test_an_end_that_is_no_cut_is_held_back_too():
-    env = WorldEnv(Walk(1))
-    assert env.reset()[0]["square"].argmax() >= 2, "the first start needs no seed"
-    terminated = False
-    while not terminated:
-        seen, _, terminated, truncated, _ = env.step(0)
-        assert not truncated
-    assert seen["square"].argmax() == 0
-    assert env.reset()[0]["square"].argmax() >= 2
-    assert env.world.episode[0, 0] == 1
-    env.reset()  # nothing was played since: the world is begun anew
-    assert env.world.episode[0, 0] == 0
-
-
 def test_rows_of_a_vector_env_are_agents_world_by_world():
     env = WorldVectorEnv(Walk(2, 3, masked=True))
     assert (env.num_envs, env.single_action_space, env.action_space.shape) == (6, gymnasium.spaces.Discrete(3), (6,))
@@ -267,13 +253,6 @@ def test_rows_of_a_vector_env_are_agents_world_by_world():
     env.step([0, 0, 0, 0, 0, 0])
     for one, other in zip(kept, before, strict=True):
         assert_array_equal(one, other)
-
-
-def test_starts_without_a_seed_are_the_same_series_in_every_env():
-    one, other = WorldVectorEnv(Walk(8)), WorldVectorEnv(Walk(8))
-    series = [env.reset()[0]["square"].tolist() for env in (one, one, other, other)]
-    assert series[:2] == series[2:]
-    assert series[0] != series[1]
 
 
 def test_stable_baselines3_asks_for_rows_by_number():
@@ -350,11 +329,3 @@ def test_agents_of_pettingzoo_leave_as_they_end_and_the_next_game_waits():
     assert not world.episode.any()
     again = env.reset(seed=3)[0]
     assert {name: one["square"].argmax() for name, one in again.items()} == starts
-
-
-def test_pettingzoos_starts_without_a_seed_are_a_series():
-    pytest.importorskip("pettingzoo")
-    envs = [pettingzoo_parallel(Walk(1, 8)) for _ in range(2)]
-    series = [[[one["square"].argmax() for one in env.reset()[0].values()] for _ in range(6)] for env in envs]
-    assert series[0] == series[1]
-    assert len({tuple(starts) for starts in series[0]}) > 1

@@ -7,9 +7,8 @@ from gymnasium import spaces
 from numpy.testing import assert_array_equal
 
 from racecraft.contract.errors import ContractError, EnvironmentFailedError
-from racecraft.contract.world import ArraySpec, DiscreteActions, allocate
+from racecraft.contract.world import DiscreteActions, allocate
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
-from racecraft.worlds.gymnasium.env.spaces import Part
 
 
 class Diary(gymnasium.Env):
@@ -167,38 +166,3 @@ def test_a_place_that_was_not_promised_is_a_letter(place, method):
 
     with pytest.raises(EnvironmentFailedError, match=rf"Diary\.{method} gave .* as observation"):
         play()
-
-
-def test_boxes_of_doubles_are_shown_as_single_floats_and_others_as_they_are():
-    doubles = Part((), spaces.Box(-2.0, 3.0, (2, 1), np.float64)).spec("x")
-    assert (doubles.shape, np.dtype(doubles.dtype), doubles.low, doubles.high) == ((2, 1), np.float32, -2.0, 3.0)
-    pixels = Part((), spaces.Box(0, 255, (4, 4), np.uint8)).spec("x")
-    assert (pixels.dtype, pixels.low, pixels.high) == (np.uint8, 0.0, 255.0)
-    assert Part((), spaces.Discrete(5, start=7)).spec("x") == ArraySpec(
-        (5,), np.float32, 0.0, 1.0, doc="x: one-hot of 5 states"
-    )
-
-
-def test_continuous_actions_are_handed_on_as_a_row_of_floats():
-    class Dial(Diary):
-        def __init__(self):
-            super().__init__()
-            self.observation_space, self.action_space = spaces.Box(0, 9, (1,)), spaces.Box(-1, 1, (2,))
-
-        def step(self, action):
-            self.told.append(action)
-            return np.array([3.0]), 1, False, False, {}
-
-        def seen(self):
-            return np.array([2.0])
-
-    dials = [Dial(), Dial()]
-    world = GymnasiumWorld(iter(dials).__next__, 2)
-    buffers = allocate(world.spec)
-    world.reset(buffers, 1)
-    actions = np.float32([[[0.25, -1.0]], [[1.0, 0.5]]])
-    world.step(actions, buffers)
-    assert [one.told[0].tolist() for one in dials] == [[0.25, -1.0], [1.0, 0.5]]
-    assert dials[0].told[0].dtype == np.float32
-    assert_array_equal(buffers.observations["observation"], [[[3.0]], [[3.0]]])
-    assert_array_equal(world.save_state()["actions"], actions)

@@ -12,7 +12,7 @@ from racecraft.contract.errors import ContractError, EnvironmentFailedError
 from racecraft.contract.world import allocate
 from racecraft.rollout.episodes import play_episodes
 from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
-from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld, fits, has_vector_version
+from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld, has_vector_version
 from racecraft.worlds.gymnasium.evaluation import open_judging_world
 
 
@@ -229,48 +229,6 @@ def test_a_row_of_numbers_is_handed_on_and_a_cut_is_told_as_one():
     world.close()
     world.close()
     assert dial.closed == 1
-
-
-def test_what_was_earned_before_a_reset_is_forgotten():
-    world = VectorEnvWorld("dial", Dial(2))
-    buffers = allocate(world.spec)
-    actions = np.zeros((2, 1, 2), np.float32)
-    world.reset(buffers, seed=0)
-    for _ in range(2):
-        world.step(actions, buffers)
-    world.reset(buffers, seed=0)
-    assert world.pop_episodes() == []
-    assert world.save_state()["actions"].shape == (0, 2, 2)
-    for _ in range(3):
-        world.step(actions, buffers)
-    assert [(one.steps, one.reward) for one in world.pop_episodes()] == [(2, 1.0), (3, 1.5)]
-
-
-def test_what_it_shows_beyond_its_promise_is_a_letter():
-    class Wide(Dial):
-        def step(self, actions):
-            return np.zeros((2, 3), np.float32), *super().step(actions)[1:]
-
-    world = VectorEnvWorld("wide", Wide(2))
-    buffers = allocate(world.spec)
-    world.reset(buffers, seed=0)
-    with pytest.raises(EnvironmentFailedError, match=r"Wide\.step gave ndarray of shape \(2, 3\) as observation"):
-        world.step(np.zeros((2, 1, 2), np.float32), buffers)
-
-
-def test_what_fits_shows_one_array_and_is_told_a_choice_or_a_row_of_numbers():
-    def told(sight, actions):
-        envs = Countdown(1)
-        envs.single_observation_space, envs.single_action_space = sight, actions
-        return fits(envs)
-
-    plain, row = spaces.Box(0, 1, (3,)), spaces.Box(-1, 1, (2,))
-    assert told(plain, row)
-    assert told(plain, spaces.Discrete(2))
-    assert not told(plain, spaces.Box(-1, 1, (2, 2)))
-    assert not told(plain, spaces.Box(-1, 1, ()))
-    assert not told(plain, spaces.MultiDiscrete([2]))
-    assert not told(spaces.Discrete(3), row)
 
 
 def test_a_registration_has_a_version_where_nothing_is_laid_round_it_and_rows_begin_a_tick_later():

@@ -167,16 +167,6 @@ def test_every_question_begins_its_worlds_and_closes_them(question):
     assert all(world.begun for world in Strict.opened) or question == "test_the_spec_is_whole"
 
 
-def test_numbers_without_bounds_are_drawn_from_a_thousand_on_either_side():
-    unbounded = ContinuousActions((-np.inf, -2.0), (np.inf, 3.0))
-    drawn = legal_actions(unbounded, (500, 4), None, np.random.default_rng(0))
-    assert drawn.shape == (500, 4, 2)
-    assert 990 < drawn[..., 0].max() <= 1000
-    assert -1000 <= drawn[..., 0].min() < -990
-    assert -2 <= drawn[..., 1].min() < -1.9
-    assert 2.9 < drawn[..., 1].max() <= 3
-
-
 def test_of_several_choices_each_is_one_that_its_own_mask_allows():
     mask = np.zeros((50, 2, 6), bool)
     mask[..., [1, 2, 5]] = True  # of two the second, of four the first and the last
@@ -197,14 +187,6 @@ def test_numbers_and_choices_at_once_are_drawn_side_by_side():
     assert ((drawn[..., 1] >= 2) & (drawn[..., 1] <= 3)).all()
     assert (drawn[..., 2] == 0).all()
     assert set(drawn[..., 3].ravel().tolist()) == {1.0, 2.0}
-
-
-def test_one_choice_is_a_whole_number_and_without_a_mask_each_comes():
-    drawn = legal_actions(DiscreteActions(3), (60, 2), None, np.random.default_rng(0))
-    assert (drawn.shape, drawn.dtype, set(drawn.ravel().tolist())) == ((60, 2), np.int64, {0, 1, 2})
-    mask = np.zeros((60, 2, 3), bool)
-    mask[..., 1] = True
-    assert (legal_actions(DiscreteActions(3), (60, 2), mask, np.random.default_rng(0)) == 1).all()
 
 
 def test_agents_of_several_kinds_act_each_as_their_own_group_does():
@@ -231,27 +213,6 @@ def test_agents_of_several_kinds_act_each_as_their_own_group_does():
 def test_worlds_of_a_number_of_their_own_are_not_told_beside_fewer(num_worlds):
     with pytest.raises(pytest.skip.Exception, match="the number of worlds cannot be chosen"):
         examine(lambda asked: Walk(num_worlds), "test_stepping_many_worlds_equals_stepping_each_beside_fewer")
-
-
-def test_a_world_is_examined_as_three_for_two_hundred_ticks_unless_it_wants_otherwise():
-    made = []
-
-    class Noted(Walk):
-        steps = 0
-
-        def step(self, actions, buffers):
-            self.steps += 1
-            super().step(actions, buffers)
-
-    def make(num_worlds):
-        made.append(Noted(num_worlds))
-        return made[-1]
-
-    examine(make, "test_observations_stay_inside_their_spec")
-    assert [(world.spec.num_worlds, world.steps) for world in made] == [(3, 200)]
-    made.clear()
-    examine(make, "test_a_saved_world_goes_on_as_if_nothing_had_happened")
-    assert [world.steps for world in made] == [100 + 200, 200], "half a story, then the same whole one twice"
 
 
 class Garbage(Walk):

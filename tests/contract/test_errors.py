@@ -11,8 +11,6 @@ from racecraft.contract.errors import InputFileError, TrackError, UserInputError
         ({}, "a.json: 3 found; expected 4."),
         ({"hint": "Mend it."}, "a.json: 3 found; expected 4. Mend it."),
         ({"line": 7}, "a.json:7: 3 found; expected 4."),
-        ({"line": 0}, "a.json:0: 3 found; expected 4."),
-        ({"key": "speed"}, "a.json: speed: 3 found; expected 4."),
         ({"line": 7, "key": "speed", "hint": "Mend it."}, "a.json:7: speed: 3 found; expected 4. Mend it."),
     ],
 )

@@ -47,13 +47,6 @@ def test_a_name_leads_to_a_module_a_package_or_a_folder(tmp_path):
     assert {name: beside_it.file_of(name) for name in wanted} == wanted
 
 
-def test_a_module_is_compiled_once_under_its_own_name(tmp_path):
-    beside_it = modules(tmp_path, {"b/c.py": "x = 1\n"})
-    code = beside_it.code_of("b/c.py")
-    assert code.co_filename == str(tmp_path / "b" / "c.py")
-    assert beside_it.code_of("b/c.py") is code
-
-
 def loaded(folder, text, output=None):
     (folder / "reward_function.py").write_text(text)
     return load_reward_function(folder / "reward_function.py", output)

@@ -62,15 +62,6 @@ def test_buffers_are_of_a_worlds_shapes_where_all_is_nought_and_everything_allow
     assert np.argwhere(buffers.ended).tolist() == [[0, 1], [1, 2]]
 
 
-def test_a_world_has_no_mask_no_groups_and_no_clock_unless_it_says_so():
-    spec = WorldSpec("toy", 2, 1, SEEN, DiscreteActions(5))
-    assert (spec.has_action_mask, spec.groups, spec.tick_seconds) == (False, {}, 0.0)
-    assert allocate(spec).action_mask is None
-    assert not AgentGroup({}, DiscreteActions(2)).has_action_mask
-    part = SEEN["x"]
-    assert (part.low, part.high, part.privileged) == (-np.inf, np.inf, False)
-
-
 def test_numbers_cannot_be_masked():
     with pytest.raises(ValueError, match="toy: an action mask needs choices to mask"):
         allocate(WorldSpec("toy", 1, 1, SEEN, NUMBERS, has_action_mask=True))

@@ -1,6 +1,5 @@
 """What a run is judged by: words that fit its kind, how long is played, and what it came to, by hand."""
 
-import contextlib
 from types import SimpleNamespace
 
 import pytest
@@ -75,32 +74,3 @@ def test_four_agents_play_as_many_episodes_each_as_it_takes(played, episodes, ea
         {"episodes_each": each, "seed": 5, "spare": 0, "max_ticks": 100_000},
         {"episodes_each": each, "seed": 6, "spare": 1, "max_ticks": 50 * (each + 1)},
     ]
-
-
-POLICY = SimpleNamespace(checkpoint=SimpleNamespace(iteration=12), metadata={"settings": "its settings"})
-
-
-@pytest.mark.parametrize(
-    ("words", "worlds", "episodes", "seed"),
-    [({}, 20, 100, 1_000_000_007), ({"episodes": 20, "seed": 3}, 20, 20, 3), ({"episodes": 7}, 7, 7, 1_000_000_007)],
-)
-def test_an_environment_is_judged_by_a_hundred_episodes_in_twenty_copies(
-    tmp_path, monkeypatch, words, worlds, episodes, seed
-):
-    from racecraft.worlds.gymnasium import evaluation as environments
-
-    run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium"})
-    asked = []
-
-    @contextlib.contextmanager
-    def opened(run, num_worlds):
-        asked.append(num_worlds)
-        yield "a world"
-
-    monkeypatch.setattr(f"{evaluate_run.__module__}.load_policy", lambda run, which: asked.append(which) or POLICY)
-    monkeypatch.setattr(environments, "opened_judging_world", opened)
-    judge = f"{evaluate_run.__module__}.judge_episodes"
-    monkeypatch.setattr(judge, lambda *told: asked.append(told) or {"episodes": told[2]})
-    told = evaluate_run(run.path, **words)
-    assert asked == ["best", worlds, (POLICY, "a world", episodes, seed)]
-    assert told == {"run": str(run.path), "checkpoint": 12, "episodes": episodes}

@@ -9,7 +9,6 @@ import pytest
 
 from racecraft.contract.errors import InputFileError, SeveralFaultsError
 from racecraft.formats import checkpoint, episodes
-from racecraft.formats.json_text import read_json
 from racecraft.worlds.deepracer.files import (
     hyperparameters,
     model_metadata,
@@ -166,24 +165,3 @@ def test_any_json_value_under_any_key_is_read_or_refused_by_letter(tmp_path, rea
             letter = error_about(reader, path)
             faults = [line for line in letter.split("\n") if not re.fullmatch(r"\d+ faults:", line)]
             assert letter == "" or all(fault.lstrip().startswith(str(path)) for fault in faults), (key, value)
-
-
-def test_every_value_of_a_document_knows_its_line(tmp_path):
-    """By twin: the line that the scanner gives holds the value's own text."""
-    value = {"a": [1, {'b\\n"': "two\\\\"}, []], "c": {}, "d": [[3.5e-9], "ä # // x"], "e": None}
-    path = tmp_path / "j.json"
-    path.write_text(json.dumps(value, indent=1), encoding="utf-8")
-    document = read_json(path, InputFileError, "JSON")
-    lines = path.read_text(encoding="utf-8").split("\n")
-    assert document.value == value
-    assert document.notes == ()
-
-    def check(part, steps):
-        line = lines[document.line_of(*steps) - 1]
-        text = {dict: "{", list: "["}.get(type(part)) or json.dumps(part)
-        assert text in line
-        inside = part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ()
-        for step, inner in inside:
-            check(inner, (*steps, step))
-
-    check(value, ())

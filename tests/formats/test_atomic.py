@@ -98,7 +98,6 @@ def test_a_file_and_its_name_are_on_the_disk_before_anybody_goes_on(tmp_path, mo
     ("error", "letter"),
     [
         (OSError(errno.EDQUOT, "over the quota"), "a: the disk is full"),
-        (OSError(errno.EACCES, "not yours"), r"a: cannot be written \(not yours\)"),
         (OSError("of no name"), r"a: cannot be written \(of no name\)"),
         (FileNotFoundError(errno.ENOENT, "gone"), "a: its folder does not exist; .* Create /b first"),
     ],

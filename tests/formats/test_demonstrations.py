@@ -55,9 +55,3 @@ def test_a_file_that_lacks_something_is_refused(tmp_path, arrays, card, letter):
     write_tensors(tmp_path / "d", "racecraft demonstration file", arrays, card)
     with pytest.raises(CheckpointError, match=letter):
         read_demonstrations(tmp_path / "d")
-
-
-def test_a_file_may_say_nothing_of_its_source(tmp_path):
-    write_tensors(tmp_path / "d", "racecraft demonstration file", ARRAYS, {"spec": {"a": 1}})
-    read = read_demonstrations(tmp_path / "d")
-    assert (read.source, read.spec, read.observations) == ({}, {"a": 1}, {})

@@ -8,7 +8,6 @@ from racecraft.contract.errors import ContractError
 from racecraft.formats.episodes import (
     EPISODE_COLUMNS,
     EpisodeFileError,
-    columns_markdown,
     columns_of_all,
     read_episodes,
     write_episodes,
@@ -72,24 +71,6 @@ def test_files_that_cannot_be_read_get_letters(tmp_path):
     pl.DataFrame({"a": [1]}).write_parquet(path, metadata={"format": "racecraft episodes", "version": "9"})
     with pytest.raises(EpisodeFileError, match="version 9; expected version 1"):
         read_episodes(path)
-
-
-def test_every_column_stands_in_the_documentation():
-    text = columns_markdown()
-    assert all(f"| `{column.name}` | {column.dtype} |" in text for column in EPISODE_COLUMNS)
-    assert all(column.doc.endswith(".") for column in EPISODE_COLUMNS)
-
-
-def test_a_file_says_what_it_is_and_of_which_version(tmp_path):
-    write_episodes(tmp_path / "e.parquet", table())
-    told = pl.read_parquet_metadata(tmp_path / "e.parquet")
-    assert (told["format"], told["version"]) == ("racecraft episodes", "1")
-
-
-@pytest.mark.parametrize("name", ["episode", "tick", "time_s"])
-def test_three_columns_are_never_missing(tmp_path, name):
-    with pytest.raises(ContractError, match=rf"Episodes need \['{name}'\]"):
-        write_episodes(tmp_path / "e.parquet", {other: values for other, values in table().items() if other != name})
 
 
 def record(*rows):

@@ -48,9 +48,7 @@ def test_what_is_written_comes_back_and_says_what_it_is(tmp_path):
 
 
 TAKEN = [
-    {"cores": 0}, {"cores": 1}, {"cores": None}, {"memory_mib": 0}, {"max_run_seconds": 1}, {"max_run_seconds": None},
-    {"max_wait_seconds": 1}, {"use_spot_instances": True}, {"environment": {}}, {"resume": []}, {"recorded": {"a": 1}},
-    {"metric_definitions": []}, {"format": "racecraft job", "version": 1}, {"name": "a" * 63}, {"name": ""},
+    {"cores": 0}, {"cores": None}, {"memory_mib": 0}, {"max_run_seconds": 1}, {"name": ""},
     *({"command": [word]} for word in ("train", "gym", "snakes", "unity", "run", "serve", "dr", "jobs")),
 ]  # fmt: skip
 
@@ -67,38 +65,25 @@ SECONDS = "a whole number of seconds above 0, or null"
 REFUSED = [
     ({"cores": -1}, r"cores: -1; expected a whole number, or null for all"),
     ({"cores": True}, "cores: True; expected a whole number"),
-    ({"cores": 1.0}, r"cores: 1\.0; expected a whole number"),
-    ({"memory_mib": None}, "memory_mib: None; expected a whole number of MiB"),
     ({"memory_mib": -1}, "memory_mib: -1; expected"),
     ({"max_run_seconds": 0}, f"max_run_seconds: 0; expected {SECONDS}"),
-    ({"max_run_seconds": "1"}, f"max_run_seconds: '1'; expected {SECONDS}"),
     ({"max_wait_seconds": 0}, f"max_wait_seconds: 0; expected {SECONDS}"),
-    ({"max_wait_seconds": True}, f"max_wait_seconds: True; expected {SECONDS}"),
     ({"use_spot_instances": 1}, "use_spot_instances: 1; expected true or false"),
     ({"command": []}, r"command: \[\]; expected a list of words behind `racecraft`, the first of run, serve"),
     ({"command": ["rm", "-r"]}, r"command: \['rm', '-r'\]; expected a list of words"),
-    ({"command": ["gym", 1]}, r"command: \['gym', 1\]; expected a list of words"),
-    ({"command": "gym"}, "command: 'gym'; expected a list of words"),
     ({"resume": [1]}, r"resume: \[1\]; expected a list of words"),
-    ({"resume": "gym"}, "resume: 'gym'; expected a list of words"),
     ({"environment": {"a": 1}}, r"environment: \{'a': 1\}; expected an object of texts"),
-    ({"environment": ["a"]}, r"environment: \['a'\]; expected an object of texts"),
-    ({"metric_definitions": {}}, r"metric_definitions: \{\}; expected a list of"),
     ({"metric_definitions": [{"Name": "a"}]}, "metric_definitions: .* expected a list of"),
     ({"metric_definitions": [{"Name": "a", "Regex": 1}]}, "metric_definitions: .* expected a list of"),
-    ({"metric_definitions": [["Name", "Regex"]]}, "metric_definitions: .* expected a list of"),
     ({"recorded": []}, r"recorded: \[\]; expected an object"),
     ({"name": 1}, "name: 1; expected a word"),
     ({"name": "a" * 64}, "name: 'a*'; expected .* is no name of a job"),
-    ({"name": "-a"}, "name: '-a'; expected .* is no name of a job"),
     ({"run": None}, "run: None; expected a folder"),
     ({"older_run": 1}, "older_run: 1; expected the mark of a run"),
-    ({"folder": 1}, "folder: 1; expected a folder"),
     ({"python": 1}, "python: 1; expected the path of an interpreter"),
     ({"comand": 1}, "comand: an unknown field; .*Did you mean 'command'"),
     ({"format": "other"}, "format: 'other'; expected 'racecraft job'"),
     ({"version": 2}, "version: 2; expected 1. A newer racecraft wrote it: upgrade"),
-    ({"version": 0}, "version: 0; expected 1"),
 ]
 
 

@@ -74,13 +74,10 @@ def test_any_line_end_and_any_mark_at_the_beginning_is_read(tmp_path, encoded, e
     ("content", "letter"),
     [
         ("", r"t\.json: the file is empty; expected an object"),
-        (" \n ", r"t\.json: the file is empty"),
         ('{"a":\n1,\n\n}', r"t\.json:2: no valid JSON, a comma stands after the last entry"),
-        ('{"a": 1,}', r"t\.json:1: no valid JSON, a comma stands after the last entry"),
         ("[1,\n 2\n,\n]", r"t\.json:3: no valid JSON, a comma stands after the last entry"),
         ("{\n'a': 1}", r"t\.json:2: no valid JSON, quoted with ' where JSON wants \""),
         ("{\u201ca\u201d: 1}", "the typographic quote \u201c where JSON wants"),
-        ("{\u2018a\u2019: 1}", "the typographic quote \u2018 where JSON wants"),
         ('{"a": ', r"it ends too early \(a bracket or quote is not closed\)"),
         ('{"a": 1,\n "b" 2}', r"t\.json:2: no valid JSON, expecting ':' delimiter at column 6, before '2}'"),
         ('{"a": 1 ' + "b" * 50 + "\nc}", "at column 9, before '" + "b" * 40 + "'"),

@@ -61,7 +61,3 @@ def test_a_torn_index_without_any_whole_file_is_refused(tmp_path):
         file.write_bytes(b"")
     with pytest.raises(CheckpointError, match=r"checkpoints\.json: damaged"):
         Checkpoints(tmp_path).entries()
-
-
-def test_a_new_folder_holds_none(tmp_path):
-    assert Checkpoints(tmp_path).entries() == []

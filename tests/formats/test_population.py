@@ -52,7 +52,7 @@ def test_a_record_comes_back_and_a_folder_without_one_has_none(tmp_path):
     }  # fmt: skip
 
 
-DAMAGE = [{"format": "other"}, {"version": 2}, {"members": 3}, {"more": 1}, {"members": [{}]}]
+DAMAGE = [{"format": "other"}, {"version": 2}, {"members": [{}]}]
 
 
 @pytest.mark.parametrize("damage", DAMAGE)

@@ -1,6 +1,5 @@
 """Run folders: made, opened, locked, refused."""
 
-import json
 import os
 import signal
 import subprocess
@@ -135,14 +134,9 @@ REFUSED = [  # how the place is made, how it is used, what the message holds
     (foreign, RunFolder.open, "holds no job.json"),
     (a_file, RunFolder.open, "a file stands in its place"),
     (job_text('{"format": "other"}'), RunFolder.open, "not written by racecraft"),
-    (job_text("[]"), RunFolder.open, "not written by racecraft"),
     (job_text('{"format": "racecraft run",\n "ver'), RunFolder.open, "job.json:2: no valid JSON"),
     (job_text('{"format": "racecraft run", "version": 99}'), RunFolder.open, "version is 99; expected 1 to"),
-    (job_text('{"format": "racecraft run"}'), RunFolder.open, "version is None"),
     (job_text('{"format": "racecraft run", "version": "1"}'), RunFolder.open, "version is '1'"),
-    (job_text('{"format": "racecraft run", "version": 0}'), RunFolder.open, "version is 0"),
-    (job_text('{"format": "racecraft run", "version": 1.5}'), RunFolder.open, "version is 1.5"),
-    (job_text(""), RunFolder.open, "no valid JSON"),
     (job_text("null"), RunFolder.open, "not written by racecraft"),
     (foreign, RunFolder.create, "holds files that are no run"),
     (a_file, RunFolder.create, "a file stands in its place"),
@@ -187,11 +181,6 @@ def test_a_read_only_place_gets_a_letter_even_for_the_administrator(tmp_path, mo
         RunFolder.create(tmp_path / "r")
 
 
-def test_the_job_file_is_plain_json(tmp_path):
-    run = RunFolder.create(tmp_path / "r", {"reward": tmp_path})
-    assert json.loads(run.job.read_text())["reward"] == str(tmp_path)
-
-
 def test_a_run_whose_birth_was_broken_off_is_none_and_its_place_is_free(tmp_path):
     def full(run):
         run.reward_function.write_text("half")
@@ -232,16 +221,7 @@ def test_what_was_told_after_the_checkpoint_that_a_run_goes_on_from_is_cut(tmp_p
     assert [row["iteration"] for row in run.read_metrics()] == [0, 1, 2]
 
 
-def test_a_torn_line_alone_is_cut_off_whole(tmp_path):
-    run = RunFolder.create(tmp_path / "r")
-    for torn in ("x" * 10, "x" * 4095, "x" * 4096, "x" * 9000):
-        run.metrics.write_text(torn)
-        assert run.read_metrics() == []
-        run.append_metrics({"iteration": 0})
-        assert run.metrics.read_text() == '{"iteration": 0}\n'
-
-
-@pytest.mark.parametrize("length", [4094, 4095, 4096, 8191, 8192])
+@pytest.mark.parametrize("length", [4095, 4096, 8192])
 def test_a_torn_line_is_cut_off_however_long_it_is(tmp_path, length):
     """Around the sizes in which files are read backwards."""
     run = RunFolder.create(tmp_path / "r")
@@ -326,16 +306,3 @@ def test_files_that_cannot_be_read_or_written_get_letters(tmp_path):
         run.read_job()
     with pytest.raises(TypeError, match="object cannot be written as JSON"):
         run.write_job({"a": object()})
-
-
-def test_everything_has_its_place_in_the_folder(tmp_path):
-    """As the module's first words lay it out for whoever reads a run without us."""
-    run = RunFolder(tmp_path)
-    assert {path.name: path.parent for path in (
-        run.job, run.reward_function, run.model_metadata, run.hyperparameters, run.track, run.tracks, run.metrics,
-        run.log, run.checkpoints, run.episodes, run.evaluations, run.generalisation, run.watched, run.live,
-    )} == dict.fromkeys((
-        "job.json", "reward_function.py", "model_metadata.json", "hyperparameters.json", "track.npy", "tracks",
-        "metrics.jsonl", "log.txt", "checkpoints", "episodes", "evaluations", "generalisation.csv", "watched",
-        "live.safetensors",
-    ), tmp_path)  # fmt: skip

@@ -183,14 +183,3 @@ def test_a_version_of_numba_that_nobody_tried_compiles_its_own_way(version, kind
     (tmp_path / "mine.py").write_text(code)  # what is kept on disk needs a file
     done = subprocess.run([sys.executable, tmp_path / "mine.py"], capture_output=True, text=True, check=True)
     assert done.stdout.split() == [kind, "4.5"]
-
-
-def test_kernels_are_left_to_python_where_mutants_are_tried():
-    code = (
-        "from interpreted import interpret; interpret()\n"
-        "from racecraft.worlds.deepracer.env.kernels.vehicle import driven_curvature\n"
-        "print(type(driven_curvature).__name__)"
-    )
-    paths = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOUSE.parents[1] / "scripts"), str(HOUSE.parent)])}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=paths)
-    assert done.stdout.split() == ["function"]

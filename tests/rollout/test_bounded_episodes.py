@@ -52,12 +52,6 @@ def test_a_policy_that_stands_still_is_cut_with_what_it_earned():
     assert ticks == 50
 
 
-def test_spare_episodes_do_not_count():
-    told, ticks = play([1, 1], episodes_each=1, spare=1, max_ticks=100)
-    assert told == [(0, 3, -3.0, "terminated"), (1, 3, -3.0, "terminated")]
-    assert ticks == 6
-
-
 def test_who_does_not_even_end_the_spare_episode_is_still_judged():
     told, _ = play([0, 1], episodes_each=1, spare=1, max_ticks=20)
     assert told[0] == (0, 20, -20.0, CUT)

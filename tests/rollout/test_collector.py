@@ -12,7 +12,6 @@ from racecraft.algorithms.ppo import RAW_ACTION, PpoConfig, PpoLearner
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import ArraySpec, EpisodeRecord
 from racecraft.rollout.collector import Collector, WorkerLayoutError
-from racecraft.rollout.statistics import summarise
 
 
 class Always:
@@ -173,23 +172,6 @@ def test_observers_see_what_every_tick_wrote():
     assert seen == [(t, (2, 3)) for t in range(1, 5)]
 
 
-def test_episodes_are_summed_up():
-    records = [EpisodeRecord(0, 0, 10, 1.0, "crash"), EpisodeRecord(0, 0, 30, 3.0, "lap")]
-    summary = summarise(records)
-    assert (summary.episodes, summary.mean_reward, summary.std_reward, summary.mean_steps) == (2, 2.0, 1.0, 20.0)
-    assert summary.status_share == {"crash": 0.5, "lap": 0.5}
-    assert np.isnan(summarise([]).mean_reward)
-
-
-def test_room_is_made_for_the_ticks_and_the_row_that_opens_the_next_rollout():
-    buffer = Collector(Walk(2, masked=True), Always(2), horizon=5, seed=1).buffer
-    for ticks in (5, 9):
-        assert [len(part) for part in buffer.observations.values()] == [ticks + 1] * 2
-        assert (len(buffer.active), len(buffer.action_mask), len(buffer.views)) == (ticks + 1,) * 3
-        assert (len(buffer.actions), len(buffer.reward), len(buffer.learn)) == (ticks,) * 3
-        buffer.grow(9)
-
-
 def test_each_beginning_has_chance_of_its_own_before_and_after_a_restore():
     class Noting(Walk):
         def reset(self, buffers, seed):
@@ -294,18 +276,6 @@ def test_a_mask_is_shown_of_those_asked_alone():
     for t, mask in enumerate(masks):
         assert (mask == kept.action_mask[t][kept.active[t]]).all()
     assert {len(mask) for mask in masks} > {4}
-
-
-def test_everything_that_is_counted_is_told_of_a_run():
-    collector = Collector(Walk(3, 2), Always(2), horizon=5, seed=1)
-    assert {name: int(count) for name, count in collector.state()["counts"].items()} == {
-        "ticks_taken": 0, "resets": 1, "parked_steps": 0, "steps_taken": 0
-    }  # fmt: skip
-    collector.collect()
-    collector.collect_episodes(1)
-    assert {name: int(count) for name, count in collector.state()["counts"].items()} == {
-        "ticks_taken": 5 + LIMIT, "resets": 2, "parked_steps": 0, "steps_taken": 6 * (5 + LIMIT)
-    }  # fmt: skip
 
 
 def test_what_others_carried_is_taken_over_by_its_counts_alone():

@@ -14,13 +14,6 @@ def test_an_error_weighs_its_size_and_a_little_to_a_power():
     assert Priorities(4, 0.0).weights_of(np.array([0.0, 9.0])).tolist() == [1.0, 1.0]
 
 
-@pytest.mark.parametrize("count", [3, 16, 17])
-def test_places_weigh_nothing_at_first(count):
-    fresh = Priorities(count, 1.0)
-    assert fresh.leaves.tolist() == [0.0] * count
-    assert fresh.largest == 1.0, "what is new is drawn soon, before any error is known"
-
-
 def test_the_largest_weight_is_the_largest_that_was_ever_given():
     places, found = Priorities(5, 1.0), []
     for index, weights in (([1, 2], [0.5, 0.25]), ([3], [4.0]), ([3], [2.0]), ([], [])):
@@ -35,10 +28,3 @@ def test_a_late_word_on_what_was_given_up_changes_nothing():
     places.set(np.array([0, 2]), 1e-9)
     places.set_errors(np.array([0, 1, 2]), np.array([1.0, 2.0, 3.0]))
     assert places.leaves == pytest.approx([1.000001, 0.0, 3.000001])
-
-
-def test_the_share_of_a_place_is_its_part_of_all_weight():
-    places = Priorities(3, 1.0)
-    places.set(np.arange(3), np.array([1.0, 0.0, 3.0]))
-    index, share = places.draw(np.array([0.0, 0.5, 0.0, 0.999]))
-    assert (index.tolist(), share.tolist()) == ([0, 2, 2, 2], [0.25, 0.75, 0.75, 0.75])

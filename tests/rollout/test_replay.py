@@ -9,7 +9,6 @@ from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.rollout import replay as memory
-from racecraft.rollout.kernels import sum_tree
 from racecraft.rollout.kernels.n_step import NOBODY, TERMINATED, TRUNCATED
 from racecraft.rollout.priorities import Priorities
 from racecraft.rollout.replay import Replay
@@ -133,7 +132,7 @@ def followed_slowly(ring, place, n_step):
     return total, weight, place, NOBODY
 
 
-@pytest.mark.parametrize("n_step", [1, 2, 5])
+@pytest.mark.parametrize("n_step", [1, 5])
 def test_stories_are_followed_as_a_slow_reader_follows_them(n_step):
     ring, rng = TransitionRing(world(3), 50), np.random.default_rng(n_step)
     for name, below in (("end", 3), ("active", 2)):
@@ -246,7 +245,7 @@ def test_what_is_new_gets_the_largest_priority_and_what_made_room_none():
     assert leaves[3] == 0.0, "a late word on what made room changes nothing"
 
 
-@pytest.mark.parametrize("count", [1, 16, 17, 300, 5000])
+@pytest.mark.parametrize("count", [1, 17, 5000])
 def test_the_tree_draws_where_the_cumulative_sum_says(count):
     rng = np.random.default_rng(count)
     weights = rng.random(count) * (rng.random(count) < 0.5)
@@ -302,51 +301,13 @@ def test_one_larger_than_the_memory_allowed_is_refused_with_what_fits():
     Replay(spec, ReplayConfig(capacity=fits), 0.99)
 
 
-def test_what_lies_just_below_one_is_the_last_number_before_it():
-    assert np.nextafter(1.0, 0.0) == sum_tree.BELOW_ONE
-
-
-def test_one_that_just_fits_into_a_checkpoint_is_kept():
-    whole = replay()
-    share = 5 / whole.ring.slots  # four ticks, and the one that is being written
-    for keep, kept in ((1.001, True), (0.999, False)):
-        memory = replay(keep_mib=keep * whole.bytes * share / 2**20)
-        memory.add(ticks(0, 4, 2))
-        assert memory.state()["kept"] is kept
-
-
-def test_of_sixteen_children_the_one_is_drawn_in_whose_share_the_mass_falls():
-    """Running sums 1, 2 … 16: a mass that is just one of them belongs to the next child."""
-    running = np.concatenate([[99.0], np.arange(1.0, 17.0)])
-    for child in range(16):
-        for mass in (float(child), child + 0.5):
-            assert sum_tree._child_at(running, np.uint64(1), mass) == child
-
-
 # ---- figures by hand -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("rows", "capacity", "n_step", "kept"), [(2, 10, 1, 5), (3, 10, 1, 4), (3, 3, 1, 2), (3, 3, 5, 6), (4, 1, 2, 3)]
-)
+@pytest.mark.parametrize(("rows", "capacity", "n_step", "kept"), [(3, 10, 1, 4), (3, 3, 5, 6)])
 def test_as_many_ticks_are_kept_as_hold_the_capacity_and_a_step_more_than_is_looked_ahead(rows, capacity, n_step, kept):
     one = replay(rows=rows, n_step=n_step, capacity=capacity)
     assert (one.ring.ticks, one.rows) == (kept, rows)
-
-
-def test_a_new_memory_is_empty_and_looks_a_step_ahead():
-    one = Replay(world(2), ReplayConfig(capacity=40), GAMMA)
-    assert (len(one), one.n_step, one.ring.stack_size, one.collected, one.new_transitions) == (0, 1, 1, 0, 0)
-    assert not one.begins_anew
-    assert not one.prioritised
-
-
-def test_what_priorities_need_is_counted_among_the_bytes():
-    """A weight and its running sum are 16 bytes a place, the levels above them a fifteenth of that."""
-    plain, weighed = replay(), replay(prioritised=True)
-    assert plain.bytes == sum(array.nbytes for array in plain.ring.arrays.values())
-    a_place = (weighed.bytes - plain.bytes) / (21 * 2)  # 40 transitions of two rows, and the tick being written
-    assert 16 * 16 / 15 <= a_place <= 18
 
 
 def test_the_weighing_out_grows_in_a_straight_line_to_one():
@@ -411,22 +372,9 @@ def test_what_was_given_up_for_want_of_room_is_drawn_no_more():
     assert np.flatnonzero(one.priorities.leaves == 0.0).tolist()[:2] == [1, 12]
 
 
-def test_a_memory_that_needs_just_what_is_allowed_is_allowed():
-    spec = world(2)
-    needed = Replay(spec, ReplayConfig(capacity=60_000), GAMMA).bytes
-    Replay(spec, ReplayConfig(capacity=60_000, memory_gib=needed / 2**30), GAMMA)
-    with pytest.raises(SettingError, match="or a larger --set replay.memory_gib"):
-        Replay(spec, ReplayConfig(capacity=60_000, memory_gib=(needed - 1) / 2**30), GAMMA)
-
-
 def test_a_machine_smaller_than_what_is_allowed_says_so(monkeypatch):
     for here, told in ((2**18, "this machine has 0.0 GiB"), (None, "memory_gib allows 0.001 GiB")):
         monkeypatch.setattr(memory, "machine_bytes", lambda here=here: here)
         with pytest.raises(SettingError, match=told) as letter:
             Replay(world(2), ReplayConfig(capacity=60_000, memory_gib=0.001), GAMMA)
         assert ("larger --set" in str(letter.value)) == (here is None)
-
-
-def test_the_machine_tells_its_memory_in_bytes():
-    here = memory.machine_bytes()
-    assert here is None or 2**27 < here < 2**50

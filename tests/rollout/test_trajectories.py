@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
+from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.rollout.trajectories import Trajectories, copy_observations
 
 SEEN = {"frame": ArraySpec((2, 3), np.uint8), "speed": ArraySpec((1,), np.float32)}
@@ -37,59 +37,11 @@ def test_there_is_a_row_more_of_what_is_seen_than_of_what_a_tick_brings(grown):
     }  # fmt: skip
 
 
-def test_everybody_is_active_may_choose_and_learns_until_a_world_says_otherwise():
-    kept = storage()
-    assert kept.active.all()
-    assert kept.action_mask.all()
-    assert kept.learn.all()
-    assert not kept.terminated.any()
-    assert not kept.truncated.any()
-    assert not kept.reward.any()
-
-
-def test_actions_have_the_shape_and_type_of_their_spec():
-    spec = WorldSpec("driven", 3, 1, SEEN, ContinuousActions((0.0, 0.0), (1.0, 1.0)))
-    kept = Trajectories(spec, 2, {})
-    assert (kept.actions.shape, kept.actions.dtype) == ((2, 3, 1, 2), np.float32)
-    assert kept.action_mask is None
-    batch = kept.batch(2)
-    assert (batch.actions.shape, batch.action_mask, batch.last_action_mask) == ((2, 3, 2), None, None)
-
-
-def test_a_view_is_what_begins_its_row_and_what_the_tick_before_brought():
-    kept = storage()
-    for t, view in enumerate(kept.views):
-        view.observations["speed"][:] = t
-        view.active[:] = t % 2
-        view.action_mask[:] = t % 2 == 0
-        if t:
-            view.reward[:] = t
-            view.terminated[:] = t == 2
-            view.truncated[:] = t == 3
-    assert kept.observations["speed"][:, 0, 0, 0].tolist() == [0, 1, 2, 3, 4]
-    assert kept.active[:, 0, 0].tolist() == [False, True, False, True, False]
-    assert kept.action_mask[:, 0, 0, 0].tolist() == [True, False, True, False, True]
-    assert kept.reward[:, 0, 0].tolist() == [1, 2, 3, 4]
-    assert kept.terminated[:, 0, 0].tolist() == [False, True, False, False]
-    assert kept.truncated[:, 0, 0].tolist() == [False, False, True, False]
-
-
 def filled(ticks=4):
     kept, rng = storage(ticks), np.random.default_rng(0)
     for array in [*kept.observations.values(), *kept.columns.values(), *(getattr(kept, name) for name in ARRAYS)]:
         array[:] = rng.integers(0, 2 if array.dtype == bool else 100, array.shape)
     return kept
-
-
-def test_what_is_kept_stays_where_room_is_made():
-    kept = filled()
-    before = {**kept.observations, **kept.columns, **{name: getattr(kept, name) for name in ARRAYS}}
-    kept.grow(9)
-    after = {**kept.observations, **kept.columns, **{name: getattr(kept, name) for name in ARRAYS}}
-    for name, array in before.items():
-        np.testing.assert_array_equal(after[name][: len(array)], array, name)
-    assert after["learn"][4:].all()
-    assert kept.views[9].reward.base is kept.reward
 
 
 def test_a_batch_lays_worlds_and_agents_side_by_side():
@@ -132,18 +84,6 @@ def test_last_observations_are_kept_of_those_cut_alone_and_told_in_order():
     assert batch.final_observations["frame"].shape == (3, 2, 3)
     kept.begin()
     assert kept.batch(4).final_observations == {}
-
-
-def test_the_row_behind_the_last_tick_opens_the_next_rollout():
-    kept = filled()
-    shown = {name: array[4].copy() for name, array in kept.observations.items()}
-    first, active, mask = kept.reward[0].copy(), kept.active[4].copy(), kept.action_mask[4].copy()
-    kept.carry_over(4)
-    for name, array in shown.items():
-        np.testing.assert_array_equal(kept.observations[name][0], array)
-    assert (kept.active[0] == active).all()
-    assert (kept.action_mask[0] == mask).all()
-    assert (kept.reward[0] == first).all(), "only what is shown is carried over"
 
 
 def test_what_a_world_without_a_mask_shows_is_copied_without_one():

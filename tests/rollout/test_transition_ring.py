@@ -6,7 +6,6 @@ import pytest
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.stacking import AGE
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
-from racecraft.rollout.kernels.n_step import NOBODY
 from racecraft.rollout.transition_ring import TransitionRing, ring_bytes, ring_layout
 
 GAMMA = 0.5
@@ -75,24 +74,6 @@ def test_a_ring_has_a_slot_more_than_ticks_and_room_for_one_last_observation_in_
     assert "mask" not in ring_layout(spec_of(3, 2), kept, {})
 
 
-def test_the_bytes_of_a_ring_are_summed_by_hand():
-    """Two rows, four ticks: 10 places of 8 + 4 + 1 + 1 + 4 bytes and 4 of a number; room for 4 finals of 8 + 4."""
-    assert ring_bytes(spec_of(2), 4, {}) == 10 * (18 + 4) + 4 * (8 + 4)
-
-
-def test_places_are_numbered_slot_by_slot_and_the_ring_closes():
-    ring = TransitionRing(spec_of(1, 2), 3)
-    assert ring.places(2, 5).tolist() == [4, 5, 6, 7, 0, 1]
-    assert ring.places(2, 2).tolist() == []
-
-
-def test_a_new_ring_holds_nothing():
-    ring = TransitionRing(spec_of(2), 4)
-    assert (ring.head, ring.finals_put, ring.oldest, ring.stack_size) == (0, 0, 0, 1)
-    assert (ring.arrays["final_owner"] == NOBODY).all()
-    assert not any(array.any() for name, array in ring.arrays.items() if name != "final_owner")
-
-
 def test_the_oldest_tick_is_as_many_back_as_are_kept():
     ring, oldest = TransitionRing(spec_of(), 4), []
     for first in range(0, 8, 2):
@@ -150,21 +131,6 @@ def test_what_is_not_a_number_goes_on_like_any_other():
     assert ring.look_ahead(np.array([2, 3]), 3, GAMMA)[0].tolist() == [2 + 3 / 2 + 4 / 4] * 2
 
 
-def test_what_was_seen_last_stands_for_the_end_of_an_episode_that_does_not_go_on():
-    ring = TransitionRing(spec_of(2), 10)
-    ring.put(ticks(0, 2, 2))
-    other = ticks(2, 2, 2)
-    other.observations["number"][0, 1] = 7.0
-    assert ring.put(other).tolist() == []
-    total, weight, then, cut = ring.look_ahead(np.array([2, 3]), 2, GAMMA)
-    assert total.tolist() == [2 + 3 / 2, 2.0]
-    assert weight.tolist() == [0.25, 0.5]
-    assert cut.tolist() == [NOBODY, 3]
-    assert then.tolist() == [6, 5]
-    assert next_of(ring, [2, 3]) == [2.0, 1002.0]
-    assert [part.dtype for part in (total, weight, then, cut)] == [np.float32, np.float32, np.int64, np.int64]
-
-
 def test_the_mask_after_the_newest_tick_is_known_as_soon_as_it_is_seen():
     batch = ticks(0, 2, 2)
     batch.action_mask = np.zeros((2, 2, 3), bool)
@@ -175,60 +141,6 @@ def test_the_mask_after_the_newest_tick_is_known_as_soon_as_it_is_seen():
     drawn = ring.gather(np.array([0, 3]), 1, GAMMA)
     assert drawn.action_mask.tolist() == [[False] * 3, [False, True, False]]
     assert drawn.next_action_mask.tolist() == [[True, False, False], [True, True, False]]
-
-
-def test_columns_that_nobody_asked_to_keep_are_left_out():
-    ring = TransitionRing(spec_of(), 5)
-    ring.put(ticks(0, 2, age=[[0], [1]]))
-    assert [name for name in ring.arrays if name.startswith("columns")] == []
-    assert next_of(ring, [0, 1]) == [1.0, 2.0]
-
-
-def test_what_is_drawn_says_where_it_lies_and_weighs_alike():
-    ring = TransitionRing(spec_of(2), 5)
-    ring.put(ticks(0, 3, 2))
-    drawn = ring.gather(np.array([3, 0, 3]), 1, GAMMA)
-    assert drawn.index.tolist() == [3, 0, 3]
-    assert drawn.weights.tolist() == [1.0, 1.0, 1.0]
-    assert drawn.actions.tolist() == [1001 % 3, 0, 1001 % 3]
-    assert drawn.observations["number"].tolist() == [[1001], [0], [1001]]
-    assert (drawn.action_mask, drawn.next_action_mask) == (None, None)
-
-
-# ---- stacks ----------------------------------------------------------------------------------------------------------
-
-
-def stacked_ring():
-    """Two rows, six ticks kept of ten, stacks of three: one long episode, and one that is cut at tick 4."""
-    ring = TransitionRing(spec_of(2), 6, NOTED, stack_size=3)
-    age = [[min(tick, 2), min(tick if tick < 5 else tick - 5, 2)] for tick in range(10)]
-    for first in (0, 3, 7):
-        count = 4 if first == 3 else 3
-        ring.put(ticks(first, count, 2, cut=[(4, 1)] if first == 3 else (), age=age[first : first + count]))
-    return ring
-
-
-def at(tick, row):
-    return tick % 7 * 2 + row
-
-
-def test_a_stack_reaches_back_as_far_as_the_episode_and_the_ring_do():
-    drawn = stacked_ring().gather(np.array([at(tick, row) for tick in range(4, 8) for row in range(2)]), 1, GAMMA)
-    assert drawn.observations["number"].tolist() == [
-        [4, 4, 4], [1004, 1004, 1004],  # the oldest that is remembered
-        [4, 4, 5], [1005, 1005, 1005],  # the second episode begins
-        [4, 5, 6], [1005, 1005, 1006],
-        [5, 6, 7], [1005, 1006, 1007],
-    ]  # fmt: skip
-
-
-def test_what_follows_is_stacked_on_what_came_before_it_also_where_an_episode_was_cut():
-    drawn = stacked_ring().gather(np.array([at(4, 0), at(4, 1), at(5, 0), at(5, 1), at(9, 0)]), 1, GAMMA)
-    assert drawn.next_observations["number"].tolist() == [
-        [4, 4, 5], [1004, 1004, 1504], [4, 5, 6], [1005, 1005, 1006], [8, 9, 10]
-    ]  # fmt: skip
-    further = stacked_ring().gather(np.array([at(5, 0), at(7, 1)]), 2, GAMMA)
-    assert further.next_observations["number"].tolist() == [[5, 6, 7], [1007, 1008, 1009]]
 
 
 def test_what_is_privileged_is_not_stacked():

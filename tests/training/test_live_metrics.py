@@ -111,26 +111,3 @@ def test_names_and_numbers_of_any_kind_are_served():
     assert told[LEARNER, "far"] == float("-inf")
     assert told[LEARNER, "lost"] != told[LEARNER, "lost"]
     assert told["dr_training_episodes_reward", "training", 'odd "end"'] == 1.0
-
-
-def test_the_board_can_be_laid_out_and_asks_the_source_that_is_chosen():
-    board = json.loads(BOARD.read_text(encoding="utf-8"))
-    taken = set()
-    for panel in board["panels"]:
-        place = panel["gridPos"]
-        squares = {(x, y) for x in range(place["x"], place["x"] + place["w"])
-                   for y in range(place["y"], place["y"] + place["h"])}  # fmt: skip
-        assert place["x"] + place["w"] <= 24, panel["title"]
-        assert not squares & taken, panel["title"]
-        taken |= squares
-        assert panel["datasource"] == {"type": "prometheus", "uid": "${source}"}
-        refs = [target["refId"] for target in panel["targets"]]
-        assert len(set(refs)) == len(refs) > 0
-        for target in panel["targets"]:
-            assert re.fullmatch(r'\w+\{model=~"\$model"(,phase="(training|evaluation)")?\}', target["expr"])
-            assert ("phase" in target["expr"]) == (re.match(r"\w+", target["expr"])[0] in BY_STATUS), target["expr"]
-    assert len({panel["id"] for panel in board["panels"]}) == len(board["panels"])
-    source, model = board["templating"]["list"]
-    assert (source["name"], source["type"], source["query"]) == ("source", "datasource", "prometheus")
-    asked, label = re.fullmatch(r"label_values\((\w+), (\w+)\)", model["query"]).groups()
-    assert (asked in HELP, label) == (True, "model")

@@ -198,12 +198,6 @@ def test_the_summary_and_the_last_line_tell_the_best_checkpoints_lap(tmp_path):
     assert what_came_of_it(None, told["best_lap_seconds"]).endswith("best lap of the best checkpoint 20.00 s.")
 
 
-def test_a_stable_run_whose_best_checkpoint_does_not_lap_is_told_as_it_is():
-    """By reward, the checkpoint that is paid best may be one that leaves the road."""
-    assert what_came_of_it(3.0, None) == "It laps: stable after 3.0 s of training; the best checkpoint does not lap."
-    assert what_came_of_it(None, None) == "It does not lap yet."
-
-
 def test_what_is_best_outlives_a_resume():
     _, _, loop = train([lap(100, 20.0), lap(70, 9.0)])
     state = json.loads(json.dumps(loop.state()))
@@ -220,21 +214,11 @@ def report(**changed):
     return IterationReport(**{**told, **changed})
 
 
-def test_the_mean_reward_is_that_of_the_iterations_episodes():
-    _, reports, _ = train([lap(1, None)])
-    assert reports[0].mean_reward == 4.5
-
-
 @pytest.mark.parametrize("kind", ["lines", "live"])
 def test_displays_tell_the_mean_reward_beside_a_score_that_is_none(kind):
     assert "4.50" in shown(kind, "progress %", report())
     assert "mean reward" in shown(kind, "rating", report(training_score=None))
     assert "mean reward" not in shown(kind, "return", report(training_score=4.5)), "the score says it already"
-
-
-def test_the_live_table_names_the_lap_of_the_best_and_not_the_latest():
-    judged = (report(result=lap(100, 20.0), is_best=True), report(result=lap(70, 9.0)))
-    assert "at its best: best lap 20.00 s" in shown("live", "progress %", *judged)
 
 
 @pytest.mark.parametrize("kind", ["lines", "live"])

@@ -163,17 +163,6 @@ def test_what_a_lost_server_missed_is_sent_when_it_is_back(tmp_path, deaf):
     assert said == []
 
 
-def test_a_training_whose_mlflow_is_lost_ends_as_it_would_have(tmp_path, deaf):
-    said = []
-    request = GymRequest(
-        "CartPole-v1", stops=("iterations=2",), run=tmp_path / "run",
-        overrides=(*TINY, "runtime.mlflow=http://127.0.0.1:1"),
-    )  # fmt: skip
-    trained = train(request, NullCallback(), said.append)
-    assert trained.outcome.iterations == 2
-    assert "MLflow at http://127.0.0.1:1 did not take the figures of 2 iterations (ConnectionError: nobody" in said[-1]
-
-
 def test_without_the_package_or_with_no_address_nothing_is_made(tmp_path, monkeypatch):
     for address, error, letter in (
         ("mlruns", SettingError, "no address of MLflow"),

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from racecraft.algorithms.registry import find_algorithm
-from racecraft.algorithms.sac import SacConfig
-from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.trained import load_policy
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
@@ -63,12 +60,6 @@ def test_the_preset_aws_copies_its_critics_every_so_many_steps_as_an_iteration_h
     assert settings.sac.target_interval == 7
 
 
-def test_settings_of_other_algorithms_are_refused():
-    with pytest.raises(SettingError, match=r"There is no setting 'ppo\.clip' here"):
-        settings_for("fast", Hyperparameters(), ("ppo.clip=0.1",), algorithm=SAC)
-    assert settings_for("fast", Hyperparameters(), ("sac.temperature=0.2",), algorithm=SAC)[0].sac.temperature == "0.2"
-
-
 TINY = (
     "rollout.num_worlds=4", "rollout.horizon=20", "sac.batch_size=16", "replay.learning_starts=80",
     "evaluation.every=2", "evaluation.episodes=2", "network.hidden_units=8", "sac.noise_correlation=0.5",
@@ -87,18 +78,3 @@ def test_a_training_that_was_broken_off_goes_on_to_the_same_bits(tmp_path):
     assert one.keys() == other.keys()
     for name, weights in one.items():
         np.testing.assert_array_equal(other[name], weights, name)
-
-
-def test_a_run_is_loaded_without_its_world(tmp_path):
-    run = pendulum(tmp_path / "run", 80)
-    policy = load_policy(run)
-    (name,) = policy.spec.observations
-    actions = policy.act({name: np.zeros((3, 3), np.float32)})
-    assert actions.shape == (3, 1)
-    assert (np.abs(actions) <= 2.0).all()
-
-
-def test_the_defaults_are_the_papers():
-    config = SacConfig()
-    assert (config.learning_rate, config.discount, config.batch_size, config.target_rate) == (3e-4, 0.99, 256, 0.005)
-    assert config.fixed_temperature is None

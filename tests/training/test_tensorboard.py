@@ -6,7 +6,7 @@ import types
 import pytest
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.training.callbacks import Callbacks, EvaluationResult, IterationReport, NullCallback
+from racecraft.training.callbacks import EvaluationResult, IterationReport, NullCallback
 from racecraft.training.tensorboard import FOLDER, TensorBoard
 from racecraft.training.worlds import train
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
@@ -66,31 +66,6 @@ def test_an_iteration_that_is_judged_afterwards_is_not_written_twice(tmp_path, w
     board.iteration(report_of(1, 64, result))
     assert written[0].points[told:] == [("Evaluation/progress %", 40.0, 64), ("Evaluation/mean_speed_mps", 2.0, 64)]
     assert "Environment/Cumulative Reward" not in [name for name, *_ in written[0].points]
-
-
-def test_several_watch_and_hear_everything_in_their_order():
-    heard = []
-
-    class Ear:
-        def __init__(self, name):
-            self.name = name
-
-        def begin(self, *told):
-            heard.append((self.name, "begin", *told))
-
-        def iteration(self, report):
-            heard.append((self.name, report))
-
-        def end(self, reason):
-            heard.append((self.name, reason))
-
-    both = Callbacks(Ear("a"), Ear("b"))
-    both.begin("t", "s", "n")
-    both.iteration("r")
-    both.end("e")
-    assert heard == [
-        ("a", "begin", "t", "s", "n"), ("b", "begin", "t", "s", "n"), ("a", "r"), ("b", "r"), ("a", "e"), ("b", "e"),
-    ]  # fmt: skip
 
 
 def test_a_training_writes_where_it_is_asked_to_and_only_there(tmp_path, written):
