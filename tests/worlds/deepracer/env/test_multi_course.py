@@ -139,3 +139,16 @@ def test_what_episodes_drew_is_told_of_all_courses_together_and_differs_between_
     assert plain == 0.0
     assert varied == [one.variation["gain"].item() for one in courses[1:]]
     assert varied[0] != varied[1]
+
+
+def test_starts_and_parked_cars_are_those_of_their_own_course():
+    courses, shares = three(), [0.0, 0.1, 0.2, 0.3, 0.4]
+    whole = MultiCourseWorld(courses)
+    buffers = allocate(whole.spec)
+    whole.move_starts(shares)
+    whole.reset(buffers, 0)
+    assert np.concatenate([one.cars["start_share"][:, 0] for one in courses]) == pytest.approx(shares)
+    parked = [True, False, False, True, False]
+    whole.freeze(np.array(parked)[:, None])
+    whole.step(np.ones((5, 1), np.int64), buffers)
+    assert (whole.reports["status"][:, 0] == race.PARK).tolist() == parked
