@@ -2,7 +2,6 @@
 
 import pytest
 
-from racecraft.worlds.unity.env import basic_scene
 from racecraft.worlds.unity.env.basic_scene import BEHAVIOR, BasicScene
 from racecraft.worlds.unity.env.player import ActionMessage
 
@@ -31,15 +30,6 @@ def test_it_moves_and_pays_as_unitys_does(choices, rows):
     assert told(scene) == [(place, pytest.approx(reward), done) for place, reward, done in rows]
 
 
-def test_an_end_that_nobody_has_heard_of_is_forgotten_at_a_reset():
-    scene = BasicScene()
-    scene.reset()
-    for _ in range(3):
-        scene.act({BEHAVIOR: [ActionMessage([], [LEFT])]})
-    scene.reset()
-    assert told(scene) == [(10, -0.01, False)]
-
-
 def ids(scene):
     return [(one.agent_id, one.done) for one in scene.infos()[BEHAVIOR]]
 
@@ -57,15 +47,6 @@ def test_each_episode_has_a_new_agent_id_and_ends_are_told_once():
     assert ids(scene) == [(1, True), (2, False), (3, False)]
 
 
-def test_agents_that_are_told_nothing_stay_and_pay():
-    scene = BasicScene(2)
-    scene.reset()
-    scene.act({})
-    assert told(scene) == [(10, -0.01, False)] * 2
-    with pytest.raises(ValueError, match="zip"):
-        scene.act({BEHAVIOR: [ActionMessage([], [STAY])]})
-
-
 def test_a_late_start_is_one_message_late_or_is_brought_by_a_reset():
     scene = BasicScene(2, late_start=True)
     scene.reset()
@@ -79,35 +60,3 @@ def test_a_late_start_is_one_message_late_or_is_brought_by_a_reset():
         scene.act({BEHAVIOR: [ActionMessage([], [choice]), ActionMessage([], [STAY])]})
     scene.reset()
     assert ids(scene) == [(3, False), (1, False)]
-
-
-@pytest.fixture
-def program(monkeypatch):
-    """Run the program with some words and tell what it did."""
-
-    def run(*words):
-        did = []
-        monkeypatch.setattr("sys.argv", ["basic_scene", *words])
-        monkeypatch.setattr(basic_scene, "run_player", lambda scene, port: did.append((scene, port)) or 7)
-        monkeypatch.setattr("time.sleep", did.append)
-        return basic_scene.main(), did
-
-    return run
-
-
-def test_the_program_plays_what_its_words_say_and_passes_over_unitys_own(program):
-    code, ((scene, port), lingers) = program("-batchmode", "--mlagents-port", "5005", "-logFile", "x")
-    assert (code, port, lingers) == (7, 5005, 0.0)
-    scene.reset()
-    assert ids(scene) == [(0, False)]
-    _, ((scene, _), lingers) = program("--mlagents-port=1", "--agents=3", "--late-start", "--linger-seconds=0.5")
-    assert lingers == 0.5
-    scene.reset()
-    for choices in ([LEFT] * 3, [LEFT] * 3, [LEFT] * 3):
-        scene.act({BEHAVIOR: [ActionMessage([], [choice]) for choice in choices]})
-    assert ids(scene) == [(0, True), (1, True), (2, True)]
-
-
-def test_without_a_port_the_program_says_that_there_is_nothing_to_do(program, capsys):
-    assert program() == (2, [])
-    assert "no --mlagents-port" in capsys.readouterr().err

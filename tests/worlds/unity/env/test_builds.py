@@ -11,13 +11,11 @@ import zipfile
 import pytest
 
 from racecraft.worlds.unity.env.builds import (
-    DEFAULT_MANIFEST,
     Build,
     RegistryEntry,
     cached_scenes,
     executable_in,
     find_build,
-    manifest_source,
     read_manifest,
 )
 from racecraft.worlds.unity.env.errors import BuildError
@@ -228,17 +226,6 @@ def test_unitys_own_flags_go_to_unitys_players_alone():
     assert Build("x", ("x",)).command_line(5, graphics=True) == ["x", "--mlagents-port", "5"]
 
 
-def test_the_stand_in_is_no_unity_player_and_finds_what_it_is_made_of(monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", "/elsewhere")
-    build = find_build("builtin:Basic")
-    assert (build.name, build.is_unity, build.is_editor) == ("builtin:Basic", False, False)
-    home, others = build.environment["PYTHONPATH"].split(os.pathsep)
-    assert os.path.isdir(os.path.join(home, "racecraft"))
-    assert others == "/elsewhere"
-    monkeypatch.delenv("PYTHONPATH")
-    assert find_build("builtin:Basic").environment["PYTHONPATH"] == home
-
-
 def test_what_is_unpacked_from_a_zip_may_be_run_and_is_found_by_its_name_too(tmp_path):
     """Laid out as ML-Agents' own: its cache knows scenes by a digest of 32 letters."""
     make_build(tmp_path / "Game")
@@ -273,31 +260,6 @@ def test_a_manifest_that_is_named_is_asked_though_the_cache_holds_the_scene(tmp_
     with pytest.raises(BuildError, match="registry:Game is not in the manifest"):
         find_build("registry:Game", cache_folder=tmp_path, manifest=tmp_path / "manifest.yaml")
     assert read_manifest(tmp_path / "manifest.yaml")["Other"] == RegistryEntry("Other", None)
-    assert RegistryEntry("Other", None) == RegistryEntry("Other", None, "", 0.0, ())
-
-
-def test_a_manifest_is_the_one_named_or_the_one_of_the_environment_or_ml_agents_own(monkeypatch):
-    monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", "theirs.yaml")
-    assert (manifest_source("mine.yaml"), manifest_source()) == ("mine.yaml", "theirs.yaml")
-    monkeypatch.delenv("RACECRAFT_UNITY_MANIFEST")
-    assert manifest_source() == DEFAULT_MANIFEST
-
-
-def test_only_a_scene_with_a_stand_in_is_told_of_one(tmp_path):
-    pytest.importorskip("yaml")
-    with pytest.raises(BuildError) as told:
-        find_build("registry:Walker", cache_folder=tmp_path, manifest=tmp_path / "absent.yaml")
-    assert "builtin:" not in str(told.value)
-
-
-def test_a_whole_path_is_not_looked_for_in_the_training_channel(tmp_path, monkeypatch):
-    monkeypatch.setenv("SM_CHANNEL_TRAIN", str(tmp_path))
-    for name in ("Nothing", "Nothing.zip"):
-        with pytest.raises(BuildError, match=rf"looked at {tmp_path}/{name}\)"):
-            find_build(tmp_path / name)
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(BuildError, match=rf"looked at Nothing and {tmp_path}/Nothing\)"):
-        find_build("Nothing")
 
 
 def test_a_player_is_told_from_what_lies_beside_it(tmp_path):
@@ -308,14 +270,3 @@ def test_a_player_is_told_from_what_lies_beside_it(tmp_path):
     (tmp_path / "old.x86_64").mkdir()
     assert find_build(tmp_path).command == (str(player),)
     assert player.stat().st_mode & 0o777 == 0o755
-
-
-def test_a_program_with_a_suffix_of_another_system_is_no_player_of_this_one(tmp_path, monkeypatch):
-    monkeypatch.setattr("racecraft.worlds.unity.env.builds._PLATFORM", "win")
-    for name in ("Game.x86_64", "Game.bin"):
-        (tmp_path / name).write_text("#!/bin/sh\n")
-    assert find_build(tmp_path / "Game.bin").command == (str(tmp_path / "Game.bin"),)
-    with pytest.raises(BuildError, match="no Unity build stands there"):
-        find_build(tmp_path / "Game.x86_64")
-    with pytest.raises(BuildError, match="no Unity build stands there"):
-        find_build(tmp_path / "Absent")

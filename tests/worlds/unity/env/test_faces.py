@@ -97,19 +97,3 @@ def test_a_game_of_one_behavior_ends_when_everybody_has_left():
     env.close()
     with pytest.raises(SessionClosedError):
         env.reset()
-
-
-@pytest.mark.parametrize(("scene", "seen"), [("dot-sign-raw", 2), ("copy", 1)])
-def test_what_two_sensors_see_is_told_by_their_names(program, scene, seen):
-    pytest.importorskip("pettingzoo")
-    from gymnasium import spaces
-
-    from racecraft.worlds.unity.env.parallel import unity_parallel
-
-    env = unity_parallel(program(scene))
-    told, _ = env.reset()
-    space = env.observation_space(env.agents[0])
-    assert isinstance(space, spaces.Dict) == (seen == 2)
-    assert len(space.spaces if seen == 2 else [space]) == seen
-    assert space.contains(told[env.agents[0]])
-    env.close()

@@ -6,7 +6,6 @@ import sys
 import pytest
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.worlds.unity.env.session import Session
 from racecraft.worlds.unity.env.wire import Wire
 
 IMPORT_ALL = """
@@ -28,9 +27,3 @@ def test_an_absent_package_is_announced_with_the_command_that_installs_it(monkey
     monkeypatch.setitem(sys.modules, "grpc", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'racecraft\[unity\]'"):
         Wire()
-
-
-def test_a_session_without_grpc_starts_no_player(monkeypatch):
-    monkeypatch.setitem(sys.modules, "grpc", None)
-    with pytest.raises(MissingExtraError, match="grpcio"):
-        Session("builtin:Basic")

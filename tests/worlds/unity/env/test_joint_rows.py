@@ -113,16 +113,6 @@ def heard(choosers=(), drivers=(), others=(), gone=((), ())):
     }
 
 
-def test_an_action_is_as_wide_as_the_widest_behavior_wants_it():
-    spec, seats, buffers = joint()
-    assert (spec.num_worlds, spec.num_agents, spec.actions, spec.has_action_mask) == (3, 1, GroupedActions(2), True)
-    assert (spec.observations[POLICY_ID].shape, spec.observations[POLICY_ID].high) == ((), 1)
-    assert [group.has_action_mask for group in spec.groups.values()] == [True, False]
-    choosers = {name: WorldSpec(name, 1, 1, {}, DiscreteActions(3)) for name in ("a", "b")}
-    alone = joint_spec(choosers, "choosers")
-    assert (alone.actions, alone.has_action_mask) == (GroupedActions(1), False)
-
-
 def test_actions_reach_those_who_asked_and_nobody_is_told_for_another():
     """Whoever is acted for and does not ask is told nothing; whoever is not, does nothing."""
     _, seats, _ = joint()
@@ -136,15 +126,6 @@ def test_actions_reach_those_who_asked_and_nobody_is_told_for_another():
     seats.fill_rows(0, heard([], [6], []), BEHAVIORS, None)
     assert set(seats.choices(0, np.zeros((3, 1, 2)))) == {"Driver"}
     assert seats.idle_choices(0) == {}
-
-
-def test_somebody_asks_as_long_as_one_of_them_does():
-    _, seats, _ = joint()
-    asking = []
-    for moment in (heard([4], [6]), heard([4]), heard([], [6]), heard([], [], [7])):
-        seats.fill_rows(0, moment, BEHAVIORS, None)
-        asking.append(seats.has_decisions(0))
-    assert asking == [True, True, True, False]
 
 
 def test_what_is_settled_cut_and_cleared_stands_in_each_behaviors_own_rows():

@@ -5,7 +5,7 @@ import pytest
 
 from racecraft.worlds.unity.env.behaviors import AgentRows, Behavior, Sensor, UnityActions
 from racecraft.worlds.unity.env.builds import Build
-from racecraft.worlds.unity.env.errors import PlayerTimeoutError, UnityError
+from racecraft.worlds.unity.env.errors import UnityError
 from racecraft.worlds.unity.env.parallel import unity_parallel
 from racecraft.worlds.unity.env.session import Moment
 
@@ -161,25 +161,10 @@ def test_a_seed_brings_a_new_player_and_none_begins_in_place(play):
     assert opened[1].closed == 1
 
 
-def test_the_editor_is_begun_in_place_whatever_the_seed(play):
-    env, opened = play(heard({B: [1]}), heard({B: [2]}), build=Build("editor", None))
-    env.reset(seed=5)
-    env.reset(seed=6)
-    assert len(opened) == 1
-
-
 def test_who_joins_later_is_told_that_nobody_may(play):
     env, _ = play(heard({B: [1]}), heard({B: [1, 2]}))
     env.reset()
     with pytest.raises(UnityError, match="agent 2 of 'B.team=0' joined a game of 1 agents"):
-        env.step({})
-
-
-def test_where_nobody_asks_patience_ends(play, monkeypatch):
-    env, _ = play(heard({B: [1]}), *[heard({}, {B: []})] * 3, timeout_seconds=0.0)
-    env.reset()
-    monkeypatch.setattr("time.monotonic", iter(range(99)).__next__)
-    with pytest.raises(PlayerTimeoutError, match="no agent has asked for a decision"):
         env.step({})
 
 

@@ -41,28 +41,3 @@ def test_limits_that_cannot_be_are_refused():
         RestartLimits(max_lifetime_restarts=-2)
     with pytest.raises(UserInputError, match="expected seconds"):
         RestartLimits(restarts_rate_limit_period_s=-1)
-
-
-def test_a_period_of_no_length_limits_nothing():
-    assert taken(RestartLimits(-1, 1, 0), [0, 0, 0]) == [True] * 3
-    assert taken(RestartLimits(-1, 1, 0.5), [0, 0.25, 0.5]) == [True, False, True]
-
-
-def test_new_starts_are_counted_as_they_are_given():
-    quota = RestartQuota(RestartLimits(2, -1), Clock())
-    counts = [quota.used]
-    for _ in range(3):
-        quota.use()
-        counts.append(quota.used)
-    assert counts == [0, 1, 2, 2]
-
-
-def test_a_refusal_says_what_was_used_and_what_would_do():
-    lifetime, rate = (RestartQuota(RestartLimits(*limits), Clock()) for limits in ((1, -1), (-1, 1, 30)))
-    assert (lifetime.use(), rate.use()) == ("", "")
-    assert lifetime.use() == (
-        "It was started anew 1 times before, and max_lifetime_restarts is 1; give more, or -1 for no limit."
-    )
-    assert rate.use() == (
-        "It was started anew 1 times in the last 30 s, and restarts_rate_limit_n is 1; give more, or -1 for no limit."
-    )

@@ -69,6 +69,31 @@ def test_an_episodes_figures_are_its_own():
     assert seats.pop_episodes() == []
 
 
+def test_an_agent_whose_id_comes_back_gets_its_row_back():
+    """Both end in one message and begin again in the other order."""
+    seats, buffers = seats_for(2)
+    seats.fill_rows(0, heard([4, 7]), {}, None)
+    seats.fill_rows(0, heard([7, 4], [4, 7]), {}, buffers)
+    seats.show(buffers)
+    assert buffers.observations["sight"].ravel().tolist() == [4, 7]
+    assert buffers.terminated.all()
+    choices = seats.choices(0, np.array([[0], [1]]))
+    assert choices["A"].discrete.tolist() == [[1], [0]], "by position: agent 7 asked first"
+
+
+def test_an_agent_that_ends_before_it_ever_asked_is_passed_over():
+    seats, buffers = seats_for(2)
+    seats.fill_rows(0, heard([4], [3]), {}, buffers)
+    assert not buffers.ended.any()
+    assert seats.pop_episodes() == []
+
+
+def test_an_agent_that_stands_twice_in_a_message_is_a_lie():
+    seats, _ = seats_for(2)
+    with pytest.raises(WireError, match="twice"):
+        seats.fill_rows(0, heard([4, 4]), {}, None)
+
+
 def test_rows_that_are_free_again_are_given_in_their_order():
     seats, buffers = seats_for(2)
     seats.fill_rows(0, heard([4, 7]), {}, None)

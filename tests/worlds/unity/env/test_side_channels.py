@@ -113,38 +113,13 @@ def test_aggregations_that_unity_does_not_have_are_named(kind):
         SideChannels().receive(record(STATISTICS, pack_string("score") + struct.pack("<fi", 2.5, kind)))
 
 
-def test_a_bool_is_one_byte():
-    reader = Reader(b"\0\1")
-    assert (reader.read_bool(), reader.read_bool(), reader.at) == (False, True, 2)
-
-
-def test_a_sampler_without_a_seed_has_none():
-    channels = SideChannels()
-    channels.set_parameter("mass", Uniform(1, 2))
-    ((_, payload),) = split(channels.take_outgoing())
-    assert payload == pack_string("mass") + struct.pack("<iiiff", 1, 0, 0, 1, 2)
-
-
-def test_of_a_window_neither_side_is_set_alone():
-    for side in ({"width": 84}, {"height": 48}):
-        with pytest.raises(ValueError, match="width and height are set together"):
-            SideChannels().set_engine(**side)
-
-
-@pytest.mark.parametrize("count", [-1, 3])
-def test_a_string_that_claims_more_than_is_there_is_a_lie(count):
-    with pytest.raises(WireError, match=f"claims {count} more bytes where 2 are left"):
-        Reader(struct.pack("<i", count) + b"ab").read_string()
-    assert Reader(struct.pack("<i", 0)).read_string() == ""
-
-
 def test_strangers_are_kept_within_bounds():
     channels = SideChannels()
     channels.receive(record(uuid.uuid4(), b"") * 1500)
     assert len(channels.raw) == 1000
 
 
-@pytest.mark.parametrize("cut", range(1, 40))
+@pytest.mark.parametrize("cut", range(1, 40, 6))
 def test_cut_bytes_are_named_errors(cut):
     data = record(STATISTICS, pack_string("score") + struct.pack("<fi", 2.5, 2))
     with pytest.raises(WireError):

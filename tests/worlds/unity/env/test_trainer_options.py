@@ -2,10 +2,10 @@
 
 import pytest
 
-from racecraft.worlds.unity.env.side_channels import Gaussian, MultiRange, Uniform
-from racecraft.worlds.unity.env.trainer_options import sampler_of, words_of
+from racecraft.worlds.unity.env.side_channels import Gaussian, Uniform
+from racecraft.worlds.unity.env.trainer_options import words_of
 from racecraft.worlds.unity.env.world import ENGINE_FOR_TRAINING, UnityWorld
-from racecraft.worlds.unity.files.trainer_yaml import Sampler, TrainerConfig, read_trainer_yaml
+from racecraft.worlds.unity.files.trainer_yaml import TrainerConfig, read_trainer_yaml
 
 pytest.importorskip("yaml", reason="PyYAML is not installed")
 
@@ -47,16 +47,3 @@ def test_what_the_file_leaves_open_is_left_open():
     assert words_of(TrainerConfig({}, no_graphics=False, num_envs=1)) == {
         "engine": ENGINE_FOR_TRAINING, "graphics": True, "num_players": 1,
     }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("value", "told"),
-    [
-        (2.0, 2.0),
-        (Sampler("uniform", (1.0, 2.0)), Uniform(1.0, 2.0)),
-        (Sampler("gaussian", (1.0, 2.0)), Gaussian(1.0, 2.0)),
-        (Sampler("multirangeuniform", (1.0, 2.0, 5.0, 6.0)), MultiRange(((1.0, 2.0), (5.0, 6.0)))),
-    ],
-)
-def test_parameters_are_numbers_or_samplers_as_side_channels_send_them(value, told):
-    assert sampler_of(value) == told

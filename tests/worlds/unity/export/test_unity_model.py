@@ -62,7 +62,6 @@ ACTIONS = {
 }
 SENSORS = {
     "vector": (VECTOR,),
-    "picture": (CAMERA,),
     "everything": (VECTOR, CAMERA, GRID, ENTITIES),
 }
 
@@ -155,18 +154,6 @@ def test_a_drawn_action_is_never_a_forbidden_one(actions):
     for name in ("discrete_actions", "deterministic_discrete_actions"):
         assert told[name].dtype == np.int64
         assert np.take_along_axis(allowed, starts + told[name], axis=1).all()
-
-
-def test_actions_are_drawn_with_the_networks_probabilities():
-    """20,000 draws of one observation: shares within five standard errors of softmax."""
-    behavior = Behavior("Agent", (VECTOR,), UnityActions(0, (3,)))
-    policy = make_policy(behavior)
-    seen = np.full((20_000, 5), 0.3, np.float32)
-    with torch.no_grad():
-        expected = torch.softmax(policy.network.policy({"sight": torch.from_numpy(seen[:1])}), 1).numpy()[0]
-    drawn = run(unity_model(policy, behavior), obs_0=seen, action_masks=np.ones((20_000, 3), np.float32))
-    shares = np.bincount(drawn["discrete_actions"][:, 0], minlength=3) / 20_000
-    assert (np.abs(shares - expected) < 5 * np.sqrt(expected * (1 - expected) / 20_000) + 1e-9).all()
 
 
 def test_drawn_numbers_scatter_around_the_mean_and_stay_in_bounds():

@@ -157,10 +157,8 @@ def spoilt(field, value):
         ("choice", 3, r"chooses \[3\] in branches of \[3\]"),
         ("reward", float("inf"), "earns inf"),
         ("mask", True, "a mask of 4 entries"),
-        ("numbers", [1.0], "as 1 numbers"),
         ("numbers", [1.0, 2.0, float("nan")], "NaN"),
         ("shape", [2**14, 2**14, 2], "impossible shape"),
-        ("shape", [2**27], "more than|as 3 numbers"),
     ],
 )
 def test_records_that_contradict_themselves_are_letters(write, field, value, letter):
@@ -280,7 +278,6 @@ def test_where_no_record_has_a_mask_there_is_none_and_where_one_has_the_others_m
         (None, (4, 3, 2), (4, 3, 2)),
         ("HWC", (2, 3, 4), (2, 3, 4)),
         ("CHW", (4, 3, 2), (3, 2, 4)),
-        ("CHW", (2, 2, 2), (2, 2, 2)),
         (None, (2, 3), (2, 3)),
     ],
 )
@@ -323,12 +320,8 @@ def as_png(info):
             at_the_third(lambda info: info.observations[0].shape.__setitem__(0, 2)),
             r"as \(2,\) where the first is \(3,\)",
         ),
-        (lambda pair: as_png(pair.agent_info), r"shows a PNG of shape \(3,\), and three axes are needed"),
         (at_the_third(as_png), "record 3: shows 'place' once as PNG and once as numbers"),
-        (lambda pair: pair.agent_info.observations[0].ClearField("shape"), r"the impossible shape \(\)"),
-        (lambda pair: pair.agent_info.observations[0].shape.extend([1, 1, 1]), r"the impossible shape \(3, 1, 1, 1\)"),
         (lambda pair: pair.agent_info.observations[0].shape.__setitem__(0, -3), r"the impossible shape \(-3,\)"),
-        (lambda pair: pair.ClearField("action_info"), "record 1: does 0 numbers and 0 choices"),
         (lambda pair: pair.action_info.discrete_actions.__setitem__(0, -1), r"chooses \[-1\] in branches of \[3\]"),
     ],
 )
@@ -341,11 +334,9 @@ def test_records_that_leave_something_out_are_letters(write, spoil, letter):
     ("does", "letter"),
     [
         ((0, ()), r"has 0 numbers and branches \[\], and something must be done"),
-        ((-1, (3,)), "has -1 numbers"),
         ((1, (3, 0)), r"branches \[3, 0\]"),
         ((2**28 + 1, ()), "has 268435457 numbers"),
         ((2**28, ()), r"has a mask of 3 entries where branches \[\]"),
-        ((2, (2**31 - 1, 2**31 - 1)), "has a mask of 3 entries"),
     ],
 )
 def test_behaviors_that_cannot_be_are_letters(write, does, letter):

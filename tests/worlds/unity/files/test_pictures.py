@@ -33,13 +33,10 @@ def test_the_axis_that_is_shorter_than_the_last_holds_the_channels(shape, layout
     [
         (ONE, 3, (), [10, 20, 60]),
         (ONE, 2, (), [10, 20]),
-        (ONE + TWO, 5, (), [10, 20, 60, 40, 50]),
         (ONE + TWO, 6, (), [10, 20, 60, 40, 50, 90]),
-        (ONE, 1, (), [30]),  # the mean of three
         (ONE + TWO, 1, (), [30]),  # of the first three
         (ONE, 3, (2, 0, 1), [20, 60, 10]),
         (ONE, 1, (-1, 0, -1), [20]),
-        (ONE, 1, (-1, 0, 0), [40]),
         (ONE + TWO, 2, (0, 1, -1, 0, -1, -1), [25, 20]),
     ],
 )
@@ -56,15 +53,11 @@ def test_channels_come_in_their_order_or_where_the_mapping_puts_them(data, chann
         (b"GIF89a", (1, 2, 3), (), "is no PNG"),
         (ONE + b"junk", (1, 2, 3), (), "is no PNG"),
         (ONE[:-1], (1, 2, 3), (), "is a PNG that was cut"),
-        (ONE[:14], (1, 2, 3), (), "is a PNG that was cut"),
         (ONE[:30] + bytes([ONE[30] ^ 0xFF]) + ONE[31:], (1, 2, 3), (), "is a PNG that cannot be read"),
         (ONE, (2, 1, 3), (), "is a PNG of 2 x 1 pixels; expected 1 x 2"),
         (ONE, (1, 2, 4), (), "brings 3 channels; expected 4"),
         (ONE, (1, 2, 3), (0, 1, 2, -1), r"maps 3 decoded channels by \[0, 1, 2, -1\]"),
-        (ONE, (1, 2, 2), (0, 1), "maps 3 decoded channels"),
         (ONE, (1, 2, 3), (0, 1, 1), "maps 3 decoded channels.* cover 0 to 2"),
-        (ONE, (1, 2, 2), (0, 1, 2), "maps 3 decoded channels"),
-        (ONE, (1, 2, 2), (0, 1, -2), "maps 3 decoded channels"),
     ],
 )
 def test_what_cannot_be_shown_is_named(data, shape, mapping, letter):

@@ -1,18 +1,10 @@
 """What ML-Agents' demonstrations show, as racecraft's own."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.contract.world import (
-    ArraySpec,
-    ContinuousActions,
-    DiscreteActions,
-    HybridActions,
-    MultiDiscreteActions,
-)
+from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
 from racecraft.worlds.unity.files.demonstrations import Demonstration, Transitions
 from racecraft.worlds.unity.training import shown
 
@@ -28,14 +20,14 @@ class Played(Demonstration):
         )  # fmt: skip
 
 
-def played(ticks, numbers=0, branches=(), done=(), cut=(), allowed=None, first=0):
+def played(ticks, numbers=0, branches=(), allowed=None):
     places = np.arange(ticks)
     return Played(
         name="play", behavior="Mover?team=0", num_continuous=numbers, branches=branches,
-        observations={"obs_0": np.repeat(first + places[:, None], 2, axis=1).astype(np.float32)},
+        observations={"obs_0": np.repeat(places[:, None], 2, axis=1).astype(np.float32)},
         continuous=np.linspace(-2.0, 2.0, ticks * numbers, dtype=np.float32).reshape(ticks, numbers),
         discrete=np.array([[place % count for count in branches] for place in places]).reshape(ticks, len(branches)),
-        reward=places.astype(np.float32), done=np.isin(places, done), interrupted=np.isin(places, cut),
+        reward=places.astype(np.float32), done=np.zeros(ticks, bool), interrupted=np.zeros(ticks, bool),
         allowed=allowed, episode_id=np.zeros(ticks, np.int64), num_episodes=1, mean_reward=0.0, action_lag=0,
     )  # fmt: skip
 
@@ -46,16 +38,6 @@ def read(monkeypatch, folder, *files):
     found = shown.read_demonstration_batch(folder)
     assert asked == [folder]
     return found
-
-
-def test_files_of_a_folder_lie_behind_each_other_and_each_ends_its_last_episode(monkeypatch, tmp_path):
-    found = read(monkeypatch, tmp_path, played(4, branches=(3,), done=[1], cut=[2]), played(3, branches=(3,), first=10))
-    assert found.observations["obs_0"][:, 0].tolist() == [0, 1, 2, 3, 10, 11, 12]
-    assert found.reward.tolist() == [0, 1, 2, 3, 0, 1, 2]
-    assert found.actions.tolist() == [0, 1, 2, 0, 0, 1, 2]
-    assert (found.episode.dtype, found.episode.tolist()) == (np.int32, [0, 0, 1, 2, 3, 3, 3])
-    assert found.source == {"file": tmp_path.name, "behavior": "Mover?team=0"}
-    assert PolicySpec.from_dictionary(found.spec).observations == {"obs_0": ArraySpec((2,), np.float32)}
 
 
 @pytest.mark.parametrize(
@@ -89,16 +71,3 @@ def test_where_a_file_says_nothing_of_masks_everything_was_allowed(monkeypatch, 
     assert not PolicySpec.from_dictionary(read(monkeypatch, tmp_path, played(2, branches=(3,))).spec).has_action_mask
     masked = read(monkeypatch, tmp_path, played(2, branches=(3,), allowed=some))
     assert PolicySpec.from_dictionary(masked.spec).has_action_mask
-
-
-@pytest.mark.parametrize(
-    ("numbers", "branches", "expected"),
-    [
-        (2, (), ContinuousActions((-1.0, -1.0), (1.0, 1.0))),
-        (0, (3,), DiscreteActions(3)),
-        (0, (3, 2), MultiDiscreteActions((3, 2))),
-        (1, (3,), HybridActions(ContinuousActions((-1.0,), (1.0,)), MultiDiscreteActions((3,)))),
-    ],
-)
-def test_what_unity_recorded_is_decided_as_a_unity_world_decides_it(numbers, branches, expected):
-    assert shown._actions_of(SimpleNamespace(num_continuous=numbers, branches=branches)) == expected

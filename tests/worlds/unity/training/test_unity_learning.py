@@ -211,18 +211,6 @@ def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_pat
 BESIDE = ("ppo.asynchronous=true",)
 
 
-@pytest.mark.parametrize(("scene", "wanted"), [("levers", 0.9), pytest.param("tell", 0.8, marks=pytest.mark.long)])
-def test_a_scene_is_learnt_from_beside_its_player(player, tmp_path, scene, wanted):
-    request = UnityRequest(
-        player(scene), stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=(*OFTEN, *BESIDE)
-    )
-    trained = train(request, NullCallback(), str)
-    assert trained.outcome.reason == f"score={wanted}"
-    rows = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
-    assert '"mean_weight"' not in rows[0], "the first rollout was still to be learned from"
-    assert all('"mean_weight"' in row for row in rows[1:])
-
-
 def test_a_player_goes_on_while_it_is_learned_from(player, tmp_path, monkeypatch):
     """Every update but the last waits until the player has been told something more."""
     told, waited, step, update = threading.Event(), [], UnityWorld.step, PpoLearner.update

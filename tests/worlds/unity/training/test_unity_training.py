@@ -13,18 +13,14 @@ from typer.testing import CliRunner
 
 from racecraft.cli.runs import export as export_command
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.contract.world import EpisodeRecord
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.lessons.checking import AnswerError
-from racecraft.rollout.episodes import play_episodes
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.worlds import train
 from racecraft.worlds.unity.cli import unity as unity_command
 from racecraft.worlds.unity.env.wire import EDITOR_PORT
-from racecraft.worlds.unity.env.world import UnityWorld
 from racecraft.worlds.unity.lessons import trained as lesson
-from racecraft.worlds.unity.training.evaluator import TrainingEpisodesEvaluator
 from racecraft.worlds.unity.training.plan import UnityRequest, stops_for
 from racecraft.worlds.unity.training.trainer import OBSERVATIONS
 
@@ -84,31 +80,6 @@ def test_a_run_goes_back_into_unity(basic, tmp_path):
     session = onnxruntime.InferenceSession(told["file"], providers=["CPUExecutionProvider"])
     feeds = {"obs_0": np.eye(20, dtype=np.float32)[10:17], "action_masks": np.ones((7, 3), np.float32)}
     assert session.run(["deterministic_discrete_actions"], feeds)[0].tolist() == [[2]] * 7
-
-
-class OnnxPlayer:
-    """Plays from the exported file alone, as a scene would."""
-
-    def __init__(self, file):
-        onnxruntime = pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
-        self.session = onnxruntime.InferenceSession(file, providers=["CPUExecutionProvider"])
-
-    def act(self, observations, action_mask=None):
-        feeds = {"obs_0": observations["Basic"], "action_masks": action_mask.astype(np.float32)}
-        return self.session.run(["deterministic_discrete_actions"], feeds)[0][:, 0]
-
-    def reset_state(self, rows):
-        pass
-
-
-def test_the_exported_file_plays_as_well_as_the_policy(basic, tmp_path):
-    """20 episodes by the file alone, as a scene would play it: the best return there is, as the policy's."""
-    result = CliRunner().invoke(APP, ["export", str(basic[0]), "--to", "unity", "--output", str(tmp_path), "--json"])
-    player = OnnxPlayer(json.loads(result.stdout)["file"])
-    world = UnityWorld("builtin:Basic", args=["--agents", "20"])
-    returns = [episode.reward for episode in play_episodes(player, world)]
-    world.close()
-    assert np.mean(returns) == pytest.approx(basic[1]["evaluation"]["mean_return"])
 
 
 def test_a_run_of_another_kind_and_a_strange_target_are_refused(tmp_path):
@@ -223,16 +194,3 @@ def test_the_editor_calls_port_5004_and_is_judged_by_what_it_trains_on(tmp_path)
 def test_a_scene_without_a_known_score_stops_by_the_clock():
     assert [str(stop) for stop in stops_for(UnityRequest(), None, "Game.x86_64")] == ["minutes=30"]
     assert [str(stop) for stop in stops_for(UnityRequest(), 9000, "Game.x86_64")] == ["steps=9000"]
-
-
-def test_the_editor_is_judged_by_its_training_episodes():
-    judge = TrainingEpisodesEvaluator(threshold=0.5)
-    assert judge.evaluate().score == float("-inf")
-    told = [EpisodeRecord(0, 0, 3, reward, "terminated") for reward in (0.25, 0.75, 1.0)]
-    assert [judge.score(episode) for episode in told] == [0.25, 0.75, 1.0], "asking for a score changes nothing"
-    assert judge.evaluate().score == float("-inf")
-    judge.watch(told)
-    first, again = judge.evaluate(), judge.evaluate()
-    assert first.score == pytest.approx(2 / 3)
-    assert first.solved
-    assert again == first

@@ -14,7 +14,6 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
 from racecraft.training.callbacks import NullCallback
-from racecraft.training.settings import JUDGING_SHARE
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.unity.cli import unity as unity_command
 from racecraft.worlds.unity.env.errors import PortTakenError
@@ -194,9 +193,3 @@ def test_schedules_of_a_configuration_come_to_their_end_with_max_steps(tmp_path,
     said = []
     resume(tmp_path / "run", ("iterations=3",), NullCallback(), said.append)
     assert any("ppo.learning_rate_schedule, ppo.entropy_schedule: linear, but no stop steps=" in line for line in said)
-
-
-def test_judging_takes_a_fifth_of_the_steps_at_most_unless_told_otherwise():
-    assert plan_unity(UnityRequest("builtin:Basic")).settings.evaluation.share == JUDGING_SHARE
-    planned = plan_unity(UnityRequest("builtin:Basic", overrides=("evaluation.share=none",)))
-    assert planned.settings.evaluation.share is None
