@@ -106,7 +106,7 @@ RANGES = tuple(
 
 AMOUNTS: Mapping[str, Mapping[str, float]] = {
     "off": {},
-    "perturbed": {"steering_gain": 0.05, "speed_gain": 0.05, "steering_noise": 0.05, "speed_noise": 0.05},
+    "perturbed": {"steering_gain": 0.05, "steering_noise": 0.05, "speed_noise": 0.05},
     "aws": {"lamps": 1.0, "object_colours": 1.0},
     "light": {
         "palette": 0.08, "gain": 0.12, "gradient": 0.08, "grain": 4.0, "glare": 40.0, "noise": 3.0, "blur": 0.004,
@@ -122,7 +122,8 @@ AMOUNTS: Mapping[str, Mapping[str, float]] = {
     },
 }  # fmt: skip
 """What a level's ranges are; one that is not named is 0. Our choice: a degree, a shade and a tick for `light`, four
-degrees, another room and three ticks for `strong`. `light` keeps object colours, which a race may tell boxes by."""
+degrees, another room and three ticks for `strong`. `perturbed` leaves a car as fast as it is told on average, so that laps
+of its training can be compared. `light` keeps object colours, which a race may tell boxes by."""
 
 
 class Disturbance(NamedTuple):
