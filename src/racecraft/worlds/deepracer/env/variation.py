@@ -122,8 +122,8 @@ AMOUNTS: Mapping[str, Mapping[str, float]] = {
     },
 }  # fmt: skip
 """What a level's ranges are; one that is not named is 0. Our choice: a degree, a shade and a tick for `light`, four
-degrees, another room and three ticks for `strong`. `perturbed` leaves a car as fast as it is told on average, so that laps
-of its training can be compared. `light` keeps object colours, which a race may tell boxes by."""
+degrees, another room and three ticks for `strong`. `light` keeps object colours, which a race may tell boxes by.
+`perturbed` leaves a car on average as fast as it is told, so that laps of its training compare with others."""
 
 
 class Disturbance(NamedTuple):
