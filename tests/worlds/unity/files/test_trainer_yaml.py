@@ -473,6 +473,7 @@ SAMPLER = "environment_parameters: {x: {sampler_type: multirangeuniform, sampler
         ("behaviors: {A: {network_settings: {memory: {memory_size: 3}}}}", "an even number"),
         ("behaviors: {A: {reward_signals: {gail: {strength: 1}}}}", r"behaviors\.A\.reward_signals\.gail\.demo_path"),
         ("behaviors: {A: {hyperparameters: {num_epoch: 2.5}}}", "expected a whole number"),
+        ("behaviors: {A: {hyperparameters: {batch_size: true}}}", "expected a number"),
         ("behaviors: {A: {hyperparameters: {beta: .nan}}}", "expected a number"),
         ("behaviors: [A]", "a list; expected a group"),
         ("- a", "holds a list"),
