@@ -37,7 +37,9 @@ def by_autograd(learner, batch, config):
     loss, figures = ppo_loss(learner.network, learner.distribution, batch, config)
     learner.network.zero_grad(set_to_none=True)
     loss.backward()
-    return figures, {name: one.grad.clone() for name, one in learner.network.named_parameters()}
+    gradients = {name: one.grad.clone() for name, one in learner.network.named_parameters()}
+    learner.network.zero_grad(set_to_none=True)  # what the closed form forgets must not be found here
+    return figures, gradients
 
 
 def assert_as_autograd(learner, batch, config):
