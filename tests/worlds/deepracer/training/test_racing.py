@@ -94,9 +94,9 @@ def test_by_pace_one_lucky_evaluation_is_not_the_best(monkeypatch):
     found = iter([laps_of(18.0, 20), *[usual] * 4, lucky, usual, usual, laps_of(14.5, 12), laps_of(19.0, 20)])
     monkeypatch.setattr(evaluator, "judge_starts", lambda *args, **more: next(found))
     world, policy = SimpleNamespace(habits=habits("sane")), None
-    latest, best, places = evaluator.LatestReports(evaluator.POOLED), None, []
+    latest, best, places = evaluator.LatestReports("pace"), None, []
     for place in range(10):
-        resumed = evaluator.LatestReports(evaluator.POOLED)  # after each a training may be stopped, and go on
+        resumed = evaluator.LatestReports("pace")  # after each a training may be stopped, and go on
         resumed.restore(latest.state())
         latest = resumed
         judge = evaluator.CarEvaluator(world, policy, best_by="pace", latest=latest)

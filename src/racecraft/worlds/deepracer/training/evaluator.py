@@ -46,11 +46,11 @@ class LatestReports:
     """The latest evaluations, by which a checkpoint is chosen; a training that is resumed goes on with them.
 
     Args:
-        count: How many.
+        best_by: What makes a checkpoint the best: by pace POOLED evaluations are kept, else the newest.
     """
 
-    def __init__(self, count: int = 1) -> None:
-        self._reports: deque[LapReport] = deque(maxlen=count)
+    def __init__(self, best_by: str) -> None:
+        self._reports: deque[LapReport] = deque(maxlen=POOLED if best_by == "pace" else 1)
 
     def with_newest(self, report: LapReport) -> LapReport:
         """Take in an evaluation, and return all of them as one."""
@@ -81,7 +81,7 @@ class CarEvaluator:
             count neither for the score nor for the best checkpoint. Empty: one track.
         times_flying: Whether the fastest flying lap is measured where every start brings a full lap.
         known_lap_seconds: The best known lap, which it is compared with; None: nobody knows one.
-        latest: What evaluations before this one came to; by pace POOLED of them are kept.
+        latest: What evaluations before this one came to; None: there were none.
 
     The score is the mean over the tracks that are trained on, each with as many laps; it is solved where all are full.
     """
@@ -103,7 +103,7 @@ class CarEvaluator:
     ) -> None:
         self._world, self._policy, self._trained_in, self._best_by = world, policy, trained_in, best_by
         self._flying, self._by_track = tuple(flying), tuple(by_track)
-        self._latest = latest or LatestReports()
+        self._latest = latest or LatestReports(best_by)
         self._times_flying, self._known_lap = times_flying, known_lap_seconds
 
     def score(self, episode: EpisodeRecord) -> float:

@@ -49,7 +49,6 @@ from racecraft.worlds.deepracer.training.aws.setup import aws_setup
 from racecraft.worlds.deepracer.training.courses import both_ways, starts
 from racecraft.worlds.deepracer.training.evaluator import (
     FLYING_LAPS,
-    POOLED,
     CarEvaluator,
     LatestReports,
     begins_where_training_does,
@@ -129,7 +128,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
     is_racing = planned.request.preset == "race"
     world, pool = learned_world(planned, reward)
     judged = judged_world(planned, reward)
-    latest = LatestReports(POOLED if settings.evaluation.best_by == "pace" else 1)
+    latest = LatestReports(settings.evaluation.best_by)
     flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.judged_courses]
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:

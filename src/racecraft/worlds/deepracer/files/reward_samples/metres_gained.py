@@ -6,7 +6,7 @@ A fast line gains more metres a moment, so the car finds one by itself. Change t
 
 
 class Before:
-    """What the car did a moment ago; every car has its own."""
+    """What the car did a moment ago, and how many drives it has begun; every car has its own."""
 
     drives, steps, progress, steering, side = 0, float("inf"), 0.0, 0.0, 0.0
 
