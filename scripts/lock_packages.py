@@ -1,9 +1,9 @@
 """Pin every package that builders install, with the sums of its files: `python scripts/lock_packages.py [--check]`.
 
 uv resolves pyproject.toml's `dev` extra under constraints.txt for all promised systems and Pythons and writes
-`builders.lock`, which `scripts/make_env.py` installs with `pip --require-hashes`. PyTorch and the CUDA packages that it
+`builders.lock`, which `scripts/make_env.py` installs with `--require-hashes`. PyTorch and the CUDA packages that it
 brings are left out: the CPU build comes from an index of PyTorch's own. Only a maintainer who changes a dependency
-runs this (`pip install uv`).
+runs this, in an environment of `make env`.
 """
 
 from __future__ import annotations
@@ -39,9 +39,13 @@ def main() -> int:
 
 def resolved() -> list[str]:
     """Return what uv resolves, a block of lines for each package."""
-    if shutil.which("uv") is None:
-        sys.exit("uv is not on PATH; expected it, since it resolves for all systems at once. Say `pip install uv`.")
-    command = ["uv", "pip", "compile", "pyproject.toml", "--extra", "dev", "--constraint", "constraints.txt"]
+    uv = shutil.which("uv", path=str(Path(sys.executable).parent))
+    if uv is None:
+        sys.exit(
+            "No uv stands beside this Python; expected one, since it resolves for all systems at once. "
+            "Run this with .venv/bin/python after `make env`."
+        )
+    command = [uv, "pip", "compile", "pyproject.toml", "--extra", "dev", "--constraint", "constraints.txt"]
     how = ["--universal", "--python-version", "3.11", "--generate-hashes", "--no-header", "--no-annotate", "--quiet"]
     done = subprocess.run([*command, *how], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
     return re.split(r"^(?=[a-z0-9])", done.stdout, flags=re.MULTILINE)[1:]

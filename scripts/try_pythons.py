@@ -21,7 +21,7 @@ import make_env
 
 ROOT = Path(__file__).resolve().parents[1]
 PLACE = ROOT / ".venvs"
-PROMISED = ("3.11", "3.12", "3.13")
+PROMISED = ("3.11", "3.12", "3.13", "3.14")
 CONSTRAINTS = ROOT / "constraints.txt"
 
 

@@ -122,7 +122,7 @@ def other_pythons():
     """Return interpreters of the other promised versions that are here."""
     places = [Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"]
     found = {}
-    for version in ("3.11", "3.12", "3.13"):
+    for version in ("3.11", "3.12", "3.13", "3.14"):
         here = [
             *(path for place in places for path in place.glob(f"{version}.*/bin/python")),
             shutil.which(f"python{version}"),
