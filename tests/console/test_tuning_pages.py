@@ -1,12 +1,15 @@
 """A search for settings, from the form to a kept trial, in a browser; and the words it is begun with."""
 
 import pytest
+from starlette.requests import Request
 from tests.browser import Browser, needs_chromium
 
 from racecraft.actions.submit_job import submit_training
+from racecraft.console.pages.tuning import form_page
 from racecraft.console.tuning_form import SearchForm
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.submit import wait
+from racecraft.web.errors import WebError
 
 TRAINED = ("train", ".", "--track=Oval_track", "--stop", "laps", "--stop=minutes=5", "--run", "runs/1")
 
@@ -34,6 +37,11 @@ def test_what_cannot_be_used_is_said(changes, said):
     typed = {"model": "m", "chosen": ("ppo.epochs",), "ranges": {"ppo.epochs": "2..8"}, **changes}
     with pytest.raises(SettingError, match=said):
         SearchForm(**typed).command(TRAINED)
+
+
+def test_the_form_without_a_model_says_where_one_is_chosen():
+    with pytest.raises(WebError, match="choose one at /tuning"):
+        form_page(None, Request({"type": "http", "query_string": b"", "headers": []}))
 
 
 @needs_chromium

@@ -20,11 +20,13 @@ class DatabaseError(UserInputError):
     """A database cannot be opened, read or written."""
 
 
-def open_engine(url: str) -> sql.Engine:
+def open_engine(url: str, *, keeps_file_open: bool = True) -> sql.Engine:
     """Return an engine that commits every statement by itself; the folder of a SQLite file is made.
 
     Args:
         url: SQLAlchemy's, such as "sqlite:////home/me/jobs.sqlite" or "postgresql://host/jobs".
+        keeps_file_open: Whether a SQLite file stays open between statements, which saves 0.4 ms each and asks for
+            `dispose` in the end.
 
     Raises:
         DatabaseError: The address names no database, or one whose driver is not installed.
@@ -36,6 +38,8 @@ def open_engine(url: str) -> sql.Engine:
             if address.database and address.database != ":memory:":
                 Path(address.database).parent.mkdir(parents=True, exist_ok=True)
             options["connect_args"] = {"timeout": PATIENCE_SECONDS}
+            if not keeps_file_open:
+                options["poolclass"] = sql.NullPool
         return sql.create_engine(address, **options)
 
 

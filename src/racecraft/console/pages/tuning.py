@@ -71,6 +71,8 @@ def tunings_page(console: Console, request: Request) -> Page:
 def form_page(console: Console, request: Request) -> Page:
     """Return the form of a search for a model."""
     model = request.query_params.get("m", "")
+    if not model:
+        raise WebError(404, "no_such_model", "A search begins with a model; choose one at /tuning.")
     rows, _ = _offers(console, model)
     first = [offer.name for offer in rows if offer.name.rpartition(".")[2] in CHECKED_FIRST]
     form = SearchForm(model=model, chosen=tuple(first), ranges={offer.name: offer.range for offer in rows})
