@@ -234,6 +234,20 @@ def test_many_slow_cars_together_may_take_longer_than_one_call(tmp_path):
     process.close()
 
 
+def test_a_library_is_looked_for_without_a_compiler(opened):
+    """As `import torch` does where it was built for CUDA."""
+    assert opened(body("ctypes.util.find_library('dl')", before="import ctypes.util")).call(PARAMS) == 1.0
+
+
+THE_PIPE = """\
+import os, stat, struct
+def is_pipe(number):
+    try:
+        return stat.S_ISFIFO(os.fstat(number).st_mode)
+    except OSError:
+        return False
+answers = next(number for number in range(3, 32) if is_pipe(number))
+"""
 LIES = [  # written to the pipe that answers leave by
     ("b'no message at all'", "answered with a message of"),
     ("struct.pack('<II', 0, 16) + bytes(16)", "answered 16 bytes; expected 1 numbers"),
@@ -247,7 +261,7 @@ LIES = [  # written to the pipe that answers leave by
 
 @pytest.mark.parametrize(("lie", "found"), LIES)
 def test_what_is_no_answer_is_an_error(opened, lie, found):
-    reward = opened(body(f"import os, struct; os.write(3, {lie})"))
+    reward = opened(body(f"os.write(answers, {lie})", before=THE_PIPE))
     with pytest.raises(RewardError, match=found):
         reward.call(PARAMS)
 
