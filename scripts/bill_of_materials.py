@@ -109,9 +109,9 @@ def component(package: Distribution) -> dict[str, Any]:
         "version": package.version,
         "purl": purl(package),
     }
-    licence = package.metadata["License-Expression"] or (package.metadata["License"] or "").split("\n")[0][:80]
+    licence = package.metadata.get("License-Expression") or (package.metadata.get("License") or "").split("\n")[0][:80]
     if licence:
-        kind = "expression" if package.metadata["License-Expression"] else "license"
+        kind = "expression" if package.metadata.get("License-Expression") else "license"
         made["licenses"] = [{kind: licence if kind == "expression" else {"name": licence}}]
     return made
 

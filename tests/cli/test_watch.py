@@ -58,8 +58,9 @@ def test_other_machines_need_the_token_of_the_address(tmp_path):
         said = urlsplit(json.loads(served.stdout.readline())["url"])
         assert said.hostname == socket.gethostname().lower()
         here = f"http://127.0.0.1:{said.port}/"
-        with pytest.raises(urllib.error.HTTPError, match="401"):
+        with pytest.raises(urllib.error.HTTPError, match="401") as refused:
             urllib.request.urlopen(f"{here}api/run", timeout=60)
+        refused.value.close()
         browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
         with browser.open(f"{here}?{said.query}", timeout=60) as page, browser.open(f"{here}api/run") as facts:
             assert page.url == here, "the token does not stay in the address"

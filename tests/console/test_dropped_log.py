@@ -42,7 +42,8 @@ def dropped(address, name, data):
         answer = urllib.request.urlopen(urllib.request.Request(f"{address}/import", body, kind))
     except urllib.error.HTTPError as error:
         answer = error
-    return answer.geturl(), answer.read().decode()
+    with answer:
+        return answer.geturl(), answer.read().decode()
 
 
 def test_metrics_alone_open_what_they_tell(console):

@@ -66,7 +66,8 @@ def ask(address, data=None):
         answer = urllib.request.build_opener(Stay).open(request, timeout=60)
     except urllib.error.HTTPError as error:
         answer = error
-    return answer.getcode(), answer.headers, answer.read().decode("utf-8", "replace")
+    with answer:
+        return answer.getcode(), answer.headers, answer.read().decode("utf-8", "replace")
 
 
 @pytest.mark.parametrize("count", [120, pytest.param(1000, marks=pytest.mark.long)])

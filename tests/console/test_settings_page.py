@@ -8,6 +8,7 @@ import urllib.parse
 import urllib.request
 import zipfile
 
+import pytest
 from tests.console.conftest import write_run
 
 from racecraft.console.application import make_console
@@ -23,9 +24,11 @@ def sent(address, token, data):
     body = line + b'"form_token"\r\n\r\n' + token.encode() + b"\r\n"
     body += line + b'"workspace"; filename="w.zip"\r\n\r\n' + data + b"\r\n--seam--\r\n"
     kind = {"Content-Type": "multipart/form-data; boundary=seam"}
-    with contextlib.suppress(urllib.error.HTTPError):
+    try:
         return urllib.request.urlopen(urllib.request.Request(f"{address}/settings/restore", body, kind)).geturl()
-    return "refused"
+    except urllib.error.HTTPError as error:
+        error.close()
+        return "refused"
 
 
 def test_a_workspace_is_saved_and_brought_back_through_the_page(tmp_path, monkeypatch):
@@ -67,8 +70,9 @@ def test_where_messages_go_is_kept_and_given_to_each_training(tmp_path, monkeypa
             return urllib.request.urlopen(f"{address}/settings/notify", body).read().decode()
 
         assert "https://chat.example.org/hook" in send("https://chat.example.org/hook\nmailto:me@example.org")
-        with contextlib.suppress(urllib.error.HTTPError):
+        with pytest.raises(urllib.error.HTTPError) as refused:
             send("pigeon")
+        refused.value.close()
         model = application.state.console.workspace.create("mint", {}, Note())
         begin_training(home, model, ["train", ".", "--stop=minutes=1"])
     finally:

@@ -164,6 +164,7 @@ def test_a_database_from_before_the_migrations_keeps_its_jobs(tmp_path):
     with sqlite3.connect(path) as base:
         assert base.execute("select name, person from racecraft_jobs").fetchall() == [("old", ""), ("new", "")]
         assert base.execute("select version_num from alembic_version").fetchall() == [(HEAD,)]
+    base.close()
     store.close()
 
 

@@ -124,8 +124,9 @@ def test_pages_of_other_sites_press_no_button(begin, parts):
     threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
     address = f"http://127.0.0.1:{server.server_address[1]}/again"
     for headers in ({"Origin": "http://elsewhere.example"}, {"Host": "elsewhere.example:80"}):
-        with pytest.raises(urllib.error.HTTPError, match="403"):
+        with pytest.raises(urllib.error.HTTPError, match="403") as refused:
             urllib.request.urlopen(urllib.request.Request(address, b"", headers))
+        refused.value.close()
     assert not progress.retry.is_set()
     server.shutdown()
     server.server_close()

@@ -169,8 +169,9 @@ def test_the_camera_shows_boxes_as_the_policy_saw_them(several_address):
 def test_what_no_course_has_is_named(several_address, way, status, words):
     with pytest.raises(urllib.error.HTTPError) as refused:
         ask(several_address, way)
-    assert refused.value.code == status
-    assert words in json.loads(refused.value.read())["message"]
+    with refused.value as answer:
+        assert answer.code == status
+        assert words in json.loads(answer.read())["message"]
 
 
 @pytest.mark.parametrize(
@@ -185,8 +186,9 @@ def test_what_no_course_has_is_named(several_address, way, status, words):
 def test_what_cannot_be_answered_is_named(address, way, status, words):
     with pytest.raises(urllib.error.HTTPError) as refused:
         ask(address, way)
-    assert refused.value.code == status
-    assert words in json.loads(refused.value.read())["message"]
+    with refused.value as answer:
+        assert answer.code == status
+        assert words in json.loads(answer.read())["message"]
 
 
 def test_other_runs_show_their_curves(tmp_path):
@@ -199,8 +201,9 @@ def test_other_runs_show_their_curves(tmp_path):
         assert (facts["has_map"], facts["score_name"]) == (False, "return")
         assert "Gymnasium" in facts["instead"]
         assert told(address, "api/curves")["rows"] == [{"iteration": 1, "mean_reward": 20.0}]
-        with pytest.raises(urllib.error.HTTPError):
+        with pytest.raises(urllib.error.HTTPError) as refused:
             ask(address, "api/track")
+        refused.value.close()
         for name, kind in (("same", "gymnasium"), ("car", "deepracer")):
             beside = RunFolder.create(tmp_path / name, {"kind": kind, "title": name, "asked": {"stops": []}})
             beside.append_metrics({"iteration": 2, "mean_reward": 30.0})
@@ -208,8 +211,9 @@ def test_other_runs_show_their_curves(tmp_path):
         assert ('value="same"' in page, 'value="car"' in page, 'value="r"' in page) == (True, False, False)
         assert told(address, "api/curves?run=same")["rows"] == [{"iteration": 2, "mean_reward": 30.0}]
         for name in ("car", "..", "../r", ""):
-            with pytest.raises(urllib.error.HTTPError, match="404"):
+            with pytest.raises(urllib.error.HTTPError, match="404") as refused:
                 ask(address, f"api/curves?run={name}")
+            refused.value.close()
     finally:
         server.close()
 

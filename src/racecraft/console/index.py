@@ -198,6 +198,14 @@ class Index:
             return self._with_tables(open_engine(self.url))
 
     def _with_tables(self, engine: sql.Engine) -> sql.Engine:
+        try:
+            self._make_tables(engine)
+        except BaseException:
+            engine.dispose()
+            raise
+        return engine
+
+    def _make_tables(self, engine: sql.Engine) -> None:
         about = {"version": str(VERSION), "workspace": str(self.workspace.path)}
         with database_errors(self.url), engine.connect() as connection:
             if engine.dialect.name == "sqlite":
@@ -209,7 +217,6 @@ class Index:
                 TABLES.drop_all(connection)
                 TABLES.create_all(connection)
                 connection.execute(ABOUT.insert(), [{"name": name, "value": value} for name, value in about.items()])
-        return engine
 
     @contextlib.contextmanager
     def _connected(self) -> Any:

@@ -107,7 +107,7 @@ def course() -> Course:
 def _checks(module: Any) -> Iterator[tuple[str, Check]]:
     for name, one in vars(module).items():
         is_own = getattr(one, "__module__", "") == module.__name__ and not name.startswith("_")
-        if is_own and one.__annotations__.get("return") == "Verdict":
+        if is_own and getattr(one, "__annotations__", {}).get("return") == "Verdict":
             yield name, one
 
 

@@ -48,7 +48,8 @@ def ask(address, way):
 def refused(address, way):
     with pytest.raises(urllib.error.HTTPError) as caught:
         ask(address, way)
-    return caught.value.code, json.loads(caught.value.read())
+    with caught.value as answer:
+        return answer.code, json.loads(answer.read())
 
 
 def test_every_door_answers(address, store):
