@@ -109,9 +109,10 @@ def component(package: Distribution) -> dict[str, Any]:
         "version": package.version,
         "purl": purl(package),
     }
-    licence = package.metadata.get("License-Expression") or (package.metadata.get("License") or "").split("\n")[0][:80]
+    expression = package.metadata.get("License-Expression")
+    licence = expression or (package.metadata.get("License") or "").split("\n")[0][:80]
     if licence:
-        kind = "expression" if package.metadata.get("License-Expression") else "license"
+        kind = "expression" if expression else "license"
         made["licenses"] = [{kind: licence if kind == "expression" else {"name": licence}}]
     return made
 

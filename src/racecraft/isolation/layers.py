@@ -54,9 +54,8 @@ def restrict(
     if sys.platform != "linux":
         return ()
     libc = ctypes.CDLL(None, use_errno=True)
-    os.environ["PATH"] = (
-        ""  # ctypes looks there for a compiler, and then for a folder to write in: PyTorch for CUDA does
-    )
+    # PyTorch for CUDA has ctypes look for a library, which wants a folder to write in where PATH leads to a compiler.
+    os.environ["PATH"] = ""
     held = []
     if libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0) == 0:
         held.append("no new privileges")

@@ -47,7 +47,7 @@ class SqlStore:
 
     def __init__(self, url: str, person: str = "") -> None:
         self.url, self.person = url, person
-        self._engine = open_engine(url, keeps_file_open=False)  # who asks for one job leaves the store as it is
+        self._engine = open_engine(url, keeps_file_open=False)  # many ask one thing and never close it
         try:
             migrate(self._engine)
         except DatabaseError:

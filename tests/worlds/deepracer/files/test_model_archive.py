@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import sys
 import tarfile
 import zipfile
 
@@ -123,7 +124,9 @@ def test_a_header_that_asks_for_gigabytes_is_refused(tmp_path):
     entry.type, entry.size = tarfile.XHDTYPE, 3 * 2**30
     path = tmp_path / "model.tar.gz"
     path.write_bytes(gzip.compress(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(4096)))
-    with pytest.raises(ArchiveError, match="asks for 3221225472 bytes|empty header"):  # the latter from Python 3.14
+    with pytest.raises(
+        ArchiveError, match="asks for 3221225472 bytes" if sys.version_info < (3, 14) else "empty header"
+    ):
         unpack_model(path, tmp_path / "out")
 
 

@@ -261,7 +261,7 @@ UNLOADABLE = [  # text, line, found, helped by
     ("reward_function = 3\n", None, "`reward_function` is 3", "def reward_function(params)"),
     ("def reward_function():\n    return 1\n", 1, "`reward_function()`", "`def reward_function(params):`"),
     ("class Reward:\n    def reward_function(self, p):\n        return 1\n", None, "no function", "reward = Reward()"),
-    ("x = '\x00'\n", None, "null bytes", ""),  # what is expected instead depends on the Python
+    ("x = '\x00'\n", None, "null bytes", "valid Python" if sys.version_info < (3, 14) else "UTF-8"),
 ]
 
 

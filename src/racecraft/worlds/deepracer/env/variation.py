@@ -26,7 +26,7 @@ from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
 LEVELS = {
     "off": "every episode is like the other",
-    "perturbed": "commands stray a little, so that a car learns to leave itself room",
+    "perturbed": "commands stray, so that a car learns to leave itself room",
     "aws": "lamps and colours of objects, as the original's domain randomisation",
     "light": "what two cars of one batch differ by, in one room",
     "strong": "another car, badly built, in another room",
