@@ -18,7 +18,8 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it r
 	@$(BIN)/racecraft train
 
 test: bytecode  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile
+	@# three workers on two cores: many tests wait for servers and programs
+	$(BIN)/python -m pytest -q -n 3 --dist loadfile
 
 quick: env  ## the everyday loop: what takes longer than 0.1 s (tests/slow.txt) is left to `make test`
 	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile
