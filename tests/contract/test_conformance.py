@@ -13,6 +13,7 @@ from racecraft.contract.world import (
     ArraySpec,
     ContinuousActions,
     DiscreteActions,
+    EpisodeRecord,
     GroupedActions,
     HybridActions,
     MultiDiscreteActions,
@@ -104,6 +105,30 @@ class Hoarder(Walk):
         buffers.reward = buffers.reward.copy()
 
 
+class Talkative(Walk):
+    """Tells of its episodes, and after a reset of those before it."""
+
+    def __init__(self, *words, **more):
+        super().__init__(*words, **more)
+        self.finished = []
+
+    def step(self, actions, buffers):
+        super().step(actions, buffers)
+        self.finished += [EpisodeRecord(int(n), int(m), 1, 0.0, "over") for n, m in np.argwhere(buffers.ended)]
+
+    def pop_episodes(self):
+        told, self.finished = self.finished, []
+        return told
+
+
+class Discreet(Talkative):
+    """Forgets them, as it should."""
+
+    def reset(self, buffers, seed):
+        super().reset(buffers, seed)
+        self.finished.clear()
+
+
 @pytest.mark.parametrize(
     ("cheat", "question"),
     [
@@ -123,6 +148,13 @@ def test_a_cheat_is_caught(cheat, question):
             examine(cheat, question)
     except pytest.skip.Exception as skipped:  # a question that is passed over catches nobody, and would not be seen
         pytest.fail(f"the exam did not ask: {skipped}")
+
+
+def test_a_world_that_tells_of_episodes_before_a_reset_is_caught():
+    question = "test_a_reset_forgets_the_episodes_before_it"
+    examine(Discreet, question)
+    with pytest.raises(AssertionError, match="episodes from before the reset"):
+        examine(Talkative, question)
 
 
 def test_the_exam_says_what_it_could_not_reach():
