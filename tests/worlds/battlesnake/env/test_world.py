@@ -238,6 +238,15 @@ def test_episodes_tell_what_the_referee_counts():
     assert kills > 20
 
 
+def test_unless_told_otherwise_a_won_game_pays_one_a_lost_one_costs_one_and_nothing_else_counts():
+    paid = {
+        (one.status == "won", one.reward)
+        for world, _, _ in stepped(WorldSettings(GameSettings(7, 7, 3), 8), 200)
+        for one in world.pop_episodes()
+    }
+    assert paid == {(True, 1.0), (False, -1.0)}
+
+
 def test_the_dead_wait_for_the_next_game():
     settings = WorldSettings(GameSettings(11, 11, 4), 8)
     waited = False
