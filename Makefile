@@ -42,7 +42,7 @@ pythons: env  ## the tests on every promised Python that is installed
 	$(BIN)/python scripts/try_pythons.py
 
 newest: env  ## the tests with the newest version of every dependency
-	$(BIN)/python scripts/try_pythons.py --newest -- -q -n 2 --dist loadfile
+	$(BIN)/python scripts/try_pythons.py --newest -- -q -n 3 --dist loadfile
 
 mutants: env  ## break the code on purpose and list what no test notices
 	$(BIN)/python scripts/mutants.py --count 300

@@ -257,7 +257,7 @@ class ReportsEpisodes(Protocol):
     """A world that tells of its finished episodes in its own words."""
 
     def pop_episodes(self) -> list[EpisodeRecord]:
-        """Return the episodes that ended since the last call, oldest first."""
+        """Return the episodes that ended since the last call or `reset`, oldest first."""
         ...
 
 
