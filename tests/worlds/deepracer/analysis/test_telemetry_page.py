@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.browser import Browser, needs_chromium
 from tests.console.conftest import write_run
 from tests.worlds.deepracer.driving.telemetry.stadium import LENGTH_M, RADIUS_M, as_log, drive, stadium
 
@@ -78,3 +79,23 @@ def test_the_page_names_the_corner_and_marks_it_on_the_map(compared, tmp_path):
     assert "a &lt;b&gt;log&lt;/b&gt;" in html
     assert "Work on turn 2 (left)" in html
     assert 'src="http' not in html
+
+
+@needs_chromium
+def test_a_lap_is_played_as_fast_as_one_wants(compared, tmp_path):
+    write_telemetry_page(tmp_path / "page.html", compared, "a log")
+    browser = Browser()
+    try:
+        browser.open((tmp_path / "page.html").as_uri())
+        browser.value("performance.now = () => 0, self.requestAnimationFrame = next => self.next = next, 0")
+        moments = []
+        for pace, clock_ms in (("1", 1010), ("0.25", 5010), ("2", 5510)):
+            browser.page.select_option(".pace", pace)
+            if not moments:
+                browser.click(".play")
+            browser.value(f"next({clock_ms})")
+            moments.append(browser.page.text_content(".player output"))
+        assert moments == ["1.00 s", "2.00 s", "3.00 s"]
+        assert browser.complaints == []
+    finally:
+        browser.close()

@@ -1,6 +1,6 @@
 /* <rc-ghosts>: plays laps on the map of their track. All cross the start line at the same moment; where there is a choice,
-   they can end at the same moment instead. A point chosen in a chart of the page (`rc-choose`, metres along the lap)
-   moves all there. */
+   they can end at the same moment instead. They are played as fast as they were driven, or by another pace. A point
+   chosen in a chart of the page (`rc-choose`, metres along the lap) moves all there. */
 import { t } from "racecraft.pages/texts.js";
 
 const LITTLE_MOTION = matchMedia("(prefers-reduced-motion: reduce)"), LONG_STEP = 0.5;   // s between two moments then
@@ -9,7 +9,7 @@ class Ghosts extends HTMLElement {
   connectedCallback() {
     if (this.told) return;
     this.told = JSON.parse(this.querySelector("script[type='application/json']").textContent);
-    this.cars = [...this.querySelectorAll(".car")]; this.order = this.querySelector("select");
+    this.cars = [...this.querySelectorAll(".car")]; this.order = this.querySelector(".order"); this.pace = this.querySelector(".pace");
     this.slider = this.querySelector("input"); this.output = this.querySelector("output"); this.button = this.querySelector(".play");
     this.querySelector(".player").hidden = false;
     for (const car of this.cars) car.removeAttribute("hidden");
@@ -52,10 +52,11 @@ class Ghosts extends HTMLElement {
   }
 
   play() {
-    const from = this.tick >= this.told.ticks - 1 ? 0 : this.tick, begun = performance.now();
+    let tick = this.tick >= this.told.ticks - 1 ? 0 : this.tick, before = performance.now();
     this.button.querySelector("span").textContent = t("Stop");
     const step = now => {
-      const tick = from + (now - begun) / 1000 / this.told.tick;
+      tick += Number(this.pace.value) * (now - before) / 1000 / this.told.tick;
+      before = now;
       if (tick >= this.told.ticks - 1) return this.stop(this.told.ticks - 1);
       if (!LITTLE_MOTION.matches || (tick - this.tick) * this.told.tick >= LONG_STEP) this.show(tick);
       this.timer = requestAnimationFrame(step);
