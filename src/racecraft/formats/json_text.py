@@ -1,6 +1,6 @@
 """JSON as people write it by hand, and on which line each value stands.
 
-`read_json` gives a `JsonDocument`: the value, and on demand the line of every key in it, so that a letter to the user
+`read_json` gives a `JsonDocument`: the value, and on demand the line of every key in it, so that an error message
 can say where. A byte order mark is passed over; comments are read as if they were not there, with a note.
 """
 

@@ -48,7 +48,7 @@ class TuningError(UserInputError):
 
 @contextlib.contextmanager
 def as_database_errors(folder: Path) -> Iterator[None]:
-    """Say as a letter what befell a search's database: the disk is full, or the file is damaged or no database.
+    """Say as an error what befell a search's database: the disk is full, or the file is damaged or no database.
 
     Raises:
         TuningError: SQLite said so, however many libraries have wrapped it since.

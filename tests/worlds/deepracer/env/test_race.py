@@ -239,3 +239,17 @@ def test_a_car_in_training_drives_on_over_the_finish_and_starts_again_when_its_t
     again = reports[cut[0] + 1]
     assert (race.STATUSES[again["status"]], again["start_share"]) == ("prepare", pytest.approx(0.35))
     assert [episode.status for episode in world.pop_episodes()] == ["lap_complete"] * len(done) + ["truncated"]
+
+
+def test_four_of_five_drives_are_short_for_the_sake_of_standing_starts():
+    world = make_world(start_shares=[0.3], drive_seconds=6.0, practice_seconds=2.0)
+    reports = lap(world, 90 + 4 * 30 + 90)[:, 0]
+    ends = np.flatnonzero(reports["truncated"])
+    assert ends.tolist() == [89, 119, 149, 179, 209, 299]
+    assert set(reports["status"][ends]) == {race.IN_PROGRESS}
+    assert reports["start_share"][ends] == pytest.approx([0.3, 0.35, 0.4, 0.45, 0.5, 0.55])
+
+
+def test_no_start_is_practised_where_a_lap_ends_an_episode():
+    reports = lap(make_world(start_shares=[0.3], practice_seconds=2.0), 120)[:, 0]
+    assert not reports["truncated"].any()

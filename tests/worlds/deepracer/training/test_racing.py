@@ -1,11 +1,15 @@
 """The preset that races: what it settles, what it leaves alone, and what ends it."""
 
+import json
 from types import SimpleNamespace
 
+import polars as pl
 import pytest
 
 from racecraft.contract.errors import SettingError
+from racecraft.training.callbacks import NullCallback
 from racecraft.training.stopping import Progress, parse_stops, reached
+from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.driving import known_laps
 from racecraft.worlds.deepracer.driving.action_tables import default_table, default_top_speed, read_table
 from racecraft.worlds.deepracer.env.fidelity import habits
@@ -67,6 +71,20 @@ def test_cars_in_training_drive_on_over_the_finish_and_at_aws_not_at_all():
     assert drive_seconds(aws, aws.all_courses[0]) is None
     away = plan_car(RaceRequest(track="Straight_track"))
     assert drive_seconds(away, away.all_courses[0]) is None
+
+
+def test_most_drives_of_a_training_are_short_and_no_evaluation_is(tmp_path):
+    assert plan_car(RaceRequest()).settings.race.practice_seconds == 8.0
+    assert RaceConfig().practice_seconds is None
+    times = ("race.max_training_seconds=2", "race.practice_seconds=1", "race.max_episode_seconds=3")
+    shape = ("rollout.num_worlds=8", "rollout.horizon=120", "evaluation.episodes=4")
+    request = RaceRequest(run=tmp_path / "run", stops=("iterations=1",), overrides=(*times, *shape))
+    run = train(request, NullCallback(), lambda text: None).run
+    cut = pl.read_parquet(run.episodes / "1.parquet").filter(pl.col("done"), status="time_up")
+    lengths = cut["tick"].value_counts(sort=True).rows()
+    assert [length for length, _ in lengths] == [15, 30]
+    laps = json.loads((run.evaluations / "1.json").read_text())["laps"]
+    assert max(lap["steps"] for lap in laps) > 30
 
 
 def test_what_disturbs_a_car_in_training_leaves_its_evaluations_alone_unless_asked():

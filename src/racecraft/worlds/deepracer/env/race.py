@@ -96,6 +96,7 @@ CAR_STATE = np.dtype(
         ("start_share", "f8"),  # where the episode began, share of the lap
         ("start_left", "f8"),  # how far left of the centre line it begins its episodes, share of the half road
         ("ticks", "i8"),  # of this episode, the prepare tick included
+        ("drives", "i8"),  # standing starts before its last one
         ("drive_ticks", "i8"),  # since its last standing start
         ("lap_ticks", "i8"),  # of this lap
         ("total_ticks", "i8"),  # since the race was reset
@@ -146,6 +147,8 @@ class Rules(NamedTuple):
 
     max_ticks: int
     """An episode is truncated after so many ticks since the car's last standing start."""
+    practice_ticks: int
+    """Likewise in all but one of PRACTICE drives, for the sake of standing starts; as `max_ticks`: all are alike."""
     laps: int
     """An episode ends after so many complete laps."""
     start_advance: float
@@ -166,6 +169,9 @@ class Rules(NamedTuple):
     drives_on: bool = False
     """Whether a car that completes a lap drives on: the lap is cut, not ended, and the next episode begins there."""
 
+
+PRACTICE = 5
+"""Where standing starts are practised, one of so many drives of a car is a whole one."""
 
 PROFILE = np.dtype([(name, "f8") for name in CarProfile._fields])
 """One car's `CarProfile` as a record, so that every car of a world may have its own."""

@@ -22,7 +22,12 @@ from racecraft.worlds.deepracer.tracks.track import Track
 
 
 def rules_of(
-    race_config: RaceConfig, track: Track, laps: int, start_ahead: float, drive_seconds: float | None = None
+    race_config: RaceConfig,
+    track: Track,
+    laps: int,
+    start_ahead: float,
+    drive_seconds: float | None = None,
+    practice_seconds: float | None = None,
 ) -> race.Rules:
     """Return the rules of a race. On an open track every episode is one drive from its start to its finish.
 
@@ -33,14 +38,18 @@ def rules_of(
         start_ahead: How far ahead of another car of its world a car starts again, m.
         drive_seconds: A car that completes a lap drives on in its next episode, until so much simulated time after its
             last standing start; None: `laps` end an episode.
+        practice_seconds: As `drive_seconds`, of four drives out of five, so that standing starts are practised; None:
+            all drives are alike.
     """
     has = habits(race_config.fidelity)
     if not track.closed:
         laps, drive_seconds = 1, None
+    ticks = most_ticks(race_config, track.length, laps) if drive_seconds is None else race.max_ticks(drive_seconds)
     return race.Rules(
-        max_ticks=most_ticks(race_config, track.length, laps)
-        if drive_seconds is None
-        else race.max_ticks(drive_seconds),
+        max_ticks=ticks,
+        practice_ticks=ticks
+        if drive_seconds is None or practice_seconds is None
+        else min(ticks, race.max_ticks(practice_seconds)),
         laps=laps,
         start_advance=race_config.start_advance if race_config.change_start and track.closed else 0.0,
         cut_ends=has.cut_is_an_end,

@@ -50,6 +50,14 @@ class RaceConfig:
         unit="s",
         low=1.0,
     )
+    practice_seconds: float | None = setting(
+        None,
+        "In training four of five drives of a car are over after this much simulated time, so that it practises more "
+        "standing starts. By default every drive is a whole one, as it always is in judging, with fidelity aws, on an "
+        "open track and against others.",
+        unit="s",
+        low=1.0,
+    )
     start_offset: float = setting(
         0.0,
         "Where on the lap the first start lies; cars side by side are spread from there.",
@@ -69,7 +77,7 @@ class RaceConfig:
         choices=("as_filed", "distinct"),
     )
     reward_seconds: float = setting(
-        5.0, "A call of the reward function that lasts longer ends the training with a letter.", unit="s", low=0.01
+        5.0, "A call of the reward function that lasts longer ends the training with an error.", unit="s", low=0.01
     )
     fidelity: str = setting(
         "sane",

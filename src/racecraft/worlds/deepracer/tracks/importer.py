@@ -1,7 +1,7 @@
 """Read a route file of AWS form (`.npy`) after looking at every row of it.
 
 The file is a table of K rows and 6 columns, metres: centre x, y, inner border x, y, outer border x, y. A loop's last
-row repeats its first. What cannot be a circuit is refused with a letter that names the row, counted from 0.
+row repeats its first. What cannot be a circuit is refused with an error that names the row, counted from 0.
 """
 
 from __future__ import annotations

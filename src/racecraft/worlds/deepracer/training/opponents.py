@@ -28,7 +28,7 @@ def models_among(against: Sequence[str]) -> list[Driver]:
     """Return the chosen models among the words of --against; a folder of runs stands for all of them.
 
     Raises:
-        UserInputError: One of them cannot be used, as a letter.
+        UserInputError: One of them cannot be used.
     """
     return [load_driver(source) for source in league_in(one for one in against if one != ITSELF)]
 

@@ -440,7 +440,7 @@ def _race_of(request: RaceRequest, told: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _load_track(request: RaceRequest, env: RunEnv) -> Track:
-    """Load the track; where run.env named it, a letter about it names that line."""
+    """Load the track; where run.env named it, an error about it names that line."""
     name = _track_of(request)
     try:
         return load_track(name)

@@ -112,7 +112,7 @@ def place_of_upload(drfc: DrfcFolder, local: bool) -> MirrorLocation | None:
 
 
 def send(folder: Path, place: MirrorLocation | None, progress: Progress) -> None:
-    """Put a folder into its place in S3, where there is one; what the network did not take, a letter tells.
+    """Put a folder into its place in S3, where there is one; what the network did not take, an error tells.
 
     Raises:
         UserInputError: The store refuses it, or the network fails.

@@ -23,7 +23,14 @@ from racecraft.worlds.deepracer.env.kernels.nearby import collect_nearby
 from racecraft.worlds.deepracer.env.kernels.objects import hits, is_to_blame, objects_around
 from racecraft.worlds.deepracer.env.kernels.observations import render_observations
 from racecraft.worlds.deepracer.env.kernels.placing import place_objects
-from racecraft.worlds.deepracer.env.kernels.starts import drive_on, is_driving_on, make_room, restart, take_start
+from racecraft.worlds.deepracer.env.kernels.starts import (
+    drive_is_over,
+    drive_on,
+    is_driving_on,
+    make_room,
+    restart,
+    take_start,
+)
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wheels_after
 from racecraft.worlds.deepracer.env.race import (
     CRASHED,
@@ -256,7 +263,7 @@ def set_status(rules, car, report):
         report.status, report.terminated = IMMOBILISED, True
     elif car.backward_ticks >= REVERSED_TICKS:
         report.status, report.terminated = REVERSED, True
-    if car.drive_ticks >= rules.max_ticks and not report.terminated:
+    if drive_is_over(rules, car) and not report.terminated:
         if rules.cut_ends:
             report.status, report.terminated = TIME_UP, True
         else:

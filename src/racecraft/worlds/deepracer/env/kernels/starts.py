@@ -10,6 +10,7 @@ from racecraft.worlds.deepracer.env.kernels.objects import car_touches, object_n
 from racecraft.worlds.deepracer.env.kernels.vehicle import wheels_after
 from racecraft.worlds.deepracer.env.race import (
     LAP_COMPLETE,
+    PRACTICE,
     START_CLEAR_M,
     START_GAP_M,
     START_LANE,
@@ -32,15 +33,22 @@ def restart(track, profiles, rules, cars, n, m):
         away = -rules.start_ahead if is_faster else rules.start_ahead
         car.start_share = (cars[n, other].arc + away) / track.length % 1.0
     car.episode += 1
+    car.drives += 1
     car.ended_yaw = car.yaw
     take_start(track, car)
     car.steering = wheels
 
 
 @kernel
+def drive_is_over(rules, car):
+    """Tell whether a car has driven as long from its standing start as it may."""
+    return car.drive_ticks >= (rules.practice_ticks if car.drives % PRACTICE else rules.max_ticks)
+
+
+@kernel
 def is_driving_on(rules, car, report):
     """Tell whether a car that just completed a lap goes on from where it is."""
-    return rules.drives_on and report.status == LAP_COMPLETE and car.drive_ticks < rules.max_ticks
+    return rules.drives_on and report.status == LAP_COMPLETE and not drive_is_over(rules, car)
 
 
 @kernel
