@@ -304,7 +304,7 @@ def test_models_that_are_chosen_are_compared_by_their_curves_and_their_laps(cons
     page.keyboard.press("PageUp")
     places = "[...document.querySelectorAll('rc-ghosts g.car')].map(car => car.getAttribute('transform'))"
     together = browser.value(places)
-    page.select_option("rc-ghosts select", "end")
+    page.select_option("rc-ghosts .order", "end")
     assert page.locator("[data-look][aria-busy]").count() == 0, "no choice in the player brings the map anew"
     moved = [one != other for one, other in zip(together, browser.value(places), strict=True)]
     assert sorted(moved) == [False, True], "the faster car waits"
