@@ -20,6 +20,7 @@ from racecraft.worlds.deepracer.tracks.track import Track
 ACTIONS = ActionTable.of([(math.radians(angle), speed) for angle in (-30, 0, 30) for speed in (0.5, 1.0)])
 STRAIGHT, LEFT, RIGHT = 3, 5, 1
 SMALL = CameraConfig(16, 12)
+PRACTISED = RaceConfig(practice_seconds=2.0)
 
 
 def make_world(num_cars=1, track=None, **options):
@@ -242,7 +243,7 @@ def test_a_car_in_training_drives_on_over_the_finish_and_starts_again_when_its_t
 
 
 def test_four_of_five_drives_are_short_for_the_sake_of_standing_starts():
-    world = make_world(start_shares=[0.3], drive_seconds=6.0, practice_seconds=2.0)
+    world = make_world(race_config=PRACTISED, start_shares=[0.3], drive_seconds=6.0)
     reports = lap(world, 90 + 4 * 30 + 90)[:, 0]
     ends = np.flatnonzero(reports["truncated"])
     assert ends.tolist() == [89, 119, 149, 179, 209, 299]
@@ -251,5 +252,5 @@ def test_four_of_five_drives_are_short_for_the_sake_of_standing_starts():
 
 
 def test_no_start_is_practised_where_a_lap_ends_an_episode():
-    reports = lap(make_world(start_shares=[0.3], practice_seconds=2.0), 120)[:, 0]
+    reports = lap(make_world(race_config=PRACTISED, start_shares=[0.3]), 120)[:, 0]
     assert not reports["truncated"].any()

@@ -22,12 +22,7 @@ from racecraft.worlds.deepracer.tracks.track import Track
 
 
 def rules_of(
-    race_config: RaceConfig,
-    track: Track,
-    laps: int,
-    start_ahead: float,
-    drive_seconds: float | None = None,
-    practice_seconds: float | None = None,
+    race_config: RaceConfig, track: Track, laps: int, start_ahead: float, drive_seconds: float | None = None
 ) -> race.Rules:
     """Return the rules of a race. On an open track every episode is one drive from its start to its finish.
 
@@ -37,19 +32,16 @@ def rules_of(
         laps: An episode ends after so many complete laps.
         start_ahead: How far ahead of another car of its world a car starts again, m.
         drive_seconds: A car that completes a lap drives on in its next episode, until so much simulated time after its
-            last standing start; None: `laps` end an episode.
-        practice_seconds: As `drive_seconds`, of four drives out of five, so that standing starts are practised; None:
-            all drives are alike.
+            last standing start, or `race_config.practice_seconds`; None: `laps` end an episode.
     """
     has = habits(race_config.fidelity)
     if not track.closed:
         laps, drive_seconds = 1, None
     ticks = most_ticks(race_config, track.length, laps) if drive_seconds is None else race.max_ticks(drive_seconds)
+    practice = None if drive_seconds is None else race_config.practice_seconds
     return race.Rules(
         max_ticks=ticks,
-        practice_ticks=ticks
-        if drive_seconds is None or practice_seconds is None
-        else min(ticks, race.max_ticks(practice_seconds)),
+        practice_ticks=ticks if practice is None else min(ticks, race.max_ticks(practice)),
         laps=laps,
         start_advance=race_config.start_advance if race_config.change_start and track.closed else 0.0,
         cut_ends=has.cut_is_an_end,

@@ -78,8 +78,6 @@ class RaceWorld:
             the faster one; 0: where its own next start lies.
         drive_seconds: A car that completes a lap drives on: the lap is truncated and the next episode begins at the
             finish, at speed, until so much simulated time after the last standing start. None: `laps` end an episode.
-        practice_seconds: As `drive_seconds`, of four drives out of five, so that standing starts are practised. None:
-            all drives are alike.
 
     Raises:
         SettingError: So many objects, or M cars, do not fit on the lap.
@@ -105,7 +103,6 @@ class RaceWorld:
         variation: VariationConfig = VariationConfig(),  # noqa: B008 (frozen)
         start_ahead: float = 0.0,
         drive_seconds: float | None = None,
-        practice_seconds: float | None = None,
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -126,7 +123,7 @@ class RaceWorld:
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
-        self._rules = rules_of(race_config, self.track, laps, start_ahead, drive_seconds, practice_seconds)
+        self._rules = rules_of(race_config, self.track, laps, start_ahead, drive_seconds)
         wanted = objects or objects_in(race_config.type)
         self._plan = plan_objects(self.track, wanted, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)

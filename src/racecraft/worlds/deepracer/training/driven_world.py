@@ -25,7 +25,8 @@ def world_by_hand(folder: Path | None, track: str, reverse: bool = False) -> Rac
     Raises:
         UserInputError: A file cannot be used, or there is no such track.
     """
-    overrides = ("race.change_start=false", f"race.reverse={'true' if reverse else 'false'}")
+    turned = f"race.reverse={'true' if reverse else 'false'}"
+    overrides = ("race.change_start=false", "race.practice_seconds=none", turned)
     planned = plan_car(RaceRequest(folder, track, preset="race", overrides=overrides))
     drives_on = DRIVE_SECONDS if planned.track.closed else None
     return race_world(planned, 1, None, np.zeros(1), drive_seconds=drives_on)

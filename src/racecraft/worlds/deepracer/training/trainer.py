@@ -255,12 +255,9 @@ def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCo
         paid = reward.copies(block.count)
         first = starts(course, block.of)[block.first : block.first + block.count]
         ways = [
-            race_world(
-                planned, block.count, paid, first,
-                course=way, drive_seconds=drive_seconds(planned, way), practice_seconds=way.race.practice_seconds,
-            )
+            race_world(planned, block.count, paid, first, course=way, drive_seconds=drive_seconds(planned, way))
             for way in course.ways
-        ]  # fmt: skip
+        ]
         return AlternatingWorld(ways[0], ways[1], block.first) if course.alternates else ways[0]
 
     worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
@@ -277,12 +274,11 @@ def race_world(
     laps: int = 1,
     course: LaidCourse | None = None,
     drive_seconds: float | None = None,
-    practice_seconds: float | None = None,
 ) -> RaceWorld:
     """Return cars as planned, on a course of their own where one is given.
 
     Their first starts are spread evenly round the track unless given; with `drive_seconds` they drive on over the
-    finish, and with `practice_seconds` four of five drives are over so soon.
+    finish.
     """
     course = course or LaidCourse(planned.track, of_race(planned.settings))
     return RaceWorld(
@@ -299,7 +295,6 @@ def race_world(
         objects=objects_of(course.settings),
         variation=course.settings.variation,
         drive_seconds=drive_seconds,
-        practice_seconds=practice_seconds,
     )
 
 
