@@ -71,7 +71,10 @@ def forgetful():
     del gymnasium.registry["Forgetful-v0"]
 
 
-@pytest.mark.parametrize("more", [(), ("--set", "ppo.asynchronous=true")])
+AVERAGED = ("--set", "evaluation.averaged=0.5")
+
+
+@pytest.mark.parametrize("more", [(), ("--set", "ppo.asynchronous=true"), (*AVERAGED, "--set", "network.stack_size=2")])
 def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path, more):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     racecraft("gym", "train", "CartPole-v1", "--run", whole, "--stop", "iterations=6", *SMALL, *more)
@@ -86,7 +89,7 @@ def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path, more):
         np.testing.assert_array_equal(weights(broken, "last")[name], array)
 
 
-@pytest.mark.parametrize("more", [(), ("--set", "replay.prioritised=true", "--set", "dqn.n_step=3")])
+@pytest.mark.parametrize("more", [(), ("--set", "replay.prioritised=true", "--set", "dqn.n_step=3", *AVERAGED)])
 def test_a_run_that_learns_from_a_small_replay_goes_on_bit_by_bit(tmp_path, more):
     words = ("gym", "train", "CartPole-v1", "--algorithm", "dqn", "--set", "replay.learning_starts=40", *SMALL, *more)
     whole, broken = tmp_path / "whole", tmp_path / "broken"

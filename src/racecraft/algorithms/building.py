@@ -4,6 +4,7 @@ network.stack_size → stacking.py      sees the last k observations
 curiosity, rnd     → intrinsic.py     is also rewarded for what it has not seen
 gail               → intrinsic.py     is also rewarded for what passes for what was shown
 imitation          → imitation.py     also does what was shown
+evaluation.averaged → averaging.py    is judged and kept by the mean of its latest weights
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ SIGNALS = ("curiosity", "rnd", "gail")
 """Groups of settings that add to what is rewarded."""
 IMITATION = "imitation"
 """The group of what is imitated beside."""
+EVALUATION = "evaluation"
+"""The group that says how a training is judged, and what of it is kept."""
 OPTIONAL_NETWORK_SETTINGS = {"memory": "none", "normalise": False, "encoder": None, "policy": None}
 """Settings of `network` that only some learners support, with the value that asks for nothing."""
 SEED_APART = 7_919
@@ -49,7 +52,8 @@ def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, see
 
     def build(seen: WorldSpec) -> Learner:
         built: Learner = learner_class.build(seen, settings, seed)
-        return with_reward_signals(with_imitation(built, settings, seed), settings, seed)
+        signalled = with_reward_signals(with_imitation(built, settings, seed), settings, seed)
+        return with_averaging(signalled, algorithm, settings)
 
     if network is None or network.stack_size == 1:
         return build(spec)
@@ -143,6 +147,26 @@ def with_reward_signals(learner: Learner, settings: Settings, seed: int) -> Lear
             model = _reward_model(name, learner.spec, settings, seed + (place + 1) * SEED_APART)
             learner = IntrinsicReward(learner, model)
     return learner
+
+
+def with_averaging(learner: Learner, algorithm: Algorithm, settings: Settings) -> Learner:
+    """Return the learner, judged and kept by the mean of its latest weights where `evaluation.averaged` has a share.
+
+    Raises:
+        SettingError: The learner is asked by a search.
+    """
+    share = settings.evaluation.averaged if EVALUATION in settings else 0.0
+    if not share:
+        return learner
+    if algorithm.searches:
+        raise SettingError(
+            "evaluation.averaged is {share:g}, and {name} is asked by a search, with its latest weights; expected 0.",
+            share=share,
+            name=algorithm.name,
+        )
+    from racecraft.algorithms.averaging import AveragedLearner
+
+    return AveragedLearner(learner, share, algorithm.learner_class().load_policy)
 
 
 def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> RewardModel:

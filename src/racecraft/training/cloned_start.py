@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from racecraft.algorithms.behaviour_cloning import BcConfig, BcLearner
-from racecraft.algorithms.building import IMITATION, SIGNALS, build_learner
+from racecraft.algorithms.building import EVALUATION, IMITATION, SIGNALS, build_learner
 from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.weights import to_arrays, to_tensors
@@ -43,7 +43,7 @@ def clone_recording(learner: Learner, path: Path, spec: WorldSpec, settings: Set
         SettingError: It was recorded in another world, or the learner has another kind of network.
     """
     group = BcConfig(demonstrations=str(path))
-    for beside in (*SIGNALS, IMITATION):
+    for beside in (*SIGNALS, IMITATION, EVALUATION):
         settings = settings.without(beside)
     built = build_learner(find_algorithm("bc"), spec, settings.with_group("bc", group), seed)
     clone = cast(BcLearner, getattr(built, "inner", built))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from racecraft.algorithms.learner import Learner
-from racecraft.algorithms.weights import to_tensors
+from racecraft.algorithms.weights import to_tensors, with_policy
 from racecraft.contract.errors import ContractError, RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -79,7 +79,7 @@ def restore_run(
     state = checkpoints.load_state(str(last))
     _require_known(run, state["loop"])
     weights, _ = checkpoints.load_policy(str(last))
-    learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
+    learner.load_state_dict(to_tensors(with_policy(state["learner"], weights)))
     writer.restore(state)
     why = _restore_worlds(collector, state["collector"], world_lasts)
     loop.restore(state["loop"])

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol, runtime_checkable
 
 from racecraft.algorithms.learner import Learner
-from racecraft.algorithms.weights import to_arrays
+from racecraft.algorithms.weights import take_policy, to_arrays
 from racecraft.contract.world import Array
 from racecraft.formats.atomic import write_atomic
 from racecraft.formats.checkpoint import Checkpoints
@@ -133,7 +133,7 @@ class RunWriter:
         if self._episode_files is not None and columns is not None:
             self._episode_files.keep(columns, report)
         learner = to_arrays(self._learner.state_dict())
-        weights = learner.pop("network")
+        weights = take_policy(learner)
         state = {"learner": learner, "collector": self._collector.state(), "loop": loop_state()}
         if self._episode_files is not None:
             state["aws"] = self._episode_files.state()

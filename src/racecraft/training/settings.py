@@ -36,6 +36,13 @@ class EvaluationConfig:
         "unfinished lap counts as two). Of equals the newer; of paces within 5 %, too.",
         choices=("progress", "reward", "laptime", "pace"),
     )
+    averaged: float = setting(
+        0.0,
+        "The policy that is judged and kept has the mean of the latest weights, over this share of the updates so far; "
+        "learning goes on from the latest. 0: the latest weights themselves.",
+        low=0.0,
+        high=1.0,
+    )
     stable_after: int = setting(2, "Evaluations in a row, all laps complete, that count as stable.", low=1)
 
     def __post_init__(self) -> None:

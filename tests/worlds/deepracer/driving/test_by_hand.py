@@ -24,7 +24,12 @@ def steer(track, moment):
 
 def laps_of(drive, track, count):
     """Drive until so many laps are complete, calmly."""
-    moment, laps = drive.restart(), []
+    return laps_from(drive.restart(), drive, track, count)
+
+
+def laps_from(moment, drive, track, count):
+    """Drive on from a moment until so many laps are complete, calmly."""
+    laps = []
     for _ in range(count * 300):
         moment, lap = drive.tick(steer(track, moment), 0.0)
         laps += [lap] if lap else []
@@ -60,6 +65,8 @@ def test_a_car_off_the_road_stands_on_the_line_again(driven):
             break
     assert moment.ended == "off_track"
     assert (moment.x, moment.y) == pytest.approx((begin.x, begin.y), abs=1e-6)
+    (lap,) = laps_from(moment, drive, world.track, 1)
+    assert lap.seconds > 8.0, "the short drives of a training are none of a person's"
 
 
 def test_laps_are_kept_come_back_and_are_dropped(driven, tmp_path):

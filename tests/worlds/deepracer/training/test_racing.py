@@ -80,11 +80,15 @@ def test_most_drives_of_a_training_are_short_and_no_evaluation_is(tmp_path):
     shape = ("rollout.num_worlds=8", "rollout.horizon=120", "evaluation.episodes=4")
     request = RaceRequest(run=tmp_path / "run", stops=("iterations=1",), overrides=(*times, *shape))
     run = train(request, NullCallback(), lambda text: None).run
-    cut = pl.read_parquet(run.episodes / "1.parquet").filter(pl.col("done"), status="time_up")
-    lengths = cut["tick"].value_counts(sort=True).rows()
+    ended = pl.read_parquet(run.episodes / "1.parquet").filter(pl.col("done"))
+    lengths = ended.filter(status="time_up")["tick"].value_counts(sort=True).rows()
     assert [length for length, _ in lengths] == [15, 30]
     laps = json.loads((run.evaluations / "1.json").read_text())["laps"]
     assert max(lap["steps"] for lap in laps) > 30
+    failed = ended.filter(pl.col("status") != "time_up")["progress_share"].to_list()
+    assert run.read_metrics()[0]["training_score"] == pytest.approx(100.0 * sum(failed) / len(failed)), (
+        "what was cut is left out"
+    )
 
 
 def test_what_disturbs_a_car_in_training_leaves_its_evaluations_alone_unless_asked():

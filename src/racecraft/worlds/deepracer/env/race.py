@@ -62,6 +62,8 @@ STATUSES = (
 IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK, CRASHED, PAUSE = range(
     len(STATUSES)
 )
+TRUNCATED = "truncated"
+"""What the record of an episode says that was cut before any of these ended it."""
 
 START_GAP_M = 0.75
 """Cars of one world start so far behind one another along the centre line (simapp START_POS_OFFSET)."""

@@ -430,7 +430,7 @@ class RaceWorld:
             agent=agent,
             steps=steps,
             reward=reward,
-            status="truncated"
+            status=race.TRUNCATED
             if report["truncated"] and report["status"] != race.LAP_COMPLETE
             else race.STATUSES[report["status"]],
             facts={

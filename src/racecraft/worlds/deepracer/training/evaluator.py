@@ -82,6 +82,7 @@ class CarEvaluator:
         times_flying: Whether the fastest flying lap is measured where every start brings a full lap.
         known_lap_seconds: The best known lap, which it is compared with; None: nobody knows one.
         latest: What evaluations before this one came to; None: there were none.
+        drives_on: Whether cars in training drive on over the finish until the clock cuts them.
 
     The score is the mean over the tracks that are trained on, each with as many laps; it is solved where all are full.
     """
@@ -100,15 +101,18 @@ class CarEvaluator:
         times_flying: bool = False,
         known_lap_seconds: float | None = None,
         latest: LatestReports | None = None,
+        drives_on: bool = False,
     ) -> None:
         self._world, self._policy, self._trained_in, self._best_by = world, policy, trained_in, best_by
         self._flying, self._by_track = tuple(flying), tuple(by_track)
         self._latest = latest or LatestReports(best_by)
         self._times_flying, self._known_lap = times_flying, known_lap_seconds
+        self._drives_on = drives_on
 
-    def score(self, episode: EpisodeRecord) -> float:
-        """Return the progress of an episode, per cent."""
-        return episode.facts["progress_percent"]
+    def score(self, episode: EpisodeRecord) -> float | None:
+        """Return the progress of an episode, per cent; None where the clock cut a drive that goes over the finish."""
+        is_cut = self._drives_on and episode.status == race.TRUNCATED
+        return None if is_cut else episode.facts["progress_percent"]
 
     def goal_reached(self, episode: EpisodeRecord) -> bool:
         """Tell whether an episode was a full lap."""

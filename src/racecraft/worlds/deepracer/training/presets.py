@@ -105,7 +105,7 @@ RACE_VALUES: Mapping[str, Mapping[str, Any]] = {
         "learning_rate": 1.5e-3, "learning_rate_schedule": "linear", "entropy_weight": 0.003,
         "entropy_schedule": "linear", "initial_std": 0.3,
     },
-    "evaluation": {"episodes": 20, "share": 0.25, "best_by": "pace"},
+    "evaluation": {"episodes": 20, "share": 0.25, "best_by": "pace", "averaged": 0.1},
     "variation": {"level": "perturbed", "in_evaluations": False},
 }  # fmt: skip
 """What the preset `race` changes (benchmarks/racing.md): the policy sees the past, steps grow smaller towards the end
@@ -113,7 +113,9 @@ of the budget, and the best checkpoint is that of the best pace over several eva
 long as usual bring the first stable laps sooner. Numbers are drawn more narrowly from the beginning: what is drawn
 across the whole range pays for hasty steering, whatever the policy does. In training commands stray: a car that nothing
 ever pushed drives so near the border that it leaves the road once in some 24 laps (2022_reinvent_champ). Most drives
-are over after 8 s, about a lap of re:Invent 2018: on longer tracks standing starts, where most cars fail, are rare."""
+are over after 8 s, about a lap of re:Invent 2018: on longer tracks standing starts, where most cars fail, are rare. Of
+the latest weights the mean is judged and kept: checkpoints 50 updates apart finished .72 to .91 on Belille, the mean
+of the latest tenth .95 as fast."""
 RACE_STEPS = 200_000
 """The budget of the preset `race`, where no stop is set."""
 

@@ -130,6 +130,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
     judged = judged_world(planned, reward)
     latest = LatestReports(settings.evaluation.best_by)
     flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.judged_courses]
+    drives_on = any(drive_seconds(planned, way) is not None for course in planned.all_courses for way in course.ways)
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
         by_track = judged_courses(planned)
@@ -148,6 +149,7 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
             times_flying,
             known_lap_of(planned),
             latest,
+            drives_on,
         )
 
     return Experiment(
