@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 from racecraft.contract.errors import SettingError
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.training.callbacks import NullCallback
 from racecraft.training.stopping import Progress, parse_stops, reached
 from racecraft.training.worlds import train
@@ -14,8 +15,9 @@ from racecraft.worlds.deepracer.driving import known_laps
 from racecraft.worlds.deepracer.driving.action_tables import default_table, default_top_speed, read_table
 from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.settings import RaceConfig
-from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport
+from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport, judge_starts
 from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
+from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training import evaluator
 from racecraft.worlds.deepracer.training.plan import RaceRequest, known_lap_of, plan_car
 from racecraft.worlds.deepracer.training.trainer import drive_seconds
@@ -89,6 +91,21 @@ def test_most_drives_of_a_training_are_short_and_no_evaluation_is(tmp_path):
     assert run.read_metrics()[0]["training_score"] == pytest.approx(100.0 * sum(failed) / len(failed)), (
         "what was cut is left out"
     )
+
+
+def test_what_was_judged_of_a_racing_car_is_what_was_kept_the_mean_of_its_latest_weights(tmp_path):
+    shape = ("rollout.num_worlds=8", "evaluation.episodes=4", "evaluation.share=none")
+    request = RaceRequest(run=tmp_path / "run", stops=("iterations=3",), overrides=shape)
+    run = train(request, NullCallback(), lambda text: None).run
+    kept, latest = Checkpoints(run.checkpoints), Checkpoints(run.checkpoints).load_state("3")["learner"]["network"]
+    assert any((part != latest[name]).any() for name, part in kept.load_policy("3")[0].items())
+    for iteration in ("1", "2", "3"):
+        car = load_trained_car(run.path, iteration)
+        again = judge_starts(car.policy, car.world(car.trained_on, 4))
+        told = json.loads((run.evaluations / f"{iteration}.json").read_text())["laps"]
+        assert [(lap.status, lap.steps, lap.progress_percent) for lap in again.laps] == [
+            (lap["status"], lap["steps"], lap["progress_percent"]) for lap in told
+        ]
 
 
 def test_what_disturbs_a_car_in_training_leaves_its_evaluations_alone_unless_asked():
