@@ -9,8 +9,8 @@ METRICS: dict[str, str] = {
     "steps_per_second": "Environment steps of this iteration over its wall-clock time, everything in, 1/s.",
     "episodes": "Training episodes that ended in this iteration.",
     "mean_reward": "Mean sum of rewards of those episodes; null where none ended.",
-    "training_score": "Mean score of those episodes, driven with exploration: progress in % of a lap for cars (drives "
-    "that the clock cut are left out), return (sum of rewards) for other worlds; null for snakes, and where none ended.",
+    "training_score": "Mean score of those episodes, driven with exploration: progress in % of a lap for cars (what "
+    "the clock cut is left out), return (sum of rewards) for other worlds; null for snakes, and where none ended.",
     "evaluation_score": "Mean score of the greedy policy, one episode from each start: progress in % of a lap for "
     "cars, return for other worlds, rating in Elo points for snakes; null in an iteration without evaluation.",
     "best_lap_seconds": "Fastest full lap of this evaluation in simulated s; null without one.",

@@ -395,15 +395,23 @@ def test_chance_is_no_change_and_a_change_is_one(tmp_path):
     assert what_to_try(tmp_path, falling)[0].startswith("It has got worse")
 
 
-def test_fifths_go_by_when_episodes_end_and_what_is_under_way_is_no_short_lap(tmp_path):
+@pytest.mark.parametrize("status", ["in_progress", "time_up"])
+def test_fifths_go_by_when_episodes_end_and_what_was_cut_is_no_short_lap(tmp_path, status):
     """By hand: 40 laps of 50 %, of which the last but eight to begin end last; the eight are cut off at 2 %."""
     parts = [makers.episode(k, 0.5, ticks=46, start_s=10.0 * k) for k in range(40)]
-    parts += [makers.episode(k, 0.02, ticks=3, start_s=10.0 * k, status="in_progress") for k in range(40, 48)]
+    parts += [makers.episode(k, 0.02, ticks=3, start_s=10.0 * k, status=status) for k in range(40, 48)]
     ticks = logs_of(tmp_path, makers.joined(*parts)).collect()
     late = ((pl.col("unique_episode") < 8) & (pl.col("tick") > 40)).cast(pl.Int32)
     share = pl.when(pl.col("unique_episode") < 8).then(2.0).otherwise(1.0) * pl.col("progress_share")
     told = advice(ticks.with_columns(late.alias("iteration"), share.alias("progress_share")), None)[0].found
     assert told.startswith("Mean progress went from 50 % in the fourth fifth of the episodes to 100 % in the last")
+
+
+def test_a_car_whose_drives_the_clock_cuts_is_not_left_without_advice(tmp_path):
+    parts = [makers.episode(k, 0.4, ticks=46, start_s=10.0 * k, status="time_up") for k in range(40)]
+    later = (pl.col("unique_episode") >= 20).cast(pl.Int32).alias("iteration")
+    told = advice(logs_of(tmp_path, makers.joined(*parts)).collect().with_columns(later), None)[0].found
+    assert told.startswith("Mean progress went from 40 % in the fourth fifth of the episodes to 40 % in the last")
 
 
 def test_a_place_is_told_by_its_waypoints_too(tmp_path):

@@ -39,6 +39,8 @@ LONGEST_STEP_MS = 70.0
 stamps are read beside the poses, and in logs whose mean is 66.7 ms one of twenty is beyond 90 ms, too."""
 UNDER_WAY = ("prepare", "in_progress")
 """How an episode stands that the end of the training cut off; it tells nothing of how far a car comes."""
+CUT = "time_up"
+"""How one stands that the clock cut, which tells as little where others ended by themselves."""
 RARE = 0.01
 """Share of the steps below which an action is hardly chosen, at the high end of its interval."""
 CHANGED = 0.03
@@ -99,9 +101,11 @@ def _as_they_ended(ticks: pl.DataFrame) -> pl.DataFrame:
     ended = ticks.group_by("unique_episode").agg(pl.col("iteration").last().alias("ended"))
     rank = pl.int_range(pl.len()) * len(QUINTILES) // pl.len()
     fifth = rank.replace_strict(list(range(5)), list(QUINTILES), return_dtype=pl.Enum(QUINTILES))
+    status = pl.col("status").cast(pl.String)
+    episodes = simulation_agg(ticks).filter(~status.is_in(UNDER_WAY).fill_null(False))
+    uncut = episodes.filter((status != CUT).fill_null(True))
     return (
-        simulation_agg(ticks)
-        .filter(~pl.col("status").cast(pl.String).is_in(UNDER_WAY).fill_null(False))
+        (uncut if uncut.height >= FEWEST_EPISODES else episodes)
         .join(ended, on="unique_episode", maintain_order="left")
         .sort("round", "ended", "unique_episode")
         .with_columns(fifth.alias("quintile"))
