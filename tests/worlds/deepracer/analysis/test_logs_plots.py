@@ -403,8 +403,11 @@ def test_fifths_go_by_when_episodes_end_and_what_was_cut_is_no_short_lap(tmp_pat
     ticks = logs_of(tmp_path, makers.joined(*parts)).collect()
     late = ((pl.col("unique_episode") < 8) & (pl.col("tick") > 40)).cast(pl.Int32)
     share = pl.when(pl.col("unique_episode") < 8).then(2.0).otherwise(1.0) * pl.col("progress_share")
-    told = advice(ticks.with_columns(late.alias("iteration"), share.alias("progress_share")), None)[0].found
-    assert told.startswith("Mean progress went from 50 % in the fourth fifth of the episodes to 100 % in the last")
+    told = advice(ticks.with_columns(late.alias("iteration"), share.alias("progress_share")), None)[0]
+    assert told.found.startswith(
+        "Mean progress went from 50 % in the fourth fifth of the episodes to 100 % in the last"
+    )
+    assert told.plot().data["progress_share"].min() >= 0.5, "beside the words stands what they tell of"
 
 
 def test_a_car_whose_drives_the_clock_cuts_is_not_left_without_advice(tmp_path):

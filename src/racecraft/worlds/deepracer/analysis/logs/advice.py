@@ -181,7 +181,8 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
     else:
         try_ = "It stands still and finishes: ask for more speed, in the reward or in the actions."
         command = ANEW
-    yield Advice(words, try_, lambda: training_progress(ticks), command)
+    told = ticks.filter(pl.col("unique_episode").is_in(episodes["unique_episode"].implode()))
+    yield Advice(words, try_, lambda: training_progress(told), command)
 
 
 def _mostly_crashes(episodes: pl.DataFrame) -> bool:
