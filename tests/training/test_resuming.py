@@ -74,7 +74,15 @@ def forgetful():
 AVERAGED = ("--set", "evaluation.averaged=0.5")
 
 
-@pytest.mark.parametrize("more", [(), ("--set", "ppo.asynchronous=true"), (*AVERAGED, "--set", "network.stack_size=2")])
+@pytest.mark.parametrize(
+    "more",
+    [
+        (),
+        ("--set", "ppo.asynchronous=true"),
+        ("--set", "ppo.asynchronous=true", *AVERAGED),
+        (*AVERAGED, "--set", "network.stack_size=2"),
+    ],
+)
 def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path, more):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     racecraft("gym", "train", "CartPole-v1", "--run", whole, "--stop", "iterations=6", *SMALL, *more)

@@ -1,15 +1,15 @@
 """A running mean of a learner's weights, by which it is judged and kept. Begin with `AveragedLearner`.
 
 What a policy does at its limits changes from update to update: of a car's checkpoints 20 updates apart one finished
-92 of 100 starts, the next 35. The mean of the latest weights is steadier than any of them (Polyak and Juditsky,
-"Acceleration of stochastic approximation by averaging", 1992). What explores and learns goes by the latest weights, as
-ever.
+92 % of its starts, the next 35 %. The mean of the latest weights is steadier (Polyak and Juditsky, "Acceleration of
+stochastic approximation by averaging", 1992; benchmarks/racing.md). What explores and learns goes by the latest
+weights, as ever.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, cast
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -18,8 +18,7 @@ from racecraft.algorithms.compiled_policy import CompiledPolicy
 from racecraft.algorithms.learner import Compilable, Learner, StateDict
 from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.replay_sampler import ReplayLearner
-from racecraft.algorithms.weights import MEAN
+from racecraft.algorithms.weights import MEAN, NETWORK
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 
@@ -38,20 +37,9 @@ class AveragedLearner(LearnerWrapper):
 
     def __init__(self, inner: Learner, share: float, load_policy: LoadPolicy) -> None:
         super().__init__(inner)
-        self.figures: Mapping[str, str] = getattr(inner, "figures", {})
         self.share, self.updates = share, 0
-        self.mean = dict(inner.state_dict()["network"])
+        self.mean = dict(inner.state_dict()[NETWORK])
         self._load_policy = load_policy
-
-    @property
-    def discount(self) -> float:
-        """Weight of the next tick's value (gamma), of a learner that eats from a replay."""
-        return cast(ReplayLearner, self.inner).discount
-
-    @property
-    def n_step(self) -> int:
-        """Steps of reward before a value is asked for, likewise."""
-        return cast(ReplayLearner, self.inner).n_step
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions by the mean."""
@@ -68,7 +56,7 @@ class AveragedLearner(LearnerWrapper):
     def update(self, experience: Any) -> Mapping[str, float]:
         """Have the inner learner learn, and take its weights into the mean."""
         figures = self.inner.update(experience)
-        newest = self.inner.state_dict()["network"]
+        newest = self.inner.state_dict()[NETWORK]
         weight = 1.0 / (1.0 + self.share * self.updates)
         self.mean = {
             name: torch.lerp(self.mean[name], part, weight) if part.is_floating_point() else part
@@ -86,7 +74,7 @@ class AveragedLearner(LearnerWrapper):
         self.inner.load_state_dict(state)
         own = state.get(STATE)
         self.updates = int(own["updates"]) if own else 0
-        self.mean = dict(state[MEAN]) if own else dict(self.inner.state_dict()["network"])
+        self.mean = dict(state[MEAN]) if own else dict(self.inner.state_dict()[NETWORK])
 
 
 class MeanPolicy:

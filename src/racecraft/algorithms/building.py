@@ -1,9 +1,9 @@
 """From settings to a learner: the algorithm's own, and what is laid round it. Begin with `build_learner`.
 
-network.stack_size → stacking.py      sees the last k observations
-curiosity, rnd     → intrinsic.py     is also rewarded for what it has not seen
-gail               → intrinsic.py     is also rewarded for what passes for what was shown
-imitation          → imitation.py     also does what was shown
+network.stack_size  → stacking.py     sees the last k observations
+curiosity, rnd      → intrinsic.py    is also rewarded for what it has not seen
+gail                → intrinsic.py    is also rewarded for what passes for what was shown
+imitation           → imitation.py    also does what was shown
 evaluation.averaged → averaging.py    is judged and kept by the mean of its latest weights
 """
 

@@ -84,7 +84,7 @@ class ImitationWrapper(LearnerWrapper):
         self.collected = 0
         """Steps collected so far; the size of its own steps falls with them."""
         self.figures = {
-            **inner.figures,
+            **self.figures,
             "imitation_loss": "Mean -log probability of the recorded actions, in nats (of numbers: -log density); 0 "
             "once nothing is imitated any more.",
             "imitation_agreement": "Share of recorded choices that are the policy's likeliest; of numbers: of those "

@@ -79,7 +79,7 @@ class IntrinsicReward(LearnerWrapper):
         super().__init__(inner)
         self.model = model
         self.figures = {
-            **getattr(inner, "figures", {}),
+            **self.figures,
             f"{model.name}_reward": "Mean bonus of a transition, its strength and scale in, in reward units.",
             **model.figures,
         }

@@ -1,13 +1,18 @@
-"""What is laid round a learner and decides as it does: a bonus (`intrinsic.py`), imitation (`imitation.py`)."""
+"""What is laid round a learner and is one itself; it hands on what it has no say in.
+
+Stacks (`stacking.py`), a bonus (`intrinsic.py`), imitation (`imitation.py`), a mean of its weights (`averaging.py`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import cast
 
 import torch
 
 from racecraft.algorithms.learner import Decision, HasSchedules, Learner, greedy_policy_of
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec
 
@@ -22,6 +27,17 @@ class LearnerWrapper:
     def __init__(self, inner: Learner) -> None:
         self.inner, self.spec = inner, inner.spec
         self.experience, self.device = inner.experience, inner.device
+        self.figures: Mapping[str, str] = getattr(inner, "figures", {})
+
+    @property
+    def discount(self) -> float:
+        """Weight of the next tick's value (gamma), of a learner that eats from a replay."""
+        return cast(ReplayLearner, self.inner).discount
+
+    @property
+    def n_step(self) -> int:
+        """Steps of reward before a value is asked for, likewise."""
+        return cast(ReplayLearner, self.inner).n_step
 
     @property
     def columns(self) -> Mapping[str, ArraySpec]:

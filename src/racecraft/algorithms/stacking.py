@@ -14,17 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
 from racecraft.algorithms.explainable import Scores
-from racecraft.algorithms.learner import REPLAY, Decision, HasSchedules, Learner, StateDict, greedy_policy_of
+from racecraft.algorithms.learner import REPLAY, Decision, Learner, StateDict, greedy_policy_of
+from racecraft.algorithms.learner_wrapper import LearnerWrapper
 from racecraft.algorithms.networks import is_image
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
@@ -34,7 +34,7 @@ AGE = "stack_age"
 STATE = "stack"
 
 
-class StackedLearner:
+class StackedLearner(LearnerWrapper):
     """A learner that is fed stacks and makes them itself.
 
     Args:
@@ -44,24 +44,16 @@ class StackedLearner:
     """
 
     def __init__(self, spec: WorldSpec, size: int, build: Callable[[WorldSpec], Learner]) -> None:
+        super().__init__(build(replace(spec, observations=stacked_specs(spec.observations, size))))
         self.spec, self.size = spec, size
-        self.inner = build(replace(spec, observations=stacked_specs(spec.observations, size)))
-        self.experience, self.device = self.inner.experience, self.inner.device
-        self.figures: Mapping[str, str] = getattr(self.inner, "figures", {})
-        self.columns = {**self.inner.columns, AGE: ArraySpec((), np.int16, 0, size - 1, doc="observations before")}
         self.frames = FrameStack(spec.observations, size)
         self._tail: dict[str, Array] = {}
         """The k - 1 observations before the next rollout, (k - 1, R, ...)."""
 
     @property
-    def discount(self) -> float:
-        """Weight of the next tick's value (gamma), of a learner that eats from a replay."""
-        return cast(ReplayLearner, self.inner).discount
-
-    @property
-    def n_step(self) -> int:
-        """Steps of reward before a value is asked for, likewise."""
-        return cast(ReplayLearner, self.inner).n_step
+    def columns(self) -> Mapping[str, ArraySpec]:
+        """What the inner learner notes, and AGE."""
+        return {**self.inner.columns, AGE: ArraySpec((), np.int16, 0, self.size - 1, doc="observations before")}
 
     @property
     def policy_spec(self) -> PolicySpec:
@@ -100,11 +92,6 @@ class StackedLearner:
             return self.inner.update(experience)
         stacked, self._tail = stacked_batch(experience, self.spec.observations, self.size, self._tail)
         return self.inner.update(stacked)
-
-    def anneal(self, done: float) -> None:
-        """Follow the inner learner's schedules."""
-        if isinstance(self.inner, HasSchedules):
-            self.inner.anneal(done)
 
     def state_dict(self) -> StateDict:
         """Return the inner learner's state, and the past of every row."""

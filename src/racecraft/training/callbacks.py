@@ -103,7 +103,7 @@ class IterationReport:
     mean_reward: float | None
     """Mean sum of rewards of those episodes; None without any."""
     training_score: float | None
-    """Mean score of those episodes; None without any."""
+    """Mean score of those that have one; None without any."""
     losses: Mapping[str, float]
     """The learner's figures, by name."""
     result: EvaluationResult | None

@@ -32,7 +32,8 @@ PHASES = ("training", "evaluation")
 HELP = {
     **BY_STATUS,
     "racecraft_training_reward": "Mean sum of rewards of all episodes that ended in the iteration.",
-    "racecraft_training_score": "Mean score of all episodes that ended in the iteration: of cars per cent of a lap.",
+    "racecraft_training_score": "Mean score of the episodes that ended in the iteration: of cars per cent of a lap, "
+    "without drives that the clock cut.",
     "dr_eval_episodes_progress": "Score of the latest evaluation: of cars per cent of a lap.",
     "dr_eval_episodes_elapsed_time": "Best lap of the latest evaluation, ms.",
     "dr_sagemaker_epochs_entropy": "Entropy of the policy, nat.",
