@@ -114,6 +114,15 @@ def pytest_collection_finish() -> None:
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show what browsers showed when a test failed: a selector that was waited for does not say what came instead."""
+    report = yield
+    if call.when == "call" and report.failed and (browser := sys.modules.get("tests.browser")):
+        report.sections += browser.shown()
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol() -> Generator[None, object, object]:
     """Restore after each test what trainings and servers set up in their process."""
     interval = sys.getswitchinterval()

@@ -10,6 +10,7 @@ import atexit
 import re
 import shutil
 import time
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,15 @@ def _returned(context: Any, touch: bool) -> None:
 
 
 _OPEN: set[Browser] = set()
+
+
+def shown() -> list[tuple[str, str]]:
+    """Return of each open browser where its page is, and the text in sight, for the report of a test that failed."""
+    found = []
+    for one in _OPEN:
+        with suppress(Exception):  # a page that is gone must not hide why the test failed
+            found.append((f"the page at {one.page.url}", one.page.inner_text("body", timeout=2000)[:4000]))
+    return found
 
 
 class Browser:

@@ -297,6 +297,17 @@ def test_a_sign_in_takes_a_new_token_and_a_planted_one_stays_a_strangers(club):
     assert Browser(club.port, kept).ask("/models")[0] == 303
 
 
+def test_what_another_page_still_loads_leaves_the_cookie_of_a_sign_in_page_alone(club):
+    browser = Browser(club.port)
+    browser.ask("/sign-in")
+    form = browser.cookie, browser.form_token
+    browser.cookie = ""
+    browser.ask("/sign-in?next=%2Fmodels", Sec_Fetch_Mode="cors")
+    assert browser.cookie == ""
+    browser.cookie, browser.form_token = form
+    assert browser.ask("/sign-in", {"name": "Bob", "password": PASSWORD})[0] == 303
+
+
 def test_after_sign_in_nobody_is_led_to_another_site(club):
     for then in ("//evil.example", "https://evil.example", "/\\evil.example", "javascript:alert(1)"):
         browser = Browser(club.port)

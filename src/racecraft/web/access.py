@@ -208,7 +208,10 @@ class Guard:
         if token.startswith(STRANGER) and len(token) < 80:
             return _Visitor(None, token)
         stranger = STRANGER + secrets.token_urlsafe(24)
-        return _Visitor(None, stranger, stranger)
+        # Only a page that somebody goes to has a form whose cookie this is. What other pages still load without a
+        # cookie is answered any time, after that page as well, and would take the place of its cookie.
+        goes_there = headers.get("sec-fetch-mode", "navigate") == "navigate"
+        return _Visitor(None, stranger, stranger if goes_there else "")
 
     def _is_open(self, path: str) -> bool:
         return any(path.startswith(one) if one.endswith("/") else path == one for one in self._access.open_paths)
