@@ -2,6 +2,7 @@ import pytest
 
 from racecraft.contract.errors import InputFileError
 from racecraft.worlds.deepracer.driving.known_laps import (
+    FORWARD,
     REVERSE,
     TABLE,
     KnownLap,
@@ -10,7 +11,7 @@ from racecraft.worlds.deepracer.driving.known_laps import (
     record_lap,
 )
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
-from racecraft.worlds.deepracer.tracks.catalogue import names
+from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
 
 LAP = KnownLap("reinvent_base", "forward", "v6", 2.5, "7x1.5,2.5", 5.8, "plan", "0.1.0")
 
@@ -38,10 +39,14 @@ def test_a_damaged_row_is_named_by_its_line(tmp_path):
         read_laps(file)
 
 
-def test_the_shipped_table_speaks_of_our_tracks_and_cars():
+def test_the_shipped_table_has_every_track_both_ways_for_each_car_and_top_speed():
     laps = read_laps(TABLE)
-    assert {lap.track for lap in laps} <= set(names())
+    ways = {(name, FORWARD) for name in names()} | {(name, REVERSE) for name in names() if load_track(name).closed}
     assert {lap.car for lap in laps} <= set(PROFILES)
+    of_cars = {(lap.car, lap.top_speed_mps) for lap in laps}
+    assert {("v6", 2.5), ("v5-classic", 4.0), ("v4", 4.0), ("v6", 4.0)} <= of_cars
+    for car in of_cars:
+        assert {(lap.track, lap.direction) for lap in laps if (lap.car, lap.top_speed_mps) == car} == ways
     assert all(1.0 < lap.lap_seconds < 200.0 for lap in laps)
     one = laps[0]
     assert best_known_lap(one.track, one.car, one.top_speed_mps, one.direction) == one.lap_seconds

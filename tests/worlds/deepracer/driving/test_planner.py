@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from racecraft.worlds.deepracer.actions.line import line
-from racecraft.worlds.deepracer.driving.action_tables import read_table
+from racecraft.worlds.deepracer.driving import planner
+from racecraft.worlds.deepracer.driving.action_tables import default_table, read_table
 from racecraft.worlds.deepracer.driving.guides import guides
 from racecraft.worlds.deepracer.driving.kernels.road_raster import CELL_M, INSIDE, OUTSIDE
 from racecraft.worlds.deepracer.driving.lines import classical_line
@@ -58,6 +59,15 @@ def test_a_table_that_cannot_turn_has_no_plan(track):
     table = read_table("7x4")
     car = PROFILES["v4"]
     assert plan_best_lap(track, car, table, [classical_line(track, car, 4.0, "centre")], beam=20) is None
+
+
+@pytest.mark.skipif(not HAS_CASADI, reason="needs CasADi: pip install 'racecraft[solver]'")
+def test_a_bend_that_all_states_come_to_too_fast_is_planned_once_more_with_care(monkeypatch):
+    tight, car, table = load_track("New_York_Track"), PROFILES["v4"], read_table(default_table("v4", 4.0))
+    lines = guides(tight, car, table)[:1]
+    assert 6.0 < plan_best_lap(tight, car, table, lines, refinements=0, beam=150).lap_seconds < 6.5
+    monkeypatch.setattr(planner, "CAREFUL_WEIGHTS", ())
+    assert plan_best_lap(tight, car, table, lines, refinements=0, beam=150) is None
 
 
 def test_the_open_track_is_planned_from_start_to_finish_told_in_seconds_and_written(tmp_path):

@@ -33,6 +33,8 @@ LAPS = 4
 """One from rest, then flying."""
 WEIGHTS: tuple[Weights, ...] = ((1.0, 0.3, 0.05), (5.0, 2.0, 0.3))
 """Prices of offset, heading error and excess speed: small ones for cars that answer at once, large for others."""
+CAREFUL_WEIGHTS: tuple[Weights, ...] = ((5.0, 2.0, 3.0),)
+"""Tried where no car came round: all that lived on were too fast to brake for a tight bend."""
 GUIDE_SPACING_M = 0.04
 REFINEMENTS = 4
 SLOWEST_MPS = 0.25
@@ -87,7 +89,8 @@ def plan_best_lap(
 ) -> Plan | None:
     """Return the best plan found; None where no car came round.
 
-    Every line is followed at every price of WEIGHTS. Then the best lap itself is the guide, as long as that gains time.
+    Every line is followed at every price of WEIGHTS, and of CAREFUL_WEIGHTS where none gave a lap. Then the best lap
+    itself is the guide, as long as that gains time.
 
     Args:
         track: The track, in driving direction.
@@ -98,20 +101,20 @@ def plan_best_lap(
         beam: How many states live on after each tick.
     """
     commands, raster = grid_of(actions), road_raster(track)
+    lines = list(guides(track, car, actions) if lines is None else lines)
 
     def follow(line: RacingLine, weights: Weights) -> Plan | None:
         choices = _search(track, raster, car, commands, line, weights, beam)
         return None if choices is None else drive_plan(track, car, commands, choices)
 
-    first = [
-        (plan, weights)
-        for line in (guides(track, car, actions) if lines is None else lines)
-        for weights in WEIGHTS
-        if (plan := follow(line, weights)) is not None
-    ]
-    if not first:
+    def follow_all(prices: tuple[Weights, ...]) -> list[tuple[Plan, Weights]]:
+        tried = [(follow(line, weights), weights) for line in lines for weights in prices]
+        return [(plan, weights) for plan, weights in tried if plan is not None]
+
+    found = follow_all(WEIGHTS) or follow_all(CAREFUL_WEIGHTS)
+    if not found:
         return None
-    best, weights = min(first, key=lambda pair: pair[0].merit)
+    best, weights = min(found, key=lambda pair: pair[0].merit)
     for _ in range(refinements):
         plan = follow(best.line, weights)
         if plan is None or plan.merit >= best.merit:
