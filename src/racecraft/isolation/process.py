@@ -29,6 +29,8 @@ HARMLESS = ("LANG", "LC_ALL", "LC_CTYPE", "LD_LIBRARY_PATH", "PYTHONHASHSEED", "
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Numeric libraries start no threads, which are denied."""
 LOOK_SECONDS, DUMP_SECONDS = 0.05, 0.1
+PAUSE_SECONDS = 1.0
+"""Who wakes so much later than it wanted to was paused, as by Ctrl-Z."""
 ALIVE_SHARE = 0.1
 """Of the time that an answer may take: so often at most the process says {"alive": k} before it."""
 LAST_WORDS_BYTES, LAST_LINE = 1 << 14, 200
@@ -53,9 +55,16 @@ class EndedError(Exception):
 
 @dataclass
 class _Deadline:
+    """Kept by a clock that stands still while this process is paused: an answer that lies there was not late."""
+
     at: float = math.inf
-    """time.monotonic() of when the answer is due."""
+    """When the answer is due, by `now`."""
+    paused: float = 0.0
+    """How long this process has been paused so far, s; the watching thread alone counts it."""
     has_passed: bool = False
+
+    def now(self) -> float:
+        return time.monotonic() - self.paused
 
 
 class CodeProcess:
@@ -136,7 +145,7 @@ class CodeProcess:
                 return header, body
 
     def _due_in(self, seconds: float) -> None:
-        self._deadline.at = time.monotonic() + (1.0 + ALIVE_SHARE) * seconds
+        self._deadline.at = self._deadline.now() + (1.0 + ALIVE_SHARE) * seconds
 
     def _ended(self, error: Exception) -> EndedError:
         process, was_late = self._process, self._deadline.has_passed
@@ -177,8 +186,12 @@ def harmless_environment() -> dict[str, str]:
 def _watch(process: subprocess.Popen[bytes], deadline: _Deadline) -> None:
     """End the process when it is late; before that, let it say where it is."""
     while process.poll() is None:
+        slept = time.monotonic()
         time.sleep(LOOK_SECONDS)
-        if time.monotonic() > deadline.at:
+        late = time.monotonic() - slept - LOOK_SECONDS
+        if late > PAUSE_SECONDS:
+            deadline.paused += late
+        if deadline.now() > deadline.at:
             deadline.has_passed = True
             if hasattr(signal, "SIGUSR1"):
                 process.send_signal(signal.SIGUSR1)

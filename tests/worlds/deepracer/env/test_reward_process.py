@@ -5,10 +5,14 @@ import contextlib
 import io
 import os
 import re
+import signal
 import socket
+import subprocess
+import sys
 import time
 
 import numpy as np
+import psutil
 import pytest
 
 from racecraft.contract.errors import RewardError, RewardFileError
@@ -223,6 +227,29 @@ def test_an_endless_loop_that_catches_everything_is_ended(opened):
     loop = "    while True:\n        try:\n            pass\n        except:\n            pass\n"
     with pytest.raises(RewardError, match=r"reward_function\.py:\d: reward_function had not returned"):
         opened(f"def reward_function(p):\n{loop}", seconds=0.2).call(PARAMS)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="nothing can be paused here")
+def test_a_call_during_which_everything_is_paused_for_longer_than_it_may_take_is_not_late(tmp_path):
+    path = tmp_path / "reward_function.py"
+    path.write_text(body("[__import__('time').sleep(0.02) for _ in range(20)]"))
+    code = (
+        "from racecraft.worlds.deepracer.env.reward_process import open_reward\n"
+        "from racecraft.worlds.deepracer.files.reward_file import example_situations\n"
+        f"reward = open_reward({str(path)!r}, seconds=1.0)\n"
+        "print('asks', flush=True)\n"
+        "print([reward.call(example_situations()['on the way']) for _ in range(10)])\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as asks:
+        assert asks.stdout.readline() == "asks\n"
+        everybody = [psutil.Process(asks.pid), *psutil.Process(asks.pid).children()]
+        time.sleep(0.2)
+        for one in everybody:
+            one.suspend()
+        time.sleep(2.5)
+        for one in everybody:
+            one.resume()
+        assert asks.communicate(timeout=60)[0] == f"{[1.0] * 10}\n"
 
 
 def test_many_slow_cars_together_may_take_longer_than_one_call(tmp_path):
