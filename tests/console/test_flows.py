@@ -81,7 +81,7 @@ def test_one_click_makes_a_model_and_begins_its_training(console, browser):
     browser.page.wait_for_url("**/models/first-car")
     assert click.count == 1
     assert [name for name, _ in begun] == ["first-car"]
-    assert begun[0][1][:3] == ["train", ".", "--track=reinvent_base"]
+    assert begun[0][1] == ["train", ".", "--track=reinvent_base", "--stop=minutes=1", "--no-pictures"]
     files = {path.name for path in (workspace.path / "models/first-car").iterdir()}
     assert files >= {"reward_function.py", "model_metadata.json", "model.json"}
     browser.page.click("text=Show as command")

@@ -53,7 +53,8 @@ class PpoConfig:
     )  # fmt: skip
     learning_rate_schedule: str = setting(
         "constant",
-        "How the learning rate goes on: as it is, or in a straight line to 1e-10 at the stop `steps=`.",
+        "How the learning rate goes on: as it is, or in a straight line to 1e-10 at the stop `steps=`, "
+        "or where there is none at `minutes=`.",
         choices=("constant", "linear"),
     )
     clip_schedule: str = setting(

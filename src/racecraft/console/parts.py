@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from racecraft.console.form import Step
@@ -108,6 +109,8 @@ class WorldParts:
     """What one of its models is called: "car"."""
     lesson = ""
     """What the first training of this world promises, for the first page; "": it offers none."""
+    first: Mapping[str, Any] = MappingProxyType({})
+    """What the first training sets otherwise than `defaults`."""
 
     def __init__(self, kind: WorldKind) -> None:
         self.kind = kind

@@ -111,13 +111,19 @@ def reached(stops: Iterable[StopCondition], progress: Progress) -> StopCondition
 
 
 def share_done(stops: Iterable[StopCondition], progress: Progress) -> float | None:
-    """Return what share of a training lies behind, 0 to 1, where a number of steps ends it; else None.
+    """Return what share of a training lies behind, 0 to 1, where steps or else minutes end it; None: none do.
 
-    >>> share_done(parse_stops(["steps=1000"]), Progress(1.0, 1, 250, False))
+    Steps come first, since a training that goes by the clock is never the same twice.
+
+    >>> share_done(parse_stops(["minutes=4", "steps=1000"]), Progress(60.0, 1, 500, False))
+    0.5
+    >>> share_done(parse_stops(["laps", "minutes=4"]), Progress(60.0, 1, 500, False))
     0.25
     """
-    limits = [stop.amount for stop in stops if stop.kind == "steps"]
-    return min(1.0, progress.steps / min(limits)) if limits else None
+    for kind, so_far in (("steps", progress.steps), ("minutes", progress.seconds / 60.0)):
+        if limits := [stop.amount for stop in stops if stop.kind == kind]:
+            return min(1.0, so_far / min(limits))
+    return None
 
 
 def _parse(text: str, known: Mapping[str, str]) -> StopCondition:

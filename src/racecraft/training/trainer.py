@@ -416,12 +416,12 @@ def _learner(experiment: Experiment, settings: Settings) -> Learner:
 
 
 def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[StopCondition]) -> tuple[str, ...]:
-    """Say where something is to fall until a number of steps, and no such stop says until which.
+    """Say where something is to fall until the training ends, and neither steps nor minutes say when.
 
     Returns:
         A clause, or none.
     """
-    if any(stop.kind == "steps" for stop in stops) or not algorithm.group:
+    if any(stop.kind in ("steps", "minutes") for stop in stops) or not algorithm.group:
         return ()
     falling = [
         f"{algorithm.group}.{name}"
@@ -430,7 +430,8 @@ def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[
     ]
     if not falling:
         return ()
-    return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
+    names = ", ".join(falling)
+    return (f"{names}: linear, but no stop steps= or minutes= says until when; what they rule stays as it is set",)
 
 
 def _say_notes(experiment: Experiment, on_message: MessageCallback) -> None:

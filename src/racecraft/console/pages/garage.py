@@ -119,11 +119,11 @@ def first_page(console: Console) -> Page:
 
 
 def train_first(console: Console, request: Request, fields: Fields) -> str:
-    """Make a model with every default of a world and train it."""
+    """Make a model with a world's defaults and train it, as long as its first training lasts."""
     parts = parts_of(one(fields, "kind"))
     if not parts.lesson:
         raise SettingError("{title} offers no first training; expected a world that does.", title=parts.kind.title)
-    values = parts.defaults()
+    values = {**parts.defaults(), **parts.first}
     model = console.workspace.create(console.workspace.free(FIRST), parts.files(values), parts.note(values))
     begin_training(console.home, model, parts.words(values))
     console.watcher.refresh()

@@ -179,13 +179,14 @@ def _reward(is_clone: bool) -> Step:
                 names=(("file", "reward_function.py"),),
             ),
             Field(
-                name="stop_laps", label="End when it laps", default=True, kind="switch",
-                sentence="Ends after evaluations in a row in which every start brings a full lap.",
+                name="stop_laps", label="End when it laps", default=False, kind="switch",
+                sentence="After evaluations in a row in which every start brings a full lap: safe, not yet fast.",
                 names=(("--stop", "laps"),),
             ),
             Field(
-                name="minutes", label="End after", default=10.0, low=0.1, high=1440.0, unit="min",
-                sentence="Of training, whatever it has reached.", names=(("--stop", "minutes=10"),),
+                name="minutes", label="End after", default=5.0, low=0.1, high=1440.0, unit="min",
+                sentence="Of training, whatever it has reached; it learns in smaller steps towards the end.",
+                names=(("--stop", "minutes=10"),),
             ),
             *([WEIGHTS] if is_clone else []),
         ),

@@ -215,13 +215,13 @@ def summary(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what is chosen, in a few words."""
     text = str(values["actions"])
     count = len([line for line in text.splitlines() if line.strip()])
-    until = "laps, or " if values["stop_laps"] else ""
+    sooner = ", or when it laps" if values["stop_laps"] else ""
     return [
         ("Track", str(values["track"])),
         ("Race", str(values["race"]).replace("_", " ").lower()),
         ("Algorithm", str(values["algorithm"]).upper()),
         ("Car", "ranges of actions" if _RANGES.fullmatch(text.strip()) else f"{count} actions"),
-        ("Ends when it", f"{until}{values['minutes']:g} min are over"),
+        ("Ends after", f"{values['minutes']:g} min{sooner}"),
     ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from racecraft.console.form import Step
@@ -31,7 +32,8 @@ class CarParts(WorldParts):
     stage = f"{TEMPLATES}/stage.html"
     stage_modules = ("racecraft.worlds.deepracer.pages/cars.js",)
     stage_styles = ("racecraft.worlds.deepracer.pages/cars.css",)
-    lesson = "It sees the road through its camera, is paid for getting on, and tries until it laps."
+    lesson = "It sees the road through its camera, is paid for getting on, tries until it laps, and laps ever faster."
+    first: Mapping[str, Any] = MappingProxyType({"minutes": 1.0})
 
     def card(self, run: RunFolder, job: Mapping[str, Any], metrics: Rows) -> Card:
         """Return what a list says of a car's run."""
