@@ -11,6 +11,8 @@ from racecraft.pages.filters import duration
 UNTIL = {
     "laps": "it laps", "minutes": "{} min are over", "iterations": "{} iterations are done",
     "steps": "{} steps are done", "score": "it scores {}", "rating": "it is rated {}",
+    "episodes": "{} episodes are done", "reward": "its mean reward exceeds {}", "lap": "it laps within {} s",
+    "gap": "its lap comes within {} % of the best known one",
 }  # fmt: skip
 """What ends a training, by the word of --stop."""
 
@@ -44,8 +46,8 @@ def _resumed(times: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 def _until(stops: str | Sequence[str]) -> str:
     """Return what ends the training.
 
-    >>> _until(["laps", "minutes=7"]), _until(())
-    (' until it laps or 7 min are over', '')
+    >>> _until(["laps", "minutes=7"]), _until(["gap=3"]), _until(())
+    (' until it laps or 7 min are over', ' until its lap comes within 3 % of the best known one', '')
     """
     conditions = []
     for stop in [stops] if isinstance(stops, str) else stops:

@@ -56,7 +56,7 @@ class StopCondition:
     amount: float = 0.0
 
     def __str__(self) -> str:
-        return self.kind if self.kind in BARE else f"{self.kind}={self.amount:g}"
+        return self.kind if self.kind in BARE else f"{self.kind}={self.amount:.12g}"
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,8 @@ def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) ->
     ['laps', 'minutes=1.5']
     >>> [str(stop) for stop in parse_stops(["lap=8.2", "gap=3%"])]
     ['lap=8.2', 'gap=3']
+    >>> [str(stop) for stop in parse_stops(["steps=2400000"])]
+    ['steps=2400000']
     >>> parse_stops(["minuts=3"])
     Traceback (most recent call last):
     racecraft.contract.errors.SettingError: --stop 'minuts=3' is no stop. Did you mean 'minutes'?

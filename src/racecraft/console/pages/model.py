@@ -81,7 +81,6 @@ def overview(console: Console, request: Request) -> Page:
             "charts": [(chart.title, chart.shown()) for chart in parts.charts(row, metrics)] if parts else [],
             "log": _log(console, row, run),
             "commands": {"command": _commands(console, model, row), "python": _python(row)},
-            "left": _left(row),
             "shared": model.note().shared,
         },
     )
@@ -177,21 +176,15 @@ def _stage(row: Mapping[str, Any], parts: WorldParts | None) -> dict[str, Any]:
 
 def _counts(row: Mapping[str, Any]) -> list[Figure]:
     """Return the large numbers that every training has."""
-    seconds = int(row["seconds"])
-    minutes = next((stop.partition("=")[2] for stop in row["stops"] if stop.startswith("minutes=")), "")
-    until = f"of {float(minutes):g} min" if minutes else ""
-    speed = row["speed"]
+    seconds, speed = int(row["seconds"]), row["speed"]
+    ends = {kind: float(amount) for kind, _, amount in (stop.partition("=") for stop in row["stops"]) if amount}
+    until = f"of {ends['minutes']:g} min" if "minutes" in ends else ""
+    of = f" of {ends['steps']:,.0f}" if "steps" in ends else ""
     return [
-        Figure(value=f"{row['iterations']:,}", label=f"iterations, {row['steps']:,} steps"),
+        Figure(value=f"{row['iterations']:,}", label=f"iterations, {row['steps']:,}{of} steps"),
         Figure(value="–" if not speed else f"{speed:,.0f}", label="steps a second"),
         Figure(value=f"{seconds // 60}:{seconds % 60:02}", unit=until, label="trained"),
     ]
-
-
-def _left(row: Mapping[str, Any]) -> float | None:
-    """Return the share of its time that a training has had; None where no time is set."""
-    minutes = next((float(stop.partition("=")[2]) for stop in row["stops"] if stop.startswith("minutes=")), None)
-    return None if not minutes else min(1.0, row["seconds"] / 60.0 / minutes)
 
 
 def _metrics(run: RunFolder | None) -> list[dict[str, Any]]:
