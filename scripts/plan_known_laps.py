@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 import racecraft
+from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.driving.action_tables import default_table, read_table
 from racecraft.worlds.deepracer.driving.known_laps import FORWARD, REVERSE, TABLE, KnownLap, read_laps, record_lap
 from racecraft.worlds.deepracer.driving.planner import BEAM, plan_best_lap
@@ -53,6 +54,7 @@ def main() -> None:
     parser.add_argument("--refinements", type=int, default=2, help="How often a lap may become the guide.")
     parser.add_argument("--merge", nargs="+", type=Path, default=[], help="Put these files into the table, and stop.")
     given = parser.parse_args()
+    set_threads(1)  # slices run beside each other
     for file in given.merge:
         print(file, sum(record_lap(lap) for lap in read_laps(file)), "rows new or faster")
     if given.merge:

@@ -3,6 +3,7 @@ import importlib.util
 import numpy as np
 import pytest
 
+from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.actions.line import line
 from racecraft.worlds.deepracer.driving import planner
 from racecraft.worlds.deepracer.driving.action_tables import default_table, read_table
@@ -23,6 +24,10 @@ def track():
 
 @pytest.fixture(scope="module")
 def plan(track):
+    return short_plan(track)
+
+
+def short_plan(track):
     car = PROFILES["v6"]
     line = classical_line(track, car, 2.5, "least-curvature")
     return plan_best_lap(track, car, read_table("7x1.5,2.5"), [line], refinements=0, beam=60)
@@ -48,6 +53,11 @@ def test_a_planned_lap_is_driven_in_the_world_from_rest_to_the_last_finish(track
     assert again.lap_ticks == plan.lap_ticks
     assert plan.lap_seconds == min(plan.lap_ticks[1:]) * TICK_SECONDS
     assert 5.5 < plan.lap_seconds < 6.5
+
+
+def test_a_plan_is_the_same_on_any_number_of_threads(track, plan):
+    set_threads(2)
+    assert short_plan(track).choices.tolist() == plan.choices.tolist()
 
 
 def test_a_drive_that_leaves_the_road_is_no_plan(track, plan):

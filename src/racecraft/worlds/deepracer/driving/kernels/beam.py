@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import kernel, parallel_kernel, prange
 from racecraft.worlds.deepracer.driving.kernels.road_raster import has_wheel_on_road
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wrap_angle
 
@@ -18,7 +18,7 @@ STATE_SIZE = 7
 """x, y (m), yaw (rad), speed (m/s), wheel angle (rad), last commanded angle (rad) and speed (m/s)."""
 
 
-@kernel
+@parallel_kernel
 def search(  # noqa: D417
     track, x0, y0, cells, car, line, spacing, lap_seconds, closed, commands, weights, start, goal, beam, ticks
 ):  # fmt: skip
@@ -43,17 +43,18 @@ def search(  # noqa: D417
     states, children = np.zeros((beam, STATE_SIZE)), np.zeros((beam * count, STATE_SIZE))
     places, child_places = np.zeros(beam, np.int64), np.zeros(beam * count, np.int64)
     scores, keys = np.empty(beam * count), np.empty(beam * count, np.int64)
+    reached = np.zeros(beam * count)
     parents, choices = np.zeros((ticks, beam), np.int32), np.zeros((ticks, beam), np.int32)
     states[0] = start
     places[0] = _nearest_place(line, start[0], start[1])
     alive = 1
     for tick in range(ticks):
-        winner, farthest = -1, goal
-        for i in range(alive):
+        for each in prange(alive):
+            i = np.int64(each)
+            state = states[i]
             for a in range(count):
                 child = i * count + a
-                scores[child] = -math.inf
-                state = states[i]
+                scores[child], reached[child] = -math.inf, -math.inf
                 x, y, yaw, speed, steering = drive(
                     car, state[0], state[1], state[2], state[3], state[4], state[5], state[6],
                     commands[a, 0], commands[a, 1],
@@ -71,10 +72,9 @@ def search(  # noqa: D417
                 )  # fmt: skip
                 keys[child] = _key(offset, ahead, steering, speed, done)
                 _write(children[child], x, y, yaw, speed, steering, commands[a, 0], commands[a, 1])
-                child_places[child] = place
-                if done >= farthest:
-                    winner, farthest = child, done
-        if winner >= 0:
+                child_places[child], reached[child] = place, done
+        winner = np.argmax(reached[: alive * count])
+        if reached[winner] >= goal:
             parents[tick, 0], choices[tick, 0] = winner // count, winner % count
             return tick + 1, 0, parents, choices
         alive = _select(scores, keys, alive * count, count, beam, tick, parents, choices, children, states,
