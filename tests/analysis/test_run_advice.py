@@ -3,13 +3,15 @@
 import inspect
 import re
 import shlex
+from types import SimpleNamespace
 
 import pytest
 import typer
 
-from racecraft.analysis import learning_advice
+from racecraft.analysis import learning_advice, run_advice
+from racecraft.analysis.advice import GO_ON, Advice
 from racecraft.analysis.learner import Learner
-from racecraft.analysis.run_advice import typed_command
+from racecraft.analysis.run_advice import advice_of, typed_command
 from racecraft.cli.app import app
 from racecraft.settings.overrides import apply_overrides
 from racecraft.worlds.deepracer.analysis.logs import advice
@@ -18,7 +20,7 @@ from racecraft.worlds.deepracer.training.presets import default_settings
 LEARNER = Learner("ppo", {"ppo": {"learning_rate": 5e-4, "entropy_weight": 0.01}, "rollout": {"horizon": 64}})
 OPTIONS = {
     "{learner.smaller_steps()}": LEARNER.smaller_steps(), "{more}": LEARNER.more_exploration(),
-    "{learner.more_experience()}": LEARNER.more_experience(),
+    "{learner.more_experience()}": LEARNER.more_experience(), "{GO_ON}": GO_ON,
 }  # fmt: skip
 """What stands in advice's commands for an option of the run's own algorithm."""
 
@@ -79,3 +81,11 @@ def test_a_command_is_of_the_run_s_own_kind(kind):
     )
     assert parsed(goes_on)["resume"] is True
     assert typed_command("racecraft why RUN", job) == "racecraft why RUN"
+
+
+def test_who_goes_on_is_told_to_for_ten_minutes_after_what_the_run_has_had(monkeypatch):
+    found = [Advice("", "", command=f"racecraft train --run RUN {GO_ON}")]
+    monkeypatch.setattr(run_advice, "learning_advice", lambda *given: found)
+    job = {"kind": "gymnasium", "asked": {"environment": "CartPole-v1"}}
+    run = SimpleNamespace(path="r", read_job=lambda: job, read_metrics=lambda: [{"seconds": 1.0}, {"seconds": 754.0}])
+    assert [one.command for one in advice_of(run)] == ["racecraft gym train --run RUN --resume --stop minutes=23"]

@@ -214,6 +214,15 @@ def test_weights_that_do_not_fit_are_refused_before_a_folder_is_made(tmp_path):
     assert not (tmp_path / "new").exists()
 
 
+def test_a_run_that_has_reached_its_stop_says_that_nothing_is_left_to_train(tmp_path):
+    racecraft("gym", "train", "CartPole-v1", "--run", tmp_path / "r", "--stop", "iterations=2", *SMALL)
+    before = curve(tmp_path / "r")
+    said = racecraft("gym", "train", "--run", tmp_path / "r", "--resume", "--stop", "steps=60")
+    assert "steps=60 holds already, so nothing is trained" in " ".join(said.split())
+    assert "2 iterations and 64 steps; for ten minutes more: --stop minutes=11" in " ".join(said.split())
+    assert curve(tmp_path / "r") == before
+
+
 def test_what_cannot_be_resumed_is_refused(tmp_path):
     run = tmp_path / "run"
     racecraft("gym", "train", "CartPole-v1", "--run", run, "--stop", "iterations=1", *SMALL)

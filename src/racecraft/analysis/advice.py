@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from racecraft.analysis.plot import Plot
 
+GO_ON = "--resume --stop minutes=10"
+"""How a command goes on with RUN; of a run of our own ten minutes after what it has had already."""
+
 
 @dataclass(frozen=True)
 class Advice:

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from racecraft.analysis.advice import Advice
+from racecraft.analysis.advice import GO_ON, Advice
 from racecraft.analysis.learner import learner_of_job
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.contract.kinds import find_kind
-from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.run_folder import RunFolder, ten_minutes_more
 
 TRAIN = "racecraft train"
 """How a command of advice names a training of any kind."""
@@ -21,14 +21,15 @@ DEFAULT_ALGORITHM = "ppo"
 
 def advice_of(run: RunFolder) -> list[Advice]:
     """Return what a run suggests, the learner's side first; nothing where there is too little to go by."""
-    job = run.read_job()
+    job, metrics = run.read_job(), run.read_metrics()
     kind = find_kind(str(job.get("kind")), str(run.path))
     learner = learner_of_job(job)
-    found = learning_advice(run.read_metrics(), learner, kind.score.highest)
+    found = learning_advice(metrics, learner, kind.score.highest)
     of_world = kind.piece("advice")
     if of_world is not None:
         found = of_world(run, learner, found)
-    return [replace(one, command=typed_command(one.command, job)) for one in found]
+    goes_on = f"--resume --stop {ten_minutes_more(metrics)}"
+    return [replace(one, command=typed_command(one.command.replace(GO_ON, goes_on), job)) for one in found]
 
 
 def typed_command(command: str, job: Mapping[str, Any]) -> str:

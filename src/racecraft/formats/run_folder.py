@@ -404,6 +404,16 @@ def last_stops(job: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(map(str, (again[-1] if again else job.get("asked", {})).get("stops") or ()))
 
 
+def ten_minutes_more(metrics: Sequence[Mapping[str, Any]]) -> str:
+    """Return the stop with which a run goes on for ten minutes, by its metrics: stops count from a run's birth.
+
+    >>> ten_minutes_more([{"seconds": 61.0}]), ten_minutes_more([])
+    ('minutes=12', 'minutes=10')
+    """
+    seconds = float(metrics[-1]["seconds"]) if metrics else 0.0
+    return f"minutes={math.ceil(seconds / 60.0) + 10}"
+
+
 def _require_free(path: Path) -> None:
     """Refuse a place where a run stands, a file, or what is not ours; a run that was never born is none."""
     if (path / JOB).exists():

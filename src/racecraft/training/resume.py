@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -10,8 +10,9 @@ from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.weights import to_tensors, with_policy
 from racecraft.contract.errors import ContractError, RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.run_folder import RunFolder, ten_minutes_more
 from racecraft.rollout.collector import CollectorProtocol, WorkerLayoutError
+from racecraft.training.stopping import Progress, StopCondition, reached
 from racecraft.training.versions import versions
 
 MessageCallback = Callable[[str], None]
@@ -98,6 +99,19 @@ def print_resumed(iteration: int, why_anew: str, on_message: MessageCallback) ->
             f"goes on after iteration {iteration}; {why_anew}, so its episodes begin anew and the curve is not bit by "
             "bit that of an unbroken run"
         )
+
+
+def print_already_reached(run: RunFolder, stops: Iterable[StopCondition], on_message: MessageCallback) -> None:
+    """Say so where a resumed run has nothing left to do, and what to ask for instead."""
+    metrics = run.read_metrics()
+    for last in metrics[-1:]:
+        stop = reached(stops, Progress(last["seconds"], last["iteration"], last["steps"], is_stable=False))
+        if stop is not None:
+            on_message(
+                f"{stop} holds already, so nothing is trained: stops count from the run's birth, and it has had "
+                f"{last['seconds'] / 60.0:.1f} min, {last['iteration']:,} iterations and {last['steps']:,} steps; for "
+                f"ten minutes more: --stop {ten_minutes_more(metrics)}"
+            )
 
 
 def _require_known(run: RunFolder, loop: Mapping[str, Any]) -> None:

@@ -44,7 +44,7 @@ from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client
 from racecraft.training.named_files import as_in_run, found_in_run, lay_named_files, named_files, overrides_in_run
 from racecraft.training.processor import prepare_processor
 from racecraft.training.remote_collection import RecordingObserver, RemoteCollector, TickCallback
-from racecraft.training.resume import MessageCallback, print_resumed, restore_run
+from racecraft.training.resume import MessageCallback, print_already_reached, print_resumed, restore_run
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
@@ -254,6 +254,7 @@ class TrainingSession:
         lasts = self._experiment.world_lasts
         last, why_anew = restore_run(self._run, self._learner, self._collector, self._loop, self._writer, lasts)
         print_resumed(last, why_anew, self._on_message)
+        print_already_reached(self._run, self._experiment.stops, self._on_message)
         if self._replay is not None and self._replay.begins_anew:
             self._on_message(
                 "what it remembered was too large to be kept (replay.keep_mib), so its memory begins anew and the "

@@ -8,6 +8,7 @@ from typing import Any
 from racecraft.actions.train_run import TrainedRun
 from racecraft.cli.output import print_next_steps, word
 from racecraft.cli.train import train_command
+from racecraft.formats.run_folder import ten_minutes_more
 from racecraft.worlds.deepracer.actions.train import RACES
 from racecraft.worlds.deepracer.actions.train import train as action
 
@@ -54,7 +55,8 @@ def _say_what_came_of_it(trained: TrainedRun, files: dict[str, Any]) -> None:
         print(f"  {kind:8} {place}")
     print("\nWhat to try next:")
     if stable is None:
-        print_next_steps(("go on", f"racecraft train --run {path} --resume --stop minutes=10"))
+        more = ten_minutes_more(trained.run.read_metrics())
+        print_next_steps(("go on", f"racecraft train --run {path} --resume --stop {more}"))
     print_next_steps(
         ("see every drive again, and each car's camera", f"racecraft watch {path}"),
         ("film three laps", f"racecraft evaluate {path} --laps 3 --video three-laps.mp4"),

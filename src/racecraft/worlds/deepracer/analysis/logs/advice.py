@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.advice import Advice
+from racecraft.analysis.advice import GO_ON, Advice
 from racecraft.analysis.learner import Learner
 from racecraft.analysis.plot import PlotError
 from racecraft.evaluation.rating import wilson
@@ -165,7 +165,7 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
         command = ANEW
     elif change > sure:
         try_ = "It is still learning: train on from the last checkpoint before you change anything."
-        command = "racecraft train --run RUN --resume --stop minutes=10"
+        command = f"racecraft train --run RUN {GO_ON}"
     elif change < -sure:
         try_ = "It has got worse: go on from the best checkpoint, with a smaller learning rate."
         command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
@@ -173,7 +173,7 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
         first, last = (f"{count:,}" for count in FIRST_LAP_TICKS)
         try_ = f"It is early: AWS's own trainings came to a first full lap after {first} to {last} steps, this one has "
         try_ += f"{ticks.height:,}. Train on before you change anything."
-        command = "racecraft train --run RUN --resume --stop minutes=10"
+        command = f"racecraft train --run RUN {GO_ON}"
     elif full < 0.5:
         where = "it crashes" if _mostly_crashes(episodes) else "it leaves the road"
         try_ = f"It stands still below full laps: change the reward or the actions where {where}."
