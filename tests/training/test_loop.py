@@ -117,7 +117,7 @@ def test_episodes_and_the_mean_reward_of_the_latest_end_a_training(stop, iterati
     outcome, _, loop = train(results, stops=[stop, "iterations=60"])
     assert (outcome.iterations, outcome.reason) == (
         iterations,
-        stop.replace("1e6", "1e+06") if iterations < 60 else "iterations=60",
+        stop.replace("1e6", "1000000") if iterations < 60 else "iterations=60",
     )
     state = json.loads(json.dumps(loop.state()))
     _, _, other = train([lap(10.0, None)])
