@@ -35,7 +35,9 @@ def printed(racecraft, capsys, monkeypatch, tmp_path):  # noqa: F811
     files = {kind: f"runs/reinvent_base-1/{name}" for kind, name in FILES.items()}
     for stable, lap in ((21.5, 20.8), (None, 20.8), (None, None)):
         figures = {"seconds_to_stable_laps": stable, "best_lap_seconds": lap}
-        run = SimpleNamespace(path=Path("runs/reinvent_base-1"), read_job=lambda: {"asked": {}})
+        run = SimpleNamespace(
+            path=Path("runs/reinvent_base-1"), read_job=lambda: {"asked": {}}, read_metrics=lambda: [{"seconds": 60.0}]
+        )
         _say_what_came_of_it(SimpleNamespace(summary=lambda told=figures: told, run=run), files)
     headlines = ("best lap 20.80 s", "best lap 20.80 s | flying lap 19.80 s")
     results = [EvaluationResult(100.0, True, headline=headline) for headline in headlines]
