@@ -5,7 +5,7 @@
 Rows that the table has are left out, unless `--again` is given; a slice that was interrupted goes on where it stopped.
 Slices write beside each other into `known_laps-I-of-N.csv` of the current folder; `--merge FILE…` puts them into the
 table of the package, where a faster lap takes a slower one's place. Tracks of one shape are planned once. A plan takes
-2 to 15 CPU-seconds.
+2 to 25 CPU-seconds.
 """
 
 from __future__ import annotations

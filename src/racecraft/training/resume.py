@@ -104,14 +104,16 @@ def print_resumed(iteration: int, why_anew: str, on_message: MessageCallback) ->
 def print_already_reached(run: RunFolder, stops: Iterable[StopCondition], on_message: MessageCallback) -> None:
     """Say so where a resumed run has nothing left to do, and what to ask for instead."""
     metrics = run.read_metrics()
-    for last in metrics[-1:]:
-        stop = reached(stops, Progress(last["seconds"], last["iteration"], last["steps"], is_stable=False))
-        if stop is not None:
-            on_message(
-                f"{stop} holds already, so nothing is trained: stops count from the run's birth, and it has had "
-                f"{last['seconds'] / 60.0:.1f} min, {last['iteration']:,} iterations and {last['steps']:,} steps; for "
-                f"ten minutes more: --stop {ten_minutes_more(metrics)}"
-            )
+    if not metrics:
+        return
+    seconds, iterations, steps = (metrics[-1][name] for name in ("seconds", "iteration", "steps"))
+    stop = reached(stops, Progress(seconds, iterations, steps, is_stable=False))
+    if stop is not None:
+        on_message(
+            f"{stop} holds already, so nothing is trained: stops count from the run's birth, and it has had "
+            f"{seconds / 60.0:.1f} min, {iterations:,} iterations and {steps:,} steps; for ten minutes more: "
+            f"--stop {ten_minutes_more(metrics)}"
+        )
 
 
 def _require_known(run: RunFolder, loop: Mapping[str, Any]) -> None:
