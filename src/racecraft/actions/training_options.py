@@ -65,7 +65,11 @@ class TrainingOptions(Request):
     )
     resume: bool = option(False, "Go on with the run that --run names.")
     detach: bool = option(False, "Go on as a job: the terminal is free, `racecraft jobs` looks after it.")
-    keep: str | None = option(None, "Checkpoints that stay: all, or best,last,N (N more, spread out).", metavar="KEPT")
+    keep: str | None = option(
+        None,
+        "Checkpoints that stay: all, or best,last,N (N more, spread out); best,last,200 where it is left out.",
+        metavar="KEPT",
+    )
     mirror: str | None = option(None, "s3://BUCKET/PREFIX: keep the run there as well, while it trains.")
     pictures: bool = option(True, "Leave a report with its curves in the run folder.")
     metrics_port: int | None = option(None, "Serve Prometheus metrics on this port; 0: a free one.", low=0, high=65535)

@@ -271,13 +271,13 @@ class Checkpoints:
         """Take the oldest entries out, in place, until the weights keep the budget; return the names of their files."""
         sizes = {entry["policy"]: self._size(entry["policy"]) for entry in entries}
         spared = {0, best, *(entry["iteration"] for entry in entries[-STATES_KEPT:])}
-        gone: list[str] = []
+        total, gone = sum(sizes.values()), []
         for entry in [entry for entry in entries if entry["iteration"] not in spared]:
             is_between = entry["iteration"] % self._keep_every != 0
-            if not is_between and sum(sizes.values()) <= self._weights_budget:
+            if not is_between and total <= self._weights_budget:
                 continue
             entries.remove(entry)
-            sizes.pop(entry["policy"])
+            total -= sizes[entry["policy"]]
             gone.append(entry["policy"])
         if self._keep_count is not None:
             gone += _thinned(entries, spared, self._keep_count)

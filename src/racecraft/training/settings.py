@@ -62,9 +62,9 @@ class RuntimeConfig:
         low=1,
     )
     keep_count: int | None = setting(
-        None,
+        200,
         "Besides the untrained, the best and the last two, weights of at most so many iterations stay, spread over the "
-        "training (--keep best,last,N); none: all.",
+        "training (--keep best,last,N); none: all (--keep all).",
         low=0,
     )
     keep_mib: int = setting(
