@@ -360,7 +360,7 @@ def test_an_environment_of_gymnasium_s_is_told_its_env_config(tmp_path, monkeypa
     monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
     run_script("train.py")
     said = capsys.readouterr().out
-    assert "- checkpoint_freq: every iteration is kept" in said
+    assert "- checkpoint_freq: weights of 200 iterations" in said
     assert "episode_reward_mean: -1\n" in said, "Sutton's and Barto's CartPole pays -1 where it ends, and else nothing"
     assert "episodes_total: " in said
 
