@@ -131,6 +131,15 @@ def test_the_oldest_weights_go_when_all_together_are_too_large(tmp_path):
         shelf.find("5")
 
 
+def test_no_more_weights_go_than_have_to(tmp_path):
+    weights = {"w": np.zeros(1000, np.float32)}
+    save_policy(tmp_path / "one", weights, {"iteration": 0, "steps": 0})
+    shelf = Checkpoints(tmp_path, weights_budget=7 * (tmp_path / "one").stat().st_size + 100)
+    for iteration in range(9):
+        shelf.save(iteration, iteration, weights, {}, best=iteration == 2)
+    assert [entry.iteration for entry in shelf.entries()] == [0, 2, 4, 5, 6, 7, 8]
+
+
 @pytest.mark.parametrize("first_is_best", [False, True], ids=["of today", "of older runs"])
 def test_before_any_was_evaluated_the_last_is_the_best_that_is_known(tmp_path, first_is_best):
     shelf = Checkpoints(tmp_path)

@@ -138,3 +138,14 @@ def test_so_many_weights_stay_spread_over_the_training(tmp_path, is_later):
     gaps = np.diff(kept)
     assert gaps[1:-1].max() <= 16  # 34 iterations between the best and the last two, three of them kept
     assert len(list(tmp_path.glob("*.policy.safetensors"))) == 7
+
+
+def test_of_many_weights_those_that_were_evaluated_stay(tmp_path):
+    shelf = Checkpoints(tmp_path, keep_count=4)
+    for iteration in range(31):
+        shelf.save(iteration, iteration, {"w": np.ones(3)}, {})
+        if iteration % 10 == 7:
+            shelf.mark(iteration, 50.0)
+    kept = [entry.iteration for entry in shelf.entries()]
+    assert {0, 7, 17, 27, 29, 30} < set(kept)
+    assert len(kept) == 7

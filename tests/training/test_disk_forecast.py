@@ -1,8 +1,11 @@
 """What checkpoints will take of the disk is said where it matters, and comes true."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
+from racecraft.actions.training_options import TrainingOptions
 from racecraft.contract.errors import SettingError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.training import disk_forecast
@@ -49,3 +52,8 @@ def test_what_is_no_choice_is_refused(text):
 
 def test_best_and_last_alone_are_a_choice():
     assert keep_override("best, last") == "runtime.keep_count=0"
+
+
+def test_help_says_how_many_stay():
+    (keep,) = [one for one in fields(TrainingOptions) if one.name == "keep"]
+    assert f"best,last,{RuntimeConfig.keep_count}" in str(keep.metadata)

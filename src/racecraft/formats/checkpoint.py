@@ -365,11 +365,18 @@ def _is_evaluated(index: Mapping[str, Any]) -> bool:
 def _thinned(entries: list[dict[str, Any]], spared: set[int], count: int) -> list[str]:
     """Take entries out, in place, until so many stay besides the spared; return the names of their files.
 
-    Of three neighbours the middle one goes whose outer two are nearest to each other, so that what stays is spread.
+    What was never evaluated goes first: nothing can be ranked by it. Of three neighbours the middle one goes whose
+    outer two are nearest to each other, so that what stays is spread.
     """
     gone: list[str] = []
     while len(free := [at for at, entry in enumerate(entries) if entry["iteration"] not in spared]) > count:
-        closest = min(free, key=lambda at: entries[at + 1]["iteration"] - entries[at - 1]["iteration"])
+        closest = min(
+            free,
+            key=lambda at: (
+                entries[at]["score"] is not None,
+                entries[at + 1]["iteration"] - entries[at - 1]["iteration"],
+            ),
+        )
         gone.append(entries.pop(closest)["policy"])
     return gone
 

@@ -63,8 +63,8 @@ class RuntimeConfig:
     )
     keep_count: int | None = setting(
         200,
-        "Besides the untrained, the best and the last two, weights of at most so many iterations stay, spread over the "
-        "training (--keep best,last,N); none: all (--keep all).",
+        "Besides the untrained, the best and the last two, weights of at most so many iterations stay, evaluated ones "
+        "first, spread over the training (--keep best,last,N); none: all (--keep all).",
         low=0,
     )
     keep_mib: int = setting(
