@@ -1,9 +1,10 @@
 """The fastest lap that is certainly possible with a car and its action table. Begin with `plan_best_lap`.
 
-A beam search drives the project's own compiled car. Each tick it tries every action in every state, gives up cars that
-are off the road or far from the guide, and scores the others by the guide's time at the place they reached, less a
-price for offset, heading error and excess speed. Nearly equal states are merged, and the best BEAM live on. A guide is
-a line with a speed profile: the solver's, or a classical one (`guides.py`).
+A beam search drives the project's own compiled car. Each tick it tries every action in every state, in longer steps
+than the world's, gives up cars that are off the road or far from the guide, and scores the others by the guide's time
+at the place they reached, less a price for offset, heading error and excess speed. Nearly equal states are merged, and
+the best BEAM live on, driven in the world's own steps. A guide is a line with a speed profile: the solver's, or a
+classical one (`guides.py`).
 
 The plan is then driven in `RaceWorld`, and counts only if the marshals count every lap of it.
 """

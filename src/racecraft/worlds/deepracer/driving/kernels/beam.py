@@ -8,12 +8,17 @@ import numpy as np
 
 from racecraft.kernels import kernel, parallel_kernel, prange
 from racecraft.worlds.deepracer.driving.kernels.road_raster import has_wheel_on_road
-from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wrap_angle
+from racecraft.worlds.deepracer.env.kernels.vehicle import SUBSTEP_SECONDS, drive, wrap_angle
+from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 
 MAX_OFFSET_M = 1.5
 """A car farther from the line is given up: on wide tracks the start on the centre line is that far away."""
 SAME_OFFSET_M, SAME_ANGLE, SAME_SPEED, SAME_STATION_M = 0.02, 0.04, 0.15, 0.06
 """States whose offset, heading and wheel angle (rad), speed (m/s) and place on the line agree so far are one."""
+COARSE_SECONDS = TICK_SECONDS / 3
+"""Substep with which children are rated; those that live on are driven again as the world drives them, in ten."""
+OFF = -math.inf
+"""Score of a child that is off the road or far from the guide, and how far a car came that is off the road."""
 STATE_SIZE = 7
 """x, y (m), yaw (rad), speed (m/s), wheel angle (rad), last commanded angle (rad) and speed (m/s)."""
 
@@ -40,59 +45,72 @@ def search(  # noqa: D417
         ticks: Largest number of ticks.
     """
     count = commands.shape[0]
-    states, children = np.zeros((beam, STATE_SIZE)), np.zeros((beam * count, STATE_SIZE))
-    places, child_places = np.zeros(beam, np.int64), np.zeros(beam * count, np.int64)
-    scores, keys = np.empty(beam * count), np.empty(beam * count, np.int64)
-    reached = np.zeros(beam * count)
+    states, places, reached = np.zeros((beam, STATE_SIZE)), np.zeros(beam, np.int64), np.zeros(beam)
     parents, choices = np.zeros((ticks, beam), np.int32), np.zeros((ticks, beam), np.int32)
+    scores, keys = np.empty(beam * count), np.empty(beam * count, np.int64)
     states[0] = start
     places[0] = _nearest_place(line, start[0], start[1])
     alive = 1
     for tick in range(ticks):
         for each in prange(alive):
             i = np.int64(each)
-            state = states[i]
             for a in range(count):
                 child = i * count + a
-                scores[child], reached[child] = -math.inf, -math.inf
-                x, y, yaw, speed, steering = drive(
-                    car, state[0], state[1], state[2], state[3], state[4], state[5], state[6],
-                    commands[a, 0], commands[a, 1],
-                )  # fmt: skip
-                place, share, offset = _locate(line, spacing, closed, places[i], x, y)
+                scores[child] = OFF
+                if reached[i] == OFF:
+                    continue
+                x, y, yaw, speed, steering, place, share, offset = _driven(
+                    car, line, spacing, closed, states[i], places[i], commands[a], COARSE_SECONDS
+                )
                 if abs(offset) > MAX_OFFSET_M or not has_wheel_on_road(track, x0, y0, cells, x, y, yaw):
                     continue
                 row = place % line.shape[0]
                 ahead = wrap_angle(yaw - math.atan2(line[row, 3], line[row, 2]))
                 excess = max(0.0, speed - line[row, 4])
-                done = (place + share) * spacing
                 scores[child] = (
                     _seconds_at(line, lap_seconds, place, share)
                     - weights[0] * offset * offset - weights[1] * ahead * ahead - weights[2] * excess * excess
                 )  # fmt: skip
-                keys[child] = _key(offset, ahead, steering, speed, done)
-                _write(children[child], x, y, yaw, speed, steering, commands[a, 0], commands[a, 1])
-                child_places[child], reached[child] = place, done
-        winner = np.argmax(reached[: alive * count])
-        if reached[winner] >= goal:
-            parents[tick, 0], choices[tick, 0] = winner // count, winner % count
-            return tick + 1, 0, parents, choices
-        alive = _select(scores, keys, alive * count, count, beam, tick, parents, choices, children, states,
-                        child_places, places)  # fmt: skip
+                keys[child] = _key(offset, ahead, steering, speed, (place + share) * spacing)
+        before, places_before = states.copy(), places.copy()
+        alive = _select(scores, keys, alive * count, count, beam, parents[tick], choices[tick])
         if alive == 0:
             return tick + 1, -1, parents, choices
+        for each in prange(alive):
+            i = np.int64(each)
+            parent, command = parents[tick, i], commands[choices[tick, i]]
+            x, y, yaw, speed, steering, place, share, _ = _driven(
+                car, line, spacing, closed, before[parent], places_before[parent], command, SUBSTEP_SECONDS
+            )
+            is_on = has_wheel_on_road(track, x0, y0, cells, x, y, yaw)
+            _write(states[i], x, y, yaw, speed, steering, command)
+            places[i], reached[i] = place, (place + share) * spacing if is_on else OFF
+        winner = np.argmax(reached[:alive])
+        if reached[winner] >= goal:
+            return tick + 1, winner, parents, choices
     return ticks, -1, parents, choices
 
 
 @kernel
-def _select(scores, keys, candidates, count, beam, tick, parents, choices, children, states, child_places, places):  # noqa: PLR0913
+def _driven(car, line, spacing, closed, state, place, command, substep_seconds):
+    """Drive one tick; return x, y, yaw, speed, wheel angle and where on the guide that is, see `_locate`."""
+    x, y, yaw, speed, steering = drive(
+        car, state[0], state[1], state[2], state[3], state[4], state[5], state[6], command[0], command[1],
+        TICK_SECONDS, substep_seconds,
+    )  # fmt: skip
+    place, share, offset = _locate(line, spacing, closed, place, x, y)
+    return x, y, yaw, speed, steering, place, share, offset
+
+
+@kernel
+def _select(scores, keys, candidates, count, beam, parents, choices):
     """Keep the best `beam` children of which no two are nearly equal; return how many there are."""
     order = np.argsort(-scores[:candidates])
     slots = np.zeros(8 * beam, np.int64)  # open addressing; a key is never 0
     kept = 0
     for k in range(candidates):
         child = order[k]
-        if scores[child] == -math.inf or kept == beam:
+        if scores[child] == OFF or kept == beam:
             break
         slot = keys[child] % slots.shape[0]
         while slots[slot] != 0 and slots[slot] != keys[child]:
@@ -100,9 +118,7 @@ def _select(scores, keys, candidates, count, beam, tick, parents, choices, child
         if slots[slot] == keys[child]:
             continue
         slots[slot] = keys[child]
-        parents[tick, kept], choices[tick, kept] = child // count, child % count
-        states[kept] = children[child]
-        places[kept] = child_places[child]
+        parents[kept], choices[kept] = child // count, child % count
         kept += 1
     return kept
 
@@ -118,9 +134,9 @@ def _key(offset, ahead, steering, speed, done):
 
 
 @kernel
-def _write(state, x, y, yaw, speed, steering, old_steering, old_speed):
+def _write(state, x, y, yaw, speed, steering, command):
     state[0], state[1], state[2], state[3], state[4] = x, y, yaw, speed, steering
-    state[5], state[6] = old_steering, old_speed
+    state[5], state[6] = command[0], command[1]
 
 
 @kernel

@@ -11,7 +11,10 @@ SUBSTEP_SECONDS = TICK_SECONDS / SUBSTEPS
 
 
 @kernel
-def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering, new_speed, seconds=TICK_SECONDS):  # noqa: D417, PLR0913
+def drive(  # noqa: D417, PLR0913
+    car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering, new_speed, seconds=TICK_SECONDS,
+    substep_seconds=SUBSTEP_SECONDS,
+):  # fmt: skip
     """Advance one car by one tick.
 
     Args:
@@ -23,11 +26,12 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
         old_steering, old_speed: Last tick's command (rad, m/s); it acts until the delays have passed.
         new_steering, new_speed: This tick's command (rad, m/s).
         seconds: How long the tick lasts.
+        substep_seconds: How long each step of the integration lasts, about; the world's own by default.
 
     Returns:
         x, y, yaw, speed, steering after the tick.
     """
-    substeps = max(1, int(seconds / SUBSTEP_SECONDS + 0.5))
+    substeps = max(1, int(seconds / substep_seconds + 0.5))
     step = seconds / substeps
     steering_share = 1.0
     if car.steering_lag > 0.0:
