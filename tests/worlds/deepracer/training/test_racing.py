@@ -66,6 +66,9 @@ def test_cars_in_training_drive_on_over_the_finish_and_at_aws_not_at_all():
     planned = plan_car(RaceRequest())
     course = planned.all_courses[0]
     assert drive_seconds(planned, course) == pytest.approx(1.2 * course.track.length / 2.5)
+    bends = plan_car(RaceRequest(track="2022_reinvent_champ", car="v5-classic"))
+    known = known_lap_of(bends)
+    assert 1.5 * known < drive_seconds(bends, bends.all_courses[0]) < 2.0 * known, "time for a full lap from rest"
     told = plan_car(RaceRequest(overrides=("race.max_training_seconds=7",)))
     assert drive_seconds(told, told.all_courses[0]) == 7.0
     assert RaceConfig().max_training_seconds is None

@@ -27,6 +27,7 @@ from racecraft.training.resume import MessageCallback
 from racecraft.training.stopping import GAP, LAP
 from racecraft.training.trainer import Experiment, RunObservers
 from racecraft.training.versions import versions
+from racecraft.worlds.deepracer.driving.lines import classical_line
 from racecraft.worlds.deepracer.env.alternating import AlternatingWorld
 from racecraft.worlds.deepracer.env.camera import mount_for_version
 from racecraft.worlds.deepracer.env.fidelity import habits
@@ -34,6 +35,7 @@ from racecraft.worlds.deepracer.env.multi_course import MultiCourseWorld
 from racecraft.worlds.deepracer.env.reward_caller import CarRewards
 from racecraft.worlds.deepracer.env.reward_process import CALL_SECONDS, RewardProcess, open_reward
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
+from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.by_track import JudgedCourse, judged_course
 from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
@@ -92,7 +94,8 @@ plan = plan_car
 
 TRAINING_LAPS = 1.2
 """A car in training drives for so many laps at its fastest command, where no time is set: over the finish, and then it
-learns another standing start, which is where cars fail."""
+learns another standing start, which is where cars fail. Where bends hold it up, for as long as a lap takes along the
+centre line: else no drive would ever be a full lap, which rewards and telemetry look at."""
 
 AWS_STAYS = (
     "with fidelity aws every evaluation begins where training's next episode would, and cars in several processes have "
@@ -304,8 +307,11 @@ def drive_seconds(planned: CarPlan, course: LaidCourse) -> float | None:
     """Return how long a car in training drives on over the finish, s; None where a lap ends its episode."""
     if habits(course.race.fidelity).lap_is_an_end or not course.track.closed:
         return None
-    given = course.race.max_training_seconds
-    return given if given is not None else TRAINING_LAPS * course.track.length / planned.actions.fastest
+    if course.race.max_training_seconds is not None:
+        return course.race.max_training_seconds
+    fastest = planned.actions.fastest
+    along_centre = classical_line(course.track, PROFILES[course.race.car], fastest, "centre")
+    return max(TRAINING_LAPS * course.track.length / fastest, along_centre.lap_seconds)
 
 
 def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | MultiCourseWorld:
