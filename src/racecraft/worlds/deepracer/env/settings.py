@@ -45,9 +45,9 @@ class RaceConfig:
     max_training_seconds: float | None = setting(
         None,
         "In training a car that completes a lap drives on, and is put back to a standing start after this much "
-        "simulated time since the last one; by default as long as 1.2 laps at its fastest command take, or one at the "
-        "speeds it can hold along the centre line. Judging keeps its laps, and so does training with fidelity aws, on "
-        "an open track and against others.",
+        "simulated time since the last one; by default as long as 1.2 laps at its fastest command take or, where that "
+        "is longer, one at the speeds it can hold along the centre line. Judging keeps its laps, and so does training "
+        "with fidelity aws, on an open track and against others.",
         unit="s",
         low=1.0,
     )

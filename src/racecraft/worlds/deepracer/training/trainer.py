@@ -94,8 +94,8 @@ plan = plan_car
 
 TRAINING_LAPS = 1.2
 """A car in training drives for so many laps at its fastest command, where no time is set: over the finish, and then it
-learns another standing start, which is where cars fail. Where bends hold it up, for as long as a lap takes along the
-centre line: else no drive would ever be a full lap, which rewards and telemetry look at."""
+learns another standing start, which is where cars fail. Where that is longer, for one lap at the speeds that the car
+can hold along the centre line: else no drive on a slow track is a full lap, which rewards and telemetry look at."""
 
 AWS_STAYS = (
     "with fidelity aws every evaluation begins where training's next episode would, and cars in several processes have "

@@ -16,7 +16,7 @@ MAX_OFFSET_M = 1.5
 SAME_OFFSET_M, SAME_ANGLE, SAME_SPEED, SAME_STATION_M = 0.02, 0.04, 0.15, 0.06
 """States whose offset, heading and wheel angle (rad), speed (m/s) and place on the line agree so far are one."""
 COARSE_SECONDS = TICK_SECONDS / 3
-"""Substep with which children are rated; those that live on are driven again as the world drives them, in ten."""
+"""Substep with which children are rated; those that live on are driven again as the world drives them."""
 OFF = -math.inf
 """Score of a child that is off the road or far from the guide, and how far a car came that is off the road."""
 STATE_SIZE = 7

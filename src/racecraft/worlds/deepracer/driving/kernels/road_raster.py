@@ -14,7 +14,6 @@ CELL_M = 0.01
 OUTSIDE, INSIDE, NEAR_BORDER = 0, 1, 2
 REAR_X, REAR_Y = REAR_WHEELS_M
 FRONT_X, FRONT_Y = FRONT_WHEELS_M
-WHEELS = (REAR_X, REAR_Y), (FRONT_X, FRONT_Y), (REAR_X, -REAR_Y), (FRONT_X, -FRONT_Y)
 
 
 @kernel
@@ -69,22 +68,11 @@ def _mark_border(ring, x0, y0, cells):
 def has_wheel_on_road(track, x0, y0, cells, x, y, yaw):
     """Tell whether at least one wheel centre of a car lies strictly inside the road, as marshals count it."""
     cos, sin = math.cos(yaw), math.sin(yaw)
-    is_near_border = False
-    for ahead, left in WHEELS:
-        cell = _cell_at(x0, y0, cells, x + cos * ahead - sin * left, y + sin * ahead + cos * left)
-        if cell == INSIDE:
-            return True
-        is_near_border = is_near_border or cell == NEAR_BORDER
-    if not is_near_border:
-        return False
-    for ahead, left in WHEELS:
-        wheel_x, wheel_y = x + cos * ahead - sin * left, y + sin * ahead + cos * left
-        if _cell_at(x0, y0, cells, wheel_x, wheel_y) == NEAR_BORDER and is_on_road(track, wheel_x, wheel_y):
-            return True
+    for wanted in (INSIDE, NEAR_BORDER):  # one wheel well inside spares the exact test of those near a border
+        for ahead, left in ((REAR_X, REAR_Y), (FRONT_X, FRONT_Y), (REAR_X, -REAR_Y), (FRONT_X, -FRONT_Y)):
+            wheel_x, wheel_y = x + cos * ahead - sin * left, y + sin * ahead + cos * left
+            column, row = int((wheel_x - x0) / CELL_M), int((wheel_y - y0) / CELL_M)
+            is_wanted = 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1] and cells[row, column] == wanted
+            if is_wanted and (wanted == INSIDE or is_on_road(track, wheel_x, wheel_y)):
+                return True
     return False
-
-
-@kernel
-def _cell_at(x0, y0, cells, x, y):
-    column, row = int((x - x0) / CELL_M), int((y - y0) / CELL_M)
-    return cells[row, column] if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1] else OUTSIDE
