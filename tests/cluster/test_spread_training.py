@@ -66,6 +66,9 @@ ALIKE = {
     "ppo with a memory": lambda run: cart(run, "network.memory=lstm", "ppo.batch_size=32"),
     "ppo with curiosity": lambda run: cart(run, "curiosity.strength=0.1"),
     "ppo whose learner is beside": lambda run: cart(run, "ppo.asynchronous=true"),
+    "ppo whose rollouts grow": lambda run: cart(
+        run, "rollout.horizon=1", "rollout.longest_horizon=2", "evaluation.every=50", stops="iterations=132"
+    ),
     "reinforce": lambda run: cart(run, algorithm="reinforce"),
     "cars": lambda run: cars(run),
     "snakes": lambda run: snakes(run),

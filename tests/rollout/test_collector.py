@@ -117,6 +117,20 @@ def test_storage_grows_and_forgets_nothing():
             assert_array_equal(array, vars(second)[name], name)
 
 
+def test_a_horizon_that_grows_drives_the_same_and_is_as_long_in_a_resumed_training():
+    growing, short = (Collector(Walk(2), Always(2), horizon=5, seed=3, longest_horizon=to) for to in (15, None))
+    for _ in range(128):
+        assert_array_equal(growing.collect().reward, short.collect().reward)
+    state = growing.state()
+    resumed = Collector(Walk(2), Always(2), horizon=5, seed=4, longest_horizon=15)
+    resumed.restore(state)
+    longer, again = growing.collect(), resumed.collect()
+    clocks = [short.collect().observations["clock"].copy() for _ in range(2)]
+    assert_array_equal(longer.observations["clock"], np.concatenate(clocks))
+    assert_array_equal(longer.observations["clock"], again.observations["clock"])
+    assert len(growing.collect().reward) == 10  # 20 would be more than the longest
+
+
 def test_a_quota_after_a_horizon_and_back_is_no_muddle():
     collector = Collector(Walk(2), Always(2), horizon=7, seed=1)
     collector.collect()

@@ -22,6 +22,7 @@ from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, EpisodeRecord, RestartsEpisodes, StepBuffers, World
 from racecraft.rollout.episodes import StepObserver
+from racecraft.rollout.settings import horizon_after
 from racecraft.rollout.statistics import EpisodeCounter
 from racecraft.rollout.trajectories import Trajectories
 
@@ -89,14 +90,16 @@ class Collector:
         horizon: Ticks of one `collect`.
         seed: Of the worlds and of exploration.
         observers: Called after each tick; live pictures and logs hang here.
+        longest_horizon: To how many the horizon grows, see `horizon_after`; None: it stays.
 
     The worlds are begun at once. What `collect` returns are views of storage that the next call writes over.
     """
 
     def __init__(
-        self, world: World, actor: Actor, horizon: int, seed: int, observers: Sequence[StepObserver] = ()
-    ) -> None:
-        self.world, self.actor, self.horizon = world, actor, horizon
+        self, world: World, actor: Actor, horizon: int, seed: int, observers: Sequence[StepObserver] = (),
+        longest_horizon: int | None = None,
+    ) -> None:  # fmt: skip
+        self.world, self.actor, self.horizon, self.longest_horizon = world, actor, horizon, longest_horizon
         self.observers = list(observers)
         self.buffer = Trajectories(world.spec, horizon, actor.columns)
         self.counter = EpisodeCounter(world)
@@ -113,15 +116,17 @@ class Collector:
         return self.ticks_taken * self.world.spec.num_worlds * self.world.spec.num_agents - self._parked_steps
 
     def collect(self) -> RolloutBatch:
-        """Carry on for `horizon` ticks and return what happened; episodes under way go on in the next call."""
-        buffer = self.buffer
+        """Carry on for the horizon and return what happened; episodes under way go on in the next call."""
+        buffer, ticks = self.buffer, horizon_after(self.ticks_taken, self.horizon, self.longest_horizon)
         buffer.begin()
         buffer.carry_over(self._row)
-        for t in range(self.horizon):
+        if ticks > buffer.ticks:
+            buffer.grow(ticks)
+        for t in range(ticks):
             self._tick(t)
-        self._row = self.horizon
+        self._row = ticks
         buffer.learn[:] = True
-        return buffer.batch(self.horizon)
+        return buffer.batch(ticks)
 
     def collect_episodes(self, quota: int) -> RolloutBatch:
         """Begin an episode in every world and carry on until each agent has played `quota` whole episodes.

@@ -290,11 +290,12 @@ def _collector(
     experiment: Experiment, learner: Learner, observers: RunObservers
 ) -> tuple[CollectorProtocol, TickRecorder | None]:
     """Return what collects, here or elsewhere, and who keeps the ticks."""
-    horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
+    rollout, elsewhere = experiment.settings.rollout, experiment.gatherer
     if elsewhere is not None:
-        return elsewhere.collector(learner, horizon, observers.on_ticks), elsewhere.recorder
+        return elsewhere.collector(learner, rollout.horizon, observers.on_ticks), elsewhere.recorder
     watching = [*observers.observers]
-    return Collector(experiment.world, learner, horizon, experiment.seed, watching), observers.recorder
+    here = Collector(experiment.world, learner, rollout.horizon, experiment.seed, watching, rollout.longest_horizon)
+    return here, observers.recorder
 
 
 def experience_source_for(learner: Learner, experiment: Experiment) -> Replay | None:

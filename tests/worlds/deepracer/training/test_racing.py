@@ -37,6 +37,8 @@ def test_one_car_in_a_time_trial_races_unless_somebody_says_otherwise(asked, pre
     assert planned.request.preset == preset
     assert planned.settings.network.stack_size == (3 if preset == "race" else 1)
     assert (planned.request.stops[0].split("=")[0] == "steps") == (preset == "race")
+    grows = planned.settings.rollout.longest_horizon is not None
+    assert grows == (preset == "race" and "algorithm" not in asked)
 
 
 def test_a_folder_that_asks_for_another_algorithm_learns_with_what_suits_it(tmp_path):

@@ -110,12 +110,16 @@ RACE_VALUES: Mapping[str, Mapping[str, Any]] = {
 }  # fmt: skip
 """What the preset `race` changes (benchmarks/racing.md): the policy sees the past, steps grow smaller towards the end
 of the budget, and the best checkpoint is that of the best pace over several evaluations of 20 starts. Rollouts half as
-long as usual bring the first stable laps sooner. Numbers are drawn more narrowly from the beginning: what is drawn
-across the whole range pays for hasty steering, whatever the policy does. In training commands stray: a car that nothing
-ever pushed drives so near the border that it leaves the road once in some 24 laps (2022_reinvent_champ). Most drives
-are over after 8 s, about a lap of re:Invent 2018: on longer tracks standing starts, where most cars fail, are rare. Of
-the latest weights the mean is judged and kept: checkpoints 50 updates apart finished .72 to .91 on Belille, the mean
-of the latest tenth .95 as fast; where the latest weights agree it wins nothing (2022_reinvent_champ, seed 3)."""
+long as usual bring the first stable laps sooner; later they grow. Numbers are drawn more narrowly from the beginning:
+what is drawn across the whole range pays for hasty steering, whatever the policy does. In training commands stray: a
+car that nothing ever pushed drives so near the border that it leaves the road once in some 24 laps
+(2022_reinvent_champ). Most drives are over after 8 s, about a lap of re:Invent 2018: on longer tracks standing starts,
+where most cars fail, are rare. Of the latest weights the mean is judged and kept: checkpoints 50 updates apart finished
+.72 to .91 on Belille, the mean of the latest tenth .95 as fast; where the latest weights agree it wins nothing
+(2022_reinvent_champ, seed 3)."""
+RACE_LONGEST_HORIZON = 128
+"""To how many ticks the rollouts of the preset `race` grow, but for algorithms that learn from a replay: long ones lap
+faster after long trainings (benchmarks/racing.md, Rollouts that grow)."""
 RACE_STEPS = 200_000
 """The budget of the preset `race`, where no stop is set."""
 
@@ -252,6 +256,8 @@ def preset_settings(
     settings = default_settings(algorithm)
     for group, values in {"race": RACE_VALUES, "fast": {}, "aws": AWS_VALUES}[preset].items():
         settings = with_values(settings, group, values) if group in settings else settings
+    if preset == "race" and not algorithm.replay:
+        settings = with_values(settings, "rollout", {"longest_horizon": RACE_LONGEST_HORIZON})
     if preset != "aws":
         return settings, [f"preset {preset}: its own small network is trained, not {network}"]
     if not algorithm.critic:
