@@ -78,7 +78,6 @@ class ClusterCollector:
         crew: Workers whose worlds are open.
         spec: What their worlds promise together.
         learner: Whose weights they decide with.
-        horizon: Ticks of one `collect`.
         updates: How many updates it has taken.
         parts: The training's further parts, which workers have, too.
         ahead: Whether workers begin the next collecting while the learner learns from this one, with the weights of
@@ -91,13 +90,12 @@ class ClusterCollector:
         crew: WorkerPool,
         spec: WorldSpec,
         learner: Learner,
-        horizon: int,
         updates: Updates,
         parts: Mapping[str, Stateful],
         ahead: bool = False,
         hears: TickCallback | None = None,
     ) -> None:
-        self._crew, self._spec, self._learner, self._horizon = crew, spec, learner, horizon
+        self._crew, self._spec, self._learner = crew, spec, learner
         self._updates, self._parts, self._ahead = updates, parts, ahead
         self._hears = hears
         self._specs = [opened.spec for opened in crew.opened]
@@ -211,7 +209,6 @@ class ClusterCollector:
         start = WorkerInit(
             spec=self._spec,
             first_row=0,
-            horizon=self._horizon,
             weights=task.weights,
             version=task.version,
             parts=parts,

@@ -39,14 +39,13 @@ class ClusterGatherer:
         """Hands over the ticks that workers kept."""
         return None if self.experiment.recorder is None else self.collecting
 
-    def collector(self, learner: Learner, horizon: int, hears: TickCallback | None) -> ClusterCollector:
+    def collector(self, learner: Learner, hears: TickCallback | None) -> ClusterCollector:
         """Return what collects for a learner."""
         experiment = self.experiment
         self.collecting = ClusterCollector(
             self.crew,
             self.spec,
             learner,
-            horizon,
             self.updates,
             experiment.parts,
             experiment.algorithm.replay,

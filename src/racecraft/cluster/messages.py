@@ -51,7 +51,6 @@ class WorkerInit:
     """What the worlds of all workers promise together."""
     first_row: int
     """Which of all rows is its first."""
-    horizon: int
     weights: Mapping[str, Array]
     version: int
     """How many updates these weights have heard of."""

@@ -105,10 +105,10 @@ class Worker:
             experiment.parts[name].restore(state)
         rows = start.spec.num_worlds * start.spec.num_agents
         actor = LearnerRows(self._learner, start.first_row, rows)
+        rollout, seed = experiment.settings.rollout, self._share.seed_of(start.times_begun)
         self._collector = Collector(
-            experiment.world, actor, start.horizon, self._share.seed_of(start.times_begun),
-            longest_horizon=experiment.settings.rollout.longest_horizon,
-        )  # fmt: skip
+            experiment.world, actor, rollout.horizon, seed, longest_horizon=rollout.longest_horizon
+        )
         self._recorder = None if experiment.recorder is None else experiment.recorder()
         if self._recorder is not None:
             self._collector.observers.append(self._recorder)

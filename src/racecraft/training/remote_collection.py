@@ -31,8 +31,8 @@ class RemoteCollector(Protocol):
         """Hands over the ticks of an iteration; None where they are not kept."""
         ...
 
-    def collector(self, learner: Learner, horizon: int, hears: TickCallback | None) -> CollectorProtocol:
-        """Return what collects for a learner, `horizon` ticks at a time, and who hears of the ticks."""
+    def collector(self, learner: Learner, hears: TickCallback | None) -> CollectorProtocol:
+        """Return what collects for a learner, as much at a time as its settings say, and who hears of the ticks."""
         ...
 
 

@@ -292,7 +292,7 @@ def _collector(
     """Return what collects, here or elsewhere, and who keeps the ticks."""
     rollout, elsewhere = experiment.settings.rollout, experiment.gatherer
     if elsewhere is not None:
-        return elsewhere.collector(learner, rollout.horizon, observers.on_ticks), elsewhere.recorder
+        return elsewhere.collector(learner, observers.on_ticks), elsewhere.recorder
     watching = [*observers.observers]
     here = Collector(experiment.world, learner, rollout.horizon, experiment.seed, watching, rollout.longest_horizon)
     return here, observers.recorder
