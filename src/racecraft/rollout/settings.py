@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from racecraft.settings.table import check_group, setting
 
+UPDATES_BEFORE_GROWTH = 64
+"""A horizon doubles once all ticks so far would be so many updates of twice its length."""
+
 
 @dataclass(frozen=True)
 class RolloutConfig:
@@ -15,8 +18,9 @@ class RolloutConfig:
     horizon: int = setting(64, "Ticks taken from each world before one update.", unit="ticks", low=1)
     longest_horizon: int | None = setting(
         None,
-        "With a number: updates learn from more as a training goes on. `horizon` doubles, up to this, whenever each "
-        "world has driven 64 times as many ticks as it then has.",
+        "With a number: updates learn from more as a training goes on. `horizon` doubles, as long as it stays within "
+        f"this, whenever each world has driven {UPDATES_BEFORE_GROWTH} times as many ticks as it then has; one that is "
+        "longer from the beginning stays.",
         unit="ticks",
         low=1,
     )
@@ -35,10 +39,6 @@ class RolloutConfig:
 
     def __post_init__(self) -> None:
         check_group(self)
-
-
-UPDATES_BEFORE_GROWTH = 64
-"""A horizon doubles once all ticks so far would be so many updates of twice its length."""
 
 
 def horizon_after(ticks_taken: int, horizon: int, longest: int | None) -> int:

@@ -52,7 +52,7 @@ def forecast(
         weights: Of the policy, by name.
         settings: What is kept.
         stops: The stop conditions; those by iterations and steps say how long it takes.
-        steps: Environment steps of one iteration.
+        steps: Environment steps of one iteration, the shortest where they grow.
         folder: Where the run lies.
     """
     each = sum(array.nbytes for array in weights.values())

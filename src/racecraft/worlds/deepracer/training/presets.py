@@ -118,8 +118,8 @@ where most cars fail, are rare. Of the latest weights the mean is judged and kep
 .72 to .91 on Belille, the mean of the latest tenth .95 as fast; where the latest weights agree it wins nothing
 (2022_reinvent_champ, seed 3)."""
 RACE_LONGEST_HORIZON = 128
-"""To how many ticks the rollouts of the preset `race` grow, but for algorithms that learn from a replay: long ones lap
-faster after long trainings (benchmarks/racing.md, Rollouts that grow)."""
+"""To how many ticks the rollouts of the preset `race` grow with PPO, for which it was measured: long ones lap faster
+after long trainings (benchmarks/racing.md, Rollouts that grow)."""
 RACE_STEPS = 200_000
 """The budget of the preset `race`, where no stop is set."""
 
@@ -256,7 +256,7 @@ def preset_settings(
     settings = default_settings(algorithm)
     for group, values in {"race": RACE_VALUES, "fast": {}, "aws": AWS_VALUES}[preset].items():
         settings = with_values(settings, group, values) if group in settings else settings
-    if preset == "race" and not algorithm.replay:
+    if preset == "race" and algorithm == PPO:
         settings = with_values(settings, "rollout", {"longest_horizon": RACE_LONGEST_HORIZON})
     if preset != "aws":
         return settings, [f"preset {preset}: its own small network is trained, not {network}"]
