@@ -46,13 +46,23 @@ def test_a_raster_never_contradicts_the_road(track):
 
 
 def test_a_planned_lap_is_driven_in_the_world_from_rest_to_the_last_finish(track, plan):
-    assert len(plan.lap_ticks) == 4
+    assert len(plan.lap_ticks) == 3
     assert sum(plan.lap_ticks) == len(plan.path)
     assert plan.path[0, 3] == 0.0
-    again = drive_plan(track, PROFILES["v6"], plan.commands, plan.choices[1:])
+    again = drive_plan(track, PROFILES["v6"], plan.commands, plan.choices[1:], len(plan.lap_ticks))
     assert again.lap_ticks == plan.lap_ticks
     assert plan.lap_seconds == min(plan.lap_ticks[1:]) * TICK_SECONDS
     assert 5.5 < plan.lap_seconds < 6.5
+
+
+def test_the_best_lap_is_driven_anew_from_its_beginning_at_speed(track):
+    car, table = PROFILES["v6"], read_table("7x1.5,2.5")
+    lines = [classical_line(track, car, 2.5, "centre")]
+    first, refined = (plan_best_lap(track, car, table, lines, refinements, 60) for refinements in (0, 1))
+    assert refined.lap_seconds < first.lap_seconds
+    begins = first.best_lap.start
+    assert refined.path[: begins + 1].tolist() == first.path[: begins + 1].tolist()
+    assert len(refined.lap_ticks) == first.best_lap_number + 2
 
 
 def test_a_plan_is_the_same_on_any_number_of_threads(track, plan):
@@ -61,8 +71,9 @@ def test_a_plan_is_the_same_on_any_number_of_threads(track, plan):
 
 
 def test_a_drive_that_leaves_the_road_is_no_plan(track, plan):
-    straight = np.full(len(plan.choices), 7)  # 0 degrees at 2.5 m/s
-    assert drive_plan(track, PROFILES["v6"], plan.commands, straight) is None
+    straight = np.zeros(len(plan.choices), np.int64)
+    assert plan.commands[0] == pytest.approx([0.0, 2.5])
+    assert drive_plan(track, PROFILES["v6"], plan.commands, straight, 3) is None
 
 
 def test_a_table_that_cannot_turn_has_no_plan(track):
@@ -76,7 +87,7 @@ def test_a_bend_that_all_states_come_to_too_fast_is_planned_once_more_with_care(
     tight, car, table = load_track("Monaco"), PROFILES["v4"], read_table(default_table("v4", 4.0))
     lines = guides(tight, car, table)[:1]
     assert 15.5 < plan_best_lap(tight, car, table, lines, refinements=0, beam=60).lap_seconds < 16.5
-    monkeypatch.setattr(planner, "CAREFUL_WEIGHTS", ())
+    monkeypatch.setattr(planner, "ROUNDS", planner.ROUNDS[:1])
     assert plan_best_lap(tight, car, table, lines, refinements=0, beam=60) is None
 
 

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from racecraft.worlds.deepracer.env import vehicle
-from racecraft.worlds.deepracer.env.kernels.vehicle import drive
+from racecraft.worlds.deepracer.env.kernels.vehicle import controls_after, drive
 from racecraft.worlds.deepracer.env.vehicle import PROFILES, TICK_SECONDS, WHEELBASE_M
 
 
@@ -100,6 +100,14 @@ def test_a_tick_of_the_clock_is_a_tick(profile):
     half = drive(car, *drive(car, *start, *command, TICK_SECONDS / 2), *command, TICK_SECONDS / 2)
     assert half == pytest.approx(whole, rel=1e-12)
     assert drive(car, *start, *command, 0.05)[0] != whole[0]
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("substep_seconds", [TICK_SECONDS / 10, TICK_SECONDS / 3])
+def test_speed_and_wheels_alone_come_to_what_the_whole_drive_does(profile, substep_seconds):
+    controls = (0.8, 0.1, -0.2, 0.5, 0.4, 1.5)
+    *_, speed, steering = drive(PROFILES[profile], 1.0, 2.0, 0.3, *controls, TICK_SECONDS, substep_seconds)
+    assert controls_after(PROFILES[profile], *controls, TICK_SECONDS, substep_seconds) == (speed, steering)
 
 
 def steady_turn(profile, degrees, speed):

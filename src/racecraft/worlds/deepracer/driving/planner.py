@@ -1,12 +1,13 @@
 """The fastest lap that is certainly possible with a car and its action table. Begin with `plan_best_lap`.
 
-A beam search drives the project's own compiled car. Each tick it tries every action in every state, in longer steps
-than the world's, gives up cars that are off the road or far from the guide, and scores the others by the guide's time
-at the place they reached, less a price for offset, heading error and excess speed. Nearly equal states are merged, and
-the best BEAM live on, driven in the world's own steps. A guide is a line with a speed profile: the solver's, or a
-classical one (`guides.py`).
+A beam search drives the project's own compiled car. Each tick it tries in every state the actions that the car answers
+differently, in longer steps than the world's, gives up cars that are off the road or far from the guide, and scores the
+others by the guide's time at the place they reached, less a price for offset, heading error and excess speed. Nearly
+equal states are merged, and the best BEAM live on, driven in the world's own steps. A guide is a line with a speed
+profile: the solver's, or a classical one (`guides.py`). The best lap is the next guide, and is driven anew from its own
+beginning at speed.
 
-The plan is then driven in `RaceWorld`, and counts only if the marshals count every lap of it.
+Each plan is then driven in `RaceWorld` from rest, and counts only if the marshals count every lap of it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from racecraft.contract.world import allocate
 from racecraft.worlds.deepracer.driving.guides import guides
-from racecraft.worlds.deepracer.driving.kernels.beam import search
+from racecraft.worlds.deepracer.driving.kernels.beam import STATE_SIZE, search
 from racecraft.worlds.deepracer.driving.kernels.road_raster import CELL_M, fill_raster
 from racecraft.worlds.deepracer.driving.racing_line import RacingLine
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, ActionTable, clip_commands
@@ -29,13 +30,16 @@ from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.track import Track
 
 Weights = tuple[float, float, float]
-BEAM = 300
-LAPS = 4
-"""One from rest, then flying."""
-WEIGHTS: tuple[Weights, ...] = ((1.0, 0.3, 0.05), (5.0, 2.0, 0.3))
-"""Prices of offset, heading error and excess speed: small ones for cars that answer at once, large for others."""
-CAREFUL_WEIGHTS: tuple[Weights, ...] = ((5.0, 2.0, 3.0),)
-"""Tried where no car came round: all that lived on were too fast to brake for a tight bend."""
+BEAM = 340
+LAPS = 3
+"""Along a first guide: one from rest, then flying."""
+REFINED_LAPS = 2
+"""Along the best lap so far, from its beginning at speed."""
+ROUNDS: tuple[tuple[Weights, ...], ...] = (((1.0, 0.3, 0.05), (5.0, 2.0, 0.3)), ((5.0, 2.0, 3.0),), ((10.0, 2.0, 3.0),))
+"""Prices of offset, heading error and excess speed, each round tried where no car of those before came round.
+
+First small ones, for cars that answer at once, and large ones for others. Where all that lived on came to a tight bend
+too fast to brake, those that keep more to the guide and its speeds."""
 GUIDE_SPACING_M = 0.04
 REFINEMENTS = 4
 SLOWEST_MPS = 0.25
@@ -61,16 +65,15 @@ class Plan:
         return min(self.lap_ticks[1:] or self.lap_ticks) * TICK_SECONDS
 
     @property
-    def merit(self) -> tuple[float, int]:
-        """What plans are compared by: the best lap, then all of them; less is better."""
-        return self.lap_seconds, sum(self.lap_ticks)
+    def best_lap_number(self) -> int:
+        """Which lap that is; 0 is the one from rest."""
+        return int(np.argmin(self.lap_ticks[1:])) + 1 if len(self.lap_ticks) > 1 else 0
 
     @property
     def best_lap(self) -> slice:
         """Rows of the lap that `lap_seconds` speaks of."""
-        number = int(np.argmin(self.lap_ticks[1:])) + 1 if len(self.lap_ticks) > 1 else 0
-        first = sum(self.lap_ticks[:number])
-        return slice(first, first + self.lap_ticks[number])
+        first = sum(self.lap_ticks[: self.best_lap_number])
+        return slice(first, first + self.lap_ticks[self.best_lap_number])
 
     @property
     def line(self) -> RacingLine:
@@ -90,8 +93,8 @@ def plan_best_lap(
 ) -> Plan | None:
     """Return the best plan found; None where no car came round.
 
-    Every line is followed at every price of WEIGHTS, and of CAREFUL_WEIGHTS where none gave a lap. Then the best lap
-    itself is the guide, as long as that gains time.
+    Every line is followed at every price of the first of ROUNDS that gives a lap. Then the best lap itself is the
+    guide, as long as that gains time.
 
     Args:
         track: The track, in driving direction.
@@ -101,24 +104,15 @@ def plan_best_lap(
         refinements: How often at most the best lap becomes the guide.
         beam: How many states live on after each tick.
     """
-    commands, raster = grid_of(actions), road_raster(track)
     lines = list(guides(track, car, actions) if lines is None else lines)
-
-    def follow(line: RacingLine, weights: Weights) -> Plan | None:
-        choices = _search(track, raster, car, commands, line, weights, beam)
-        return None if choices is None else drive_plan(track, car, commands, choices)
-
-    def follow_all(prices: tuple[Weights, ...]) -> list[tuple[Plan, Weights]]:
-        tried = [(follow(line, weights), weights) for line in lines for weights in prices]
-        return [(plan, weights) for plan, weights in tried if plan is not None]
-
-    found = follow_all(WEIGHTS) or follow_all(CAREFUL_WEIGHTS)
+    course = _Course(track, road_raster(track), car, grid_of(actions), beam)
+    found = next(filter(None, (course.plans(lines, prices) for prices in ROUNDS)), [])
     if not found:
         return None
-    best, weights = min(found, key=lambda pair: pair[0].merit)
+    best, weights = min(found, key=lambda pair: (pair[0].lap_seconds, sum(pair[0].lap_ticks)))
     for _ in range(refinements):
-        plan = follow(best.line, weights)
-        if plan is None or plan.merit >= best.merit:
+        plan = course.refined(best, weights)
+        if plan is None or plan.lap_seconds >= best.lap_seconds:
             break
         best = plan
     return best
@@ -128,11 +122,16 @@ GRID_ANGLES, GRID_SPEEDS = 9, 4
 
 
 def grid_of(actions: ActionSpace) -> np.ndarray:
-    """Return (A, 2) the commands a plan may use: a table's, or GRID_ANGLES x GRID_SPEEDS of two ranges."""
+    """Return (A, 2) the commands a plan may use: a table's, or GRID_ANGLES x GRID_SPEEDS of two ranges.
+
+    Those of small angles come first, fast ones before slow: of commands that a car answers alike the first is tried.
+    """
     if isinstance(actions, ActionBox):
         angles, speeds = np.linspace(*actions.steering, GRID_ANGLES), np.linspace(*actions.speed, GRID_SPEEDS)
-        return clip_commands(np.array([(angle, speed) for angle in angles for speed in speeds]))
-    return clip_commands(np.column_stack([actions.steering, actions.speed]).astype(np.float64))
+        commands = np.array([(angle, speed) for angle in angles for speed in speeds])
+    else:
+        commands = np.column_stack([actions.steering, actions.speed]).astype(np.float64)
+    return clip_commands(commands[np.lexsort((-commands[:, 1], np.abs(commands[:, 0])))])
 
 
 def road_raster(track: Track) -> tuple[float, float, np.ndarray]:
@@ -146,7 +145,7 @@ def road_raster(track: Track) -> tuple[float, float, np.ndarray]:
 
 
 def guide_rows(line: RacingLine) -> tuple[np.ndarray, float]:
-    """Return a line every GUIDE_SPACING_M as kernels take it, (G, 6), and the exact spacing, m."""
+    """Return a line every GUIDE_SPACING_M as kernels take it, (G, 7), and the exact spacing, m."""
     arc = line.arc
     count = max(8, round(float(arc[-1]) / GUIDE_SPACING_M))
     stations = np.linspace(0.0, arc[-1], count + 1)
@@ -156,7 +155,7 @@ def guide_rows(line: RacingLine) -> tuple[np.ndarray, float]:
     heading = line.heading
     turned = np.concatenate([heading, [_next_turn(heading)]]) if line.closed else heading
     yaw = np.interp(stations, arc, turned)
-    rows = np.column_stack([xy, np.cos(yaw), np.sin(yaw), speed, seconds])
+    rows = np.column_stack([xy, np.cos(yaw), np.sin(yaw), speed, seconds, yaw])
     return np.ascontiguousarray(rows[:-1] if line.closed else rows), float(arc[-1]) / count
 
 
@@ -166,33 +165,62 @@ def _next_turn(heading: np.ndarray) -> float:
     return float(heading[-1] + step)
 
 
-def _search(
-    track: Track, raster: tuple[float, float, np.ndarray], car: CarProfile, commands: np.ndarray, guide: RacingLine,
-    weights: Weights, beam: int,
-) -> np.ndarray | None:  # fmt: skip
-    """Return the rows of `commands` that take a car from rest round its laps, (T,); None without one."""
-    rows, spacing = guide_rows(guide)
-    length = spacing * len(rows)
-    goal = LAPS * length + FRONT_POINT_M if track.closed else length - FRONT_POINT_M
-    ticks = int(goal / SLOWEST_MPS / TICK_SECONDS)
-    start = np.zeros(7)
-    start[:3] = track.pose_at(0.0)
-    driven, winner, parents, choices = search(
-        track.arrays(), *raster, car, rows, spacing, guide.lap_seconds, track.closed, commands, weights, start, goal,
-        beam, ticks,
-    )  # fmt: skip
-    if winner < 0:
-        return None
-    plan = np.empty(driven, np.int64)
-    for tick in range(driven - 1, -1, -1):
-        plan[tick], winner = choices[tick, winner], parents[tick, winner]
-    return plan
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """What all searches for one plan share."""
+
+    track: Track
+    raster: tuple[float, float, np.ndarray]
+    car: CarProfile
+    commands: np.ndarray
+    """(A, 2) angle (rad, positive left) and speed (m/s)."""
+    beam: int
+
+    def plans(self, lines: Iterable[RacingLine], prices: Iterable[Weights]) -> list[tuple[Plan, Weights]]:
+        """Return the plans that come of every line at every price, with that price; none where no car came round."""
+        tried = [(self._from_rest(line, weights), weights) for line in lines for weights in prices]
+        return [(plan, weights) for plan, weights in tried if plan is not None]
+
+    def refined(self, plan: Plan, weights: Weights) -> Plan | None:
+        """Return a plan that drives as this one does to the beginning of its best lap, and then along that lap."""
+        first = plan.best_lap.start
+        told = plan.commands[plan.choices[first - 1]] if first else np.zeros(2)
+        laps = REFINED_LAPS if self.track.closed else 1
+        choices = self._search(plan.line, weights, np.concatenate([plan.path[first], told]), laps)
+        if choices is None:
+            return None
+        return self._driven(np.concatenate([plan.choices[1:first], choices]), plan.best_lap_number + laps)
+
+    def _from_rest(self, line: RacingLine, weights: Weights) -> Plan | None:
+        laps, start = LAPS if self.track.closed else 1, np.zeros(STATE_SIZE)
+        start[:3] = self.track.pose_at(0.0)
+        choices = self._search(line, weights, start, laps)
+        return None if choices is None else self._driven(choices, laps)
+
+    def _driven(self, choices: np.ndarray, laps: int) -> Plan | None:
+        return drive_plan(self.track, self.car, self.commands, choices, laps)
+
+    def _search(self, guide: RacingLine, weights: Weights, start: np.ndarray, laps: int) -> np.ndarray | None:
+        """Return the rows of `commands` that take a car from a state through its laps, (T,); None without one."""
+        rows, spacing = guide_rows(guide)
+        length = spacing * len(rows)
+        goal = laps * length + FRONT_POINT_M if self.track.closed else length - FRONT_POINT_M
+        ticks = int(goal / SLOWEST_MPS / TICK_SECONDS)
+        driven, winner, parents, choices = search(
+            self.track.arrays(), *self.raster, self.car, rows, spacing, guide.lap_seconds, self.track.closed,
+            self.commands, weights, start, goal, self.beam, ticks,
+        )  # fmt: skip
+        if winner < 0:
+            return None
+        plan = np.empty(driven, np.int64)
+        for tick in range(driven - 1, -1, -1):
+            plan[tick], winner = choices[tick, winner], parents[tick, winner]
+        return plan
 
 
-def drive_plan(track: Track, car: CarProfile, commands: np.ndarray, choices: np.ndarray) -> Plan | None:
+def drive_plan(track: Track, car: CarProfile, commands: np.ndarray, choices: np.ndarray, laps: int) -> Plan | None:
     """Drive choices (T,) in `RaceWorld` from rest; return what came of it, None unless all laps were complete."""
     table = ActionTable.of([tuple(command) for command in commands])
-    laps = LAPS if track.closed else 1
     world = RaceWorld(
         track, table, race_config=RaceConfig(max_episode_seconds=1e6), camera_config=CameraConfig(8, 8),
         laps=laps, start_shares=[0.0], profiles=[car],

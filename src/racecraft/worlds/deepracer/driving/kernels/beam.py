@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from racecraft.kernels import kernel, parallel_kernel, prange
+from racecraft.kernels import kernel, lean_kernel, parallel_kernel, prange
 from racecraft.worlds.deepracer.driving.kernels.road_raster import has_wheel_on_road
-from racecraft.worlds.deepracer.env.kernels.vehicle import SUBSTEP_SECONDS, drive, wrap_angle
+from racecraft.worlds.deepracer.env.kernels.vehicle import SUBSTEP_SECONDS, controls_after, drive
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 
 MAX_OFFSET_M = 1.5
@@ -33,7 +33,7 @@ def search(  # noqa: D417
         track: TrackArrays.
         x0, y0, cells: The road's raster, see `fill_raster`.
         car: CarProfile.
-        line: (G, 6) the guide: x, y, cos and sin of its heading, speed, seconds since its first point.
+        line: (G, 7) the guide: x, y, cos and sin of its heading, speed, seconds since its first point, heading.
         spacing: m between its points.
         lap_seconds: s once around it.
         closed: Whether its last point is followed by its first.
@@ -48,50 +48,92 @@ def search(  # noqa: D417
     states, places, reached = np.zeros((beam, STATE_SIZE)), np.zeros(beam, np.int64), np.zeros(beam)
     parents, choices = np.zeros((ticks, beam), np.int32), np.zeros((ticks, beam), np.int32)
     scores, keys = np.empty(beam * count), np.empty(beam * count, np.int64)
+    answers = np.empty(beam * count, np.int64)
     states[0] = start
     places[0] = _nearest_place(line, start[0], start[1])
     alive = 1
     for tick in range(ticks):
         for each in prange(alive):
             i = np.int64(each)
-            for a in range(count):
-                child = i * count + a
-                scores[child] = OFF
-                if reached[i] == OFF:
-                    continue
-                x, y, yaw, speed, steering, place, share, offset = _driven(
-                    car, line, spacing, closed, states[i], places[i], commands[a], COARSE_SECONDS
-                )
-                if abs(offset) > MAX_OFFSET_M or not has_wheel_on_road(track, x0, y0, cells, x, y, yaw):
-                    continue
-                row = place % line.shape[0]
-                ahead = wrap_angle(yaw - math.atan2(line[row, 3], line[row, 2]))
-                excess = max(0.0, speed - line[row, 4])
-                scores[child] = (
-                    _seconds_at(line, lap_seconds, place, share)
-                    - weights[0] * offset * offset - weights[1] * ahead * ahead - weights[2] * excess * excess
-                )  # fmt: skip
-                keys[child] = _key(offset, ahead, steering, speed, (place + share) * spacing)
+            _rate_children(
+                track, x0, y0, cells, car, line, spacing, lap_seconds, closed, commands, weights, states[i], places[i],
+                reached[i], i * count, answers, scores, keys,
+            )  # fmt: skip
         before, places_before = states.copy(), places.copy()
         alive = _select(scores, keys, alive * count, count, beam, parents[tick], choices[tick])
         if alive == 0:
             return tick + 1, -1, parents, choices
         for each in prange(alive):
             i = np.int64(each)
-            parent, command = parents[tick, i], commands[choices[tick, i]]
-            x, y, yaw, speed, steering, place, share, _ = _driven(
-                car, line, spacing, closed, before[parent], places_before[parent], command, SUBSTEP_SECONDS
-            )
-            is_on = has_wheel_on_road(track, x0, y0, cells, x, y, yaw)
-            _write(states[i], x, y, yaw, speed, steering, command)
-            places[i], reached[i] = place, (place + share) * spacing if is_on else OFF
+            parent = parents[tick, i]
+            places[i], reached[i] = _drive_on(
+                track, x0, y0, cells, car, line, spacing, closed, before[parent], places_before[parent],
+                commands[choices[tick, i]], states[i],
+            )  # fmt: skip
         winner = np.argmax(reached[:alive])
         if reached[winner] >= goal:
             return tick + 1, winner, parents, choices
     return ticks, -1, parents, choices
 
 
-@kernel
+@lean_kernel
+def _rate_children(
+    track, x0, y0, cells, car, line, spacing, lap_seconds, closed, commands, weights, state, place, reached, first,
+    answers, scores, keys,
+):  # fmt: skip
+    """Write score and key of each child of a state, from row `first` on."""
+    for a in range(commands.shape[0]):
+        child = first + a
+        scores[child] = OFF
+        answers[child] = _answer(car, state, commands[a])
+        if reached == OFF or _is_told_before(answers, first, child):
+            continue
+        x, y, yaw, speed, steering, there, share, offset = _driven(
+            car, line, spacing, closed, state, place, commands[a], COARSE_SECONDS
+        )
+        if abs(offset) > MAX_OFFSET_M or not has_wheel_on_road(track, x0, y0, cells, x, y, yaw):
+            continue
+        row = there % line.shape[0]
+        ahead = yaw - line[row, 6]
+        ahead -= 2 * math.pi * round(ahead / (2 * math.pi))
+        excess = max(0.0, speed - line[row, 4])
+        scores[child] = (
+            _seconds_at(line, lap_seconds, there, share)
+            - weights[0] * offset * offset - weights[1] * ahead * ahead - weights[2] * excess * excess
+        )  # fmt: skip
+        keys[child] = _key(offset, ahead, steering, speed, (there + share) * spacing)
+
+
+@lean_kernel
+def _answer(car, state, command):
+    """Return a number that commands share which a car answers alike: twice as nearly so as states that are one."""
+    speed, steering = controls_after(
+        car, state[3], state[4], state[5], state[6], command[0], command[1], TICK_SECONDS, COARSE_SECONDS
+    )
+    return np.int64(round(2.0 * steering / SAME_ANGLE)) * 65536 + np.int64(round(2.0 * speed / SAME_SPEED))
+
+
+@lean_kernel
+def _is_told_before(answers, first, child):
+    """Tell whether answers[child] stands among those from `first` on before it."""
+    k = first
+    while answers[k] != answers[child]:
+        k += 1
+    return k < child
+
+
+@lean_kernel
+def _drive_on(track, x0, y0, cells, car, line, spacing, closed, before, place, command, state):
+    """Write a state a tick later as the world drives it; return its place and how far it came, m; OFF off the road."""
+    x, y, yaw, speed, steering, place, share, _ = _driven(
+        car, line, spacing, closed, before, place, command, SUBSTEP_SECONDS
+    )
+    state[0], state[1], state[2], state[3], state[4] = x, y, yaw, speed, steering
+    state[5], state[6] = command[0], command[1]
+    return place, (place + share) * spacing if has_wheel_on_road(track, x0, y0, cells, x, y, yaw) else OFF
+
+
+@lean_kernel
 def _driven(car, line, spacing, closed, state, place, command, substep_seconds):
     """Drive one tick; return x, y, yaw, speed, wheel angle and where on the guide that is, see `_locate`."""
     x, y, yaw, speed, steering = drive(
@@ -105,38 +147,30 @@ def _driven(car, line, spacing, closed, state, place, command, substep_seconds):
 @kernel
 def _select(scores, keys, candidates, count, beam, parents, choices):
     """Keep the best `beam` children of which no two are nearly equal; return how many there are."""
-    order = np.argsort(-scores[:candidates])
-    slots = np.zeros(8 * beam, np.int64)  # open addressing; a key is never 0
-    kept = 0
-    for k in range(candidates):
-        child = order[k]
-        if scores[child] == OFF or kept == beam:
-            break
-        slot = keys[child] % slots.shape[0]
-        while slots[slot] != 0 and slots[slot] != keys[child]:
-            slot = (slot + 1) % slots.shape[0]
-        if slots[slot] == keys[child]:
+    slots = np.full(2 * scores.shape[0], -1)  # the best child of each key, by open addressing
+    for child in range(candidates):
+        if scores[child] == OFF:
             continue
-        slots[slot] = keys[child]
-        parents[kept], choices[kept] = child // count, child % count
-        kept += 1
-    return kept
+        slot = keys[child] % slots.shape[0]
+        while slots[slot] >= 0 and keys[slots[slot]] != keys[child]:
+            slot = (slot + 1) % slots.shape[0]
+        if slots[slot] < 0 or scores[child] > scores[slots[slot]]:
+            slots[slot] = child
+    unlike = slots[slots >= 0]
+    order = unlike[np.argsort(-scores[unlike])][:beam]
+    for k in range(order.shape[0]):
+        parents[k], choices[k] = order[k] // count, order[k] % count
+    return order.shape[0]
 
 
-@kernel
+@lean_kernel
 def _key(offset, ahead, steering, speed, done):
     """Return a positive number that nearly equal states share."""
     key = np.int64(round(offset / SAME_OFFSET_M)) + 512
     key = key * 512 + np.int64(round(ahead / SAME_ANGLE)) + 256
     key = key * 128 + np.int64(round(steering / SAME_ANGLE)) + 64
     key = key * 128 + np.int64(round(speed / SAME_SPEED))
-    return key * 65536 + np.int64(round(done / SAME_STATION_M)) % 65536 + 1
-
-
-@kernel
-def _write(state, x, y, yaw, speed, steering, command):
-    state[0], state[1], state[2], state[3], state[4] = x, y, yaw, speed, steering
-    state[5], state[6] = command[0], command[1]
+    return key * 65536 + np.int64(round(done / SAME_STATION_M)) % 65536
 
 
 @kernel
@@ -150,7 +184,7 @@ def _nearest_place(line, x, y):
     return place - line.shape[0] if place > line.shape[0] // 2 else place
 
 
-@kernel
+@lean_kernel
 def _locate(line, spacing, closed, place, x, y):
     """Return where on the guide a car is, walking from where it was: point, share of the step behind it, offset (m)."""
     for _ in range(24):
@@ -167,7 +201,7 @@ def _locate(line, spacing, closed, place, x, y):
     return place, share, line[row, 2] * dy - line[row, 3] * dx
 
 
-@kernel
+@lean_kernel
 def _seconds_at(line, lap_seconds, place, share):
     points = line.shape[0]
     laps, row = place // points, place % points

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import kernel, lean_kernel
 from racecraft.worlds.deepracer.env.vehicle import FRONT_WHEELS_M, REAR_WHEELS_M
 from racecraft.worlds.deepracer.tracks.kernels.geometry import is_on_road
 
@@ -64,7 +64,7 @@ def _mark_border(ring, x0, y0, cells):
                     cells[r, c] = NEAR_BORDER
 
 
-@kernel
+@lean_kernel
 def has_wheel_on_road(track, x0, y0, cells, x, y, yaw):
     """Tell whether at least one wheel centre of a car lies strictly inside the road, as marshals count it."""
     cos, sin = math.cos(yaw), math.sin(yaw)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from racecraft.kernels import kernel
 from racecraft.worlds.deepracer.env.vehicle import NO_LIMIT, SUBSTEPS, TICK_SECONDS, WHEELBASE_M
@@ -31,18 +32,12 @@ def drive(  # noqa: D417, PLR0913
     Returns:
         x, y, yaw, speed, steering after the tick.
     """
-    substeps = max(1, int(seconds / substep_seconds + 0.5))
-    step = seconds / substeps
-    steering_share = 1.0
-    if car.steering_lag > 0.0:
-        steering_share = 1.0 - math.exp(-step / car.steering_lag)
-    steering_from = int(car.steering_delay / step + 0.5)
-    speed_from = int(car.speed_delay / step + 0.5)
-    for substep in range(substeps):
-        steering_command = new_steering if substep >= steering_from else old_steering
-        speed_command = new_speed if substep >= speed_from else old_speed
-        steering += (steering_command - steering) * steering_share
-        speed = approach_speed(car, speed, speed_command, step)
+    substeps = _substeps(car, seconds, substep_seconds)
+    step = substeps.seconds
+    for substep in range(substeps.number):
+        speed, steering = _controls_after_one(
+            car, speed, steering, old_steering, old_speed, new_steering, new_speed, substeps, substep
+        )
         turn = speed * driven_curvature(car, speed, steering) * step
         # Along the chord: the heading halfway through the substep, which keeps circles round at any substep.
         heading = yaw + 0.5 * turn
@@ -51,6 +46,57 @@ def drive(  # noqa: D417, PLR0913
         y += forward * math.sin(heading) + left * math.cos(heading)
         yaw += turn
     return x, y, wrap_angle(yaw), speed, steering
+
+
+@kernel
+def controls_after(
+    car, speed, steering, old_steering, old_speed, new_steering, new_speed, seconds=TICK_SECONDS,
+    substep_seconds=SUBSTEP_SECONDS,
+):  # fmt: skip
+    """Return the speed (m/s) and the angle of the wheels (rad) that `drive` comes to; no place has a part in them."""
+    substeps = _substeps(car, seconds, substep_seconds)
+    for substep in range(substeps.number):
+        speed, steering = _controls_after_one(
+            car, speed, steering, old_steering, old_speed, new_steering, new_speed, substeps, substep
+        )
+    return speed, steering
+
+
+class _Substeps(NamedTuple):
+    """How a tick is integrated."""
+
+    number: int
+    seconds: float
+    """s of each."""
+    steering_share: float
+    """Share of their way to the commanded angle that the wheels turn in one."""
+    steering_from: int
+    """The first one in which the new angle acts."""
+    speed_from: int
+    """The first one in which the new speed acts."""
+
+
+@kernel
+def _substeps(car, seconds, substep_seconds):
+    number = max(1, int(seconds / substep_seconds + 0.5))
+    step = seconds / number
+    steering_share = 1.0
+    if car.steering_lag > 0.0:
+        steering_share = 1.0 - math.exp(-step / car.steering_lag)
+    return _Substeps(
+        number, step, steering_share, int(car.steering_delay / step + 0.5), int(car.speed_delay / step + 0.5)
+    )
+
+
+@kernel
+def _controls_after_one(
+    car, speed, steering, old_steering, old_speed, new_steering, new_speed, substeps, substep
+):  # fmt: skip
+    """Return speed (m/s) and angle of the wheels (rad) after one substep."""
+    steering_command = new_steering if substep >= substeps.steering_from else old_steering
+    speed_command = new_speed if substep >= substeps.speed_from else old_speed
+    steering += (steering_command - steering) * substeps.steering_share
+    return approach_speed(car, speed, speed_command, substeps.seconds), steering
 
 
 @kernel
@@ -88,5 +134,5 @@ def wrap_angle(angle):
 @kernel
 def wheels_after(profile, car, steering, seconds):
     """Return the angle of the wheels, rad, after they were told so for so many seconds."""
-    _, _, _, _, angle = drive(profile, 0.0, 0.0, 0.0, 0.0, car.steering, car.old_steering, 0.0, steering, 0.0, seconds)
+    _, angle = controls_after(profile, 0.0, car.steering, car.old_steering, 0.0, steering, 0.0, seconds)
     return angle

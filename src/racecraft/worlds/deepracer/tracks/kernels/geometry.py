@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from racecraft.kernels import kernel
+from racecraft.kernels import kernel, lean_kernel
 
 
 @kernel
@@ -98,7 +98,7 @@ def central_yaw_on_line(line, arc, closed, s):
     return math.atan2(line[row + 1, 1] - line[row, 1], line[row + 1, 0] - line[row, 0])
 
 
-@kernel
+@lean_kernel
 def side_of_ring(ring, x, y):
     """Return 1 inside a ring, -1 outside, 0 on it. A ring is (R, 2), its last row repeats its first; empty: outside."""
     inside = False
@@ -122,7 +122,7 @@ def side_of_ring(ring, x, y):
     return 1 if inside else -1
 
 
-@kernel
+@lean_kernel
 def is_on_road(track, x, y):
     """Tell whether (x, y) is strictly inside the road; a border is outside (facts: simapp, polygon `contains`)."""
     return side_of_ring(track.shell, x, y) == 1 and side_of_ring(track.hole, x, y) == -1
