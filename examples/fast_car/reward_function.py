@@ -18,9 +18,11 @@ def reward_function(params):
         Before.drives, Before.progress, Before.steering = Before.drives + 1, progress, steering
     metres = (progress - Before.progress) / 100.0 * params["track_length"]
     turned = abs(steering - Before.steering) / 30.0
-    changed_side = steering * Before.side < 0.0
+    # Small corrections are no change of sides: chance makes them, too, where a policy draws its angles from a range.
+    aside = steering if abs(steering) > 8.0 else 0.0
+    changed_side = aside * Before.side < 0.0
     Before.steps, Before.progress, Before.steering = steps, progress, steering
-    Before.side = steering or Before.side
+    Before.side = aside or Before.side
     # A share of the metres: a price of its own would make a slow drive cost more than it earns, and a quick end pay.
     pay = 2.0 * metres * (1.0 - 0.25 * turned - 0.5 * changed_side)
     # What two and a half metres pay, and in time twenty-five: at first the car shall dare, later it shall finish.

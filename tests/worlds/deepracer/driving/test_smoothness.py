@@ -23,6 +23,11 @@ def test_changes_are_counted_by_the_second_and_turns_by_the_tick():
     assert calm.turns_share == pytest.approx(1 / 5)
 
 
+def test_small_corrections_are_no_turns_but_a_table_of_five_degrees_has_sides():
+    assert smoothness_of(drive([10, -3, 3, -3, 10])).turns_share == 0.0
+    assert smoothness_of(drive([5, 0, -5, 0, 5])).turns_share == pytest.approx(2 / 4)
+
+
 def test_nothing_is_compared_across_episodes_or_while_the_car_is_held():
     first, second = drive([30, 30, 30]), drive([-30, -30, -30], episode=1)
     second["status"][0] = race.PREPARE

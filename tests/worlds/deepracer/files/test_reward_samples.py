@@ -21,3 +21,17 @@ def test_a_sample_says_what_it_pays_for_and_pays(name):
 def test_an_unknown_sample_is_named_with_the_nearest():
     with pytest.raises(SettingError, match="Did you mean 'centre_line'"):
         read_sample("center_line")
+
+
+def test_small_corrections_to_the_other_side_cost_what_their_angle_does_and_swerves_cost_more():
+    def pay(*angles):
+        names = {}
+        exec(read_sample("metres_gained"), names)
+        ticks = [
+            {"steps": k + 1, "progress": k + 1.0, "steering_angle": angle, "track_length": 20.0, "is_offtrack": False}
+            for k, angle in enumerate(angles)
+        ]
+        return sum(names["reward_function"](tick) for tick in ticks)
+
+    assert pay(4.0, -4.0, 4.0) == pytest.approx(pay(2.0, 10.0, 2.0))
+    assert pay(9.0, 0.0, -9.0) < pay(9.0, 0.0, 9.0) - 0.1

@@ -11,13 +11,18 @@ from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
 
+STRAIGHT = np.radians(4.0)
+"""Angles up to here (rad) are straight ahead: a car of continuous actions hardly ever steers by exactly nothing."""
+
+
 class Smoothness(NamedTuple):
     """The steering commands of a drive in two figures."""
 
     change_rad_per_second: float
     """Mean size of the change of the commanded angle, rad/s."""
     turns_share: float
-    """Share of ticks in which the car begins to steer to the other side than it last did, 0 to 1."""
+    """Share of ticks in which the car begins to steer to the other side than it last did, 0 to 1; angles up to
+    STRAIGHT are no side."""
 
     def __str__(self) -> str:
         """Return the figures as a racer reads them.
@@ -65,7 +70,7 @@ def smoothness_of_commands(steering_rad: Array, follows: Array) -> Smoothness | 
         return None
     changes = np.where(follows, np.diff(steering_rad), 0.0)
     stretch = np.concatenate([[0], np.cumsum(~follows)])
-    aside = np.flatnonzero(steering_rad)
+    aside = np.flatnonzero(np.abs(steering_rad) > STRAIGHT)
     sides, stretches = np.sign(steering_rad[aside]), stretch[aside]
     turns = (sides[1:] != sides[:-1]) & (stretches[1:] == stretches[:-1])
     count = int(follows.sum())
