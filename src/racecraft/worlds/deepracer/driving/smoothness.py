@@ -10,7 +10,6 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
-
 STRAIGHT = np.radians(4.0)
 """Angles up to here (rad) are straight ahead: a car of continuous actions hardly ever steers by exactly nothing."""
 
