@@ -61,7 +61,8 @@ def main() -> None:
         return
     first, count = map(int, given.slice.split("/"))
     part = Path(f"known_laps-{first}-of-{count}.csv")
-    done = {lap.key for file in (TABLE, part) if file.is_file() and not given.again for lap in read_laps(file)}
+    read = [part] if given.again else [TABLE, part]
+    done = {lap.key for file in read if file.is_file() for lap in read_laps(file)}
     every = roads()
     alike: dict[str, list[tuple[str, str]]] = {}
     for key, road in every.items():
