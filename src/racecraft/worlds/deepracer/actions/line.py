@@ -132,10 +132,10 @@ def _written(request: LineRequest, found: FoundLines) -> dict[str, Path]:
         )
     title = f"{found.title}: {request.line} line"
     if request.out is not None:
-        write_line(lines[request.line], request.out, f"{title}, {lines[request.line].lap_seconds:.2f} s a lap")
+        write_line(lines[request.line], request.out, f"{title}, {found.times.seconds(request.line):.2f} s a lap")
         files["out"] = request.out
     if request.picture is not None:
-        _draw(request, found, f"{title}, {lines[request.line].lap_seconds:.2f} s", request.picture)
+        _draw(request, found, f"{title}, {found.times.seconds(request.line):.2f} s", request.picture)
         files["picture"] = request.picture
     return files
 

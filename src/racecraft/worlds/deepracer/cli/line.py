@@ -17,7 +17,7 @@ def _show(found: FoundLines) -> None:
     remarks = {PLANNED: "driven lap by lap in the world", SOLVER: "estimate, minimum time"}
     rows = []
     for name, one in times.lines.items():
-        figures = (f"{one.lap_seconds:.2f} s", f"{one.arc[-1]:.1f} m", f"{one.speed.min():.2f} m/s")
+        figures = (f"{times.seconds(name):.2f} s", f"{one.arc[-1]:.1f} m", f"{one.speed.min():.2f} m/s")
         rows.append((name, *figures, remarks.get(name, "estimate, by the car's limits along the line")))
     table(("line", "lap", "length", "slowest", ""), rows, left=("line", ""))
     if times.plan is None:

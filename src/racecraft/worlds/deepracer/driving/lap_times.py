@@ -40,6 +40,10 @@ class LapTimes:
         laps = [None if self.plan is None else self.plan.lap_seconds, self.known_seconds]
         return min((lap for lap in laps if lap is not None), default=None)
 
+    def seconds(self, name: str) -> float:
+        """Return a line's lap time, s: the plan's by the marshals, who on an open track count a held tick."""
+        return self.plan.lap_seconds if name == PLANNED and self.plan is not None else self.lines[name].lap_seconds
+
     def as_dictionary(self) -> dict[str, Any]:
         """Return the figures, ready for JSON."""
         return {
