@@ -50,7 +50,7 @@ def main() -> None:
     parser.add_argument("--only", action="append", default=[], help="CAR:TOP_SPEED, such as v6:2.5; may be repeated.")
     parser.add_argument("--track", action="append", default=[], help="A track by name; may be repeated.")
     parser.add_argument("--again", action="store_true", help="Plan rows again that the table has.")
-    parser.add_argument("--beam", type=int, default=BEAM, help="States kept after each tick; 100 is enough for v6.")
+    parser.add_argument("--beam", type=int, default=BEAM, help="States kept after each tick.")
     parser.add_argument("--refinements", type=int, default=REFINEMENTS, help="How often a lap may become the guide.")
     parser.add_argument("--merge", nargs="+", type=Path, default=[], help="Put these files into the table, and stop.")
     given = parser.parse_args()

@@ -14,6 +14,9 @@ from racecraft.settings.request import Request, argument, option
 if TYPE_CHECKING:
     from racecraft.worlds.deepracer.driving.lap_times import LapTimes
 
+LEAST_SPEEDS_MPS = 0.5
+"""The colours of a line span at least so much, so that a steady one is drawn in one colour."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LineRequest(Request):
@@ -22,7 +25,9 @@ class LineRequest(Request):
     track: str = argument("A name from `racecraft tracks list`, or a waypoint file (.npy).")
     direction: str = option("forward", "forward or reverse; of a loop also cw or ccw.")
     car: str = option("v6", "v4, v5-classic, v6, v6-unlimited or kinematic.")
-    top_speed: float | None = option(None, "Fastest command, m/s. [default: 2.5 for v6, 4 for other cars]", unit="m/s")
+    top_speed: float | None = option(
+        None, "Fastest command, m/s. [default: 2.5 for v6, 4 for other cars]", unit="m/s", low=0.5, high=4.0
+    )
     table: str | None = option(
         None,
         "Action table: a model_metadata.json, 'default' (the console's ten), or angles x speeds such as 7x1.5,2.5. "
@@ -150,6 +155,8 @@ def _draw(request: LineRequest, found: FoundLines, title: str, picture: Path) ->
     circuit, line = load_track(request.track), found.times.lines[request.line]
     again = slice(0, len(line.xy) + line.closed)
     rows = np.arange(len(line.xy) + 1)[again] % len(line.xy)
-    path = PaintedPath(line.xy[rows], line.speed[rows], "speed (m/s)")
+    slowest, fastest = float(line.speed.min()), float(line.speed.max())  # seen, though a lap slows in few of its ticks
+    limits = (min(slowest, fastest - LEAST_SPEEDS_MPS), fastest)
+    path = PaintedPath(line.xy[rows], line.speed[rows], "speed (m/s)", limits)
     road = circuit.reversed() if found.direction == REVERSE else circuit
     draw_track(road, picture, paths=[path], title=title)

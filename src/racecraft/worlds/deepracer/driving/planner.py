@@ -178,27 +178,28 @@ class _Course:
 
     def plans(self, lines: Iterable[RacingLine], prices: Iterable[Weights]) -> list[tuple[Plan, Weights]]:
         """Return the plans that come of every line at every price, with that price; none where no car came round."""
-        tried = [(self._from_rest(line, weights), weights) for line in lines for weights in prices]
+        rest = np.zeros(STATE_SIZE)
+        rest[:3] = self.track.pose_at(0.0)
+        tried = [(self._follow(line, weights, rest, LAPS), weights) for line in lines for weights in prices]
         return [(plan, weights) for plan, weights in tried if plan is not None]
 
     def refined(self, plan: Plan, weights: Weights) -> Plan | None:
         """Return a plan that drives as this one does to the beginning of its best lap, and then along that lap."""
         first = plan.best_lap.start
         told = plan.commands[plan.choices[first - 1]] if first else np.zeros(2)
-        laps = REFINED_LAPS if self.track.closed else 1
-        choices = self._search(plan.line, weights, np.concatenate([plan.path[first], told]), laps)
+        state = np.concatenate([plan.path[first], told])
+        return self._follow(plan.line, weights, state, REFINED_LAPS, plan.choices[1:first], plan.best_lap_number)
+
+    def _follow(
+        self, guide: RacingLine, weights: Weights, state: np.ndarray, laps: int,
+        before: Iterable[int] = (), laps_before: int = 0,
+    ) -> Plan | None:  # fmt: skip
+        """Return a plan of what was chosen before, (T,), up to this state, and of laps along a guide from there on."""
+        laps = laps if self.track.closed else 1
+        choices = self._search(guide, weights, state, laps)
         if choices is None:
             return None
-        return self._driven(np.concatenate([plan.choices[1:first], choices]), plan.best_lap_number + laps)
-
-    def _from_rest(self, line: RacingLine, weights: Weights) -> Plan | None:
-        laps, start = LAPS if self.track.closed else 1, np.zeros(STATE_SIZE)
-        start[:3] = self.track.pose_at(0.0)
-        choices = self._search(line, weights, start, laps)
-        return None if choices is None else self._driven(choices, laps)
-
-    def _driven(self, choices: np.ndarray, laps: int) -> Plan | None:
-        return drive_plan(self.track, self.car, self.commands, choices, laps)
+        return drive_plan(self.track, self.car, self.commands, np.array([*before, *choices]), laps_before + laps)
 
     def _search(self, guide: RacingLine, weights: Weights, start: np.ndarray, laps: int) -> np.ndarray | None:
         """Return the rows of `commands` that take a car from a state through its laps, (T,); None without one."""
