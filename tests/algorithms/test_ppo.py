@@ -119,20 +119,33 @@ def test_numbers_are_first_drawn_as_widely_as_is_set():
     np.testing.assert_allclose(drawn.std(axis=0), (0.4, 0.2), rtol=0.05)
 
 
-def test_inactive_rows_teach_nothing():
+@pytest.mark.parametrize("centred", [False, True])
+def test_inactive_rows_teach_nothing(centred):
     """Two experiences that differ only in rows that are not active lead to the same weights, bit for bit."""
     weights = []
-    for noise in (0.0, 50.0):
-        learner = a_learner(batch_size=7)
+    for noise in (0, 50):
+        learner = a_learner({"state": STATE, "frame": FRAME}, batch_size=7, centred_pixels=centred)
         kept = made_up(learner.spec, learner=learner)
-        kept.active[2:4, 1:3] = False
-        kept.observations["state"][~kept.active] += noise
+        kept.active[2:5, :2] = False
+        for array in kept.observations.values():
+            array[~kept.active] += np.asarray(noise, array.dtype)
         kept.columns[LOG_PROB][~kept.active] += noise
         kept.columns[VALUE][~kept.active] += noise
         losses = learner.update(kept)
-        assert losses["transitions"] == 24 - 4
+        assert losses["transitions"] == 24 - 6
         weights.append(learner.state_dict()["network"])
     assert all(torch.equal(weights[0][name], weights[1][name]) for name in weights[0])
+
+
+def test_pixels_are_centred_where_it_is_asked_for_and_there_are_any():
+    def learned(observations, **settings):
+        learner = a_learner(observations, **settings)
+        learner.update(made_up(learner.spec, learner=learner))
+        return learner.state_dict()["network"]
+
+    for seen, is_alike in (({"frame": FRAME}, False), ({"state": STATE}, True)):
+        plain, centred = learned(seen), learned(seen, centred_pixels=True)
+        assert all(torch.equal(plain[name], centred[name]) for name in plain) is is_alike
 
 
 def test_with_nobody_active_nothing_changes():
@@ -144,19 +157,26 @@ def test_with_nobody_active_nothing_changes():
     assert all(torch.equal(before[name], after) for name, after in learner.state_dict()["network"].items())
 
 
-@pytest.mark.parametrize("actions", [DiscreteActions(3), ContinuousActions((-1.0, 0.0), (1.0, 4.0))])
-def test_a_restored_learner_goes_on_bit_by_bit(actions):
-    learner = a_learner(actions=actions, batch_size=8)
+@pytest.mark.parametrize(
+    ("actions", "settings"),
+    [
+        (DiscreteActions(3), {}),
+        (ContinuousActions((-1.0, 0.0), (1.0, 4.0)), {}),
+        (DiscreteActions(3), {"observations": {"state": STATE, "frame": FRAME}, "centred_pixels": True}),
+    ],
+)
+def test_a_restored_learner_goes_on_bit_by_bit(actions, settings):
+    learner = a_learner(actions=actions, batch_size=8, **settings)
     kept = made_up(learner.spec, learner=learner)
     learner.update(kept)
     learner.optimiser.learning_rate = 1e-4
-    twin = a_learner(actions=actions, batch_size=8, seed=99)
+    twin = a_learner(actions=actions, batch_size=8, seed=99, **settings)
     twin.load_state_dict(learner.state_dict())
     assert learner.update(kept) == twin.update(kept)
     mine, its = learner.state_dict(), twin.state_dict()
     for group in mine:
         assert all(torch.equal(mine[group][name], its[group][name]) for name in mine[group])
-    seen = {"state": kept.observations["state"][0]}
+    seen = {name: array[0] for name, array in kept.observations.items()}
     np.testing.assert_array_equal(learner.act(seen).columns[RAW_ACTION], twin.act(seen).columns[RAW_ACTION])
 
 

@@ -193,6 +193,7 @@ class PpoLearner(ActorCriticLearner[PpoConfig]):
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
+        self.steps.look(whole.observations, rows)
         metrics = self.steps.run(self.minibatch_rows(rows), lambda picked: self._taken(whole, picked), self.now)
         figures = self.metrics(metrics, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike

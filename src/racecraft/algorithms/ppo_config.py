@@ -38,6 +38,11 @@ class PpoConfig:
         "and faster on processors that have it (avx512_bf16, amx); auto takes it there.",
         choices=("float32", "bfloat16", "auto"),
     )
+    centred_pixels: bool = setting(
+        False,
+        "Step the layer that looks at pixels as if their mean were 0, which it never is: it learns sooner. Weights and "
+        "files are of pixels as they are.",
+    )
     probability_floor: float = setting(
         0.0, "No choice counts as less likely than this; the others are not lowered for it.", low=0.0, high=1e-3
     )

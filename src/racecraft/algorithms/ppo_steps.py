@@ -1,18 +1,20 @@
 """Gradient steps of PPO: joint or in two threads, in float32 or bfloat16. Begin with `GradientSteps`.
 
 Every acceleration of the update enters here: a written-out gradient for small networks (`closed_form.py`), half
-precision (`half_precision.py`) and separate threads for networks that share no weights (`parallel_updates.py`).
+precision (`half_precision.py`), separate threads for networks that share no weights (`parallel_updates.py`), and steps
+as if pixels were centred (`centred_pixels.py`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 import torch
 from torch import Tensor
 from torch.nn.utils import clip_grad_norm_
 
 from racecraft.algorithms.adam import Adam
+from racecraft.algorithms.centred_pixels import CentredPixels
 from racecraft.algorithms.closed_form import closed_form_of
 from racecraft.algorithms.distributions import Distribution
 from racecraft.algorithms.half_precision import Bfloat16Copy, processor_precision
@@ -50,6 +52,7 @@ class GradientSteps:
         self.size = sum(one.numel() for one in self._weights)
         self.optimiser = Adam(network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
         self._max_grad_norm = config.max_grad_norm
+        self._pixels = CentredPixels(network) if config.centred_pixels else None
         names = [name for name, _ in network.named_parameters()]
         self._critics = tuple(index for index, name in enumerate(names) if name.startswith(CRITIC_PARTS))
         self._policys = tuple(index for index in range(len(names)) if index not in self._critics)
@@ -57,6 +60,11 @@ class GradientSteps:
         """Whether policy and critic take their steps each in a thread of its own."""
         self.written_out = closed_form_of(network, distribution) if self.half is None else None
         """The gradient of a small network, written out; None: autograd finds it."""
+
+    def look(self, observations: Mapping[str, Tensor], rows: Tensor) -> None:
+        """See what a rollout shows in the rows (int64) that the steps to come are taken from."""
+        if self._pixels is not None:
+            self._pixels.look(observations, rows)
 
     def run(self, drawn: Iterable[Tensor], taken: Callable[[Tensor], Minibatch], config: PpoConfig) -> list[Tensor]:
         """Step once for each minibatch; return the first six `FIGURES` of each step, (6,).
@@ -77,13 +85,14 @@ class GradientSteps:
             all(isinstance(body, Encoder) for body in bodies)
             and not isinstance(self.network, RecurrentActorCritic)
             and config.max_grad_norm is None  # a norm over both has them wait for each other
+            and self._pixels is None  # likewise
             and self._weights[0].device.type == "cpu"
             and config.batch_size * self.size > WORTH_A_THREAD
         )
 
     def _step(self, batch: Minibatch, config: PpoConfig) -> Tensor:
         """Take one gradient step and return its figures, in the order of `FIGURES`."""
-        if self.half is not None and self._max_grad_norm is None:
+        if self.half is not None and self._max_grad_norm is None and self._pixels is None:
             figures = self._go_back(batch, config)
             self.half.step(self.optimiser)
             return torch.cat([figures, figures.new_zeros(1)])
@@ -139,10 +148,14 @@ class GradientSteps:
 
     def _descend(self) -> Tensor:
         """Step along the gradients that are with the weights; return their norm before they were cut, ()."""
+        if self._pixels is not None:
+            self._pixels.before_step()
         norm = torch.zeros((), device=self._weights[0].device)
         if self._max_grad_norm is not None:
             norm = clip_grad_norm_(self._weights, self._max_grad_norm)
         self.optimiser.step()
+        if self._pixels is not None:
+            self._pixels.after_step()
         if self.half is not None:
             self.half.refresh()
         return norm

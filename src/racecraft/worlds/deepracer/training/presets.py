@@ -103,7 +103,7 @@ RACE_VALUES: Mapping[str, Mapping[str, Any]] = {
     "rollout": {"horizon": 32},
     "ppo": {
         "learning_rate": 1.5e-3, "learning_rate_schedule": "linear", "entropy_weight": 0.003,
-        "entropy_schedule": "linear", "initial_std": 0.3,
+        "entropy_schedule": "linear", "initial_std": 0.3, "centred_pixels": True,
     },
     "evaluation": {"episodes": 20, "share": 0.25, "best_by": "pace", "averaged": 0.1},
     "variation": {"level": "perturbed", "in_evaluations": False},
