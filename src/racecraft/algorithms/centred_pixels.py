@@ -5,8 +5,8 @@ a mean of 0.46, and a pixel of them a standard deviation of 0.09. So most of a k
 everywhere, and a step along it changes what brightness counts rather than what is in a frame (LeCun et al., "Efficient
 BackProp", 1998, section 4.3).
 
-A layer of kernels W and bias b over pixels x is one over x - m with the bias b + m sum(W), since there is no padding. It
-is that bias which a step here moves beside W; b itself, the network and its files stay those of x.
+A layer of kernels W and bias b over pixels x is one over x - m with the bias b + m sum(W), as nothing is padded. A step
+here moves that bias beside W; b itself, the network and its files stay those of x.
 """
 
 from __future__ import annotations
