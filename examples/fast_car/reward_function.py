@@ -25,5 +25,5 @@ def reward_function(params):
     Before.side = aside or Before.side
     # A share of the metres: a price of its own would make a slow drive cost more than it earns, and a quick end pay.
     pay = 2.0 * metres * (1.0 - 0.25 * turned - 0.5 * changed_side)
-    # What two and a half metres pay, and in time five: at first the car shall dare, later it shall finish.
-    return pay - min(5.0 + Before.drives / 15.0, 10.0) * params["is_offtrack"]
+    # What two and a half metres pay, and in time twenty-five: at first the car shall dare, later it shall finish.
+    return pay - min(5.0 + Before.drives / 15.0, 50.0) * params["is_offtrack"]

@@ -169,7 +169,7 @@ def test_the_racing_reward_pays_metres_and_takes_a_little_for_steering():
     assert reward(params) == 0.0, "over the finish another lap begins"
     prices = [-reward(params | {"is_offtrack": True}) for _ in range(800)]
     assert prices == sorted(prices)
-    assert prices[-1] == 10.0, "in time what five metres pay"
+    assert prices[-1] == 50.0, "in time what twenty-five metres pay"
 
 
 def test_a_training_may_wait_for_a_flying_lap_or_its_gap():

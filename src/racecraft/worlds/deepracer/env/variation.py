@@ -106,7 +106,7 @@ RANGES = tuple(
 
 AMOUNTS: Mapping[str, Mapping[str, float]] = {
     "off": {},
-    "perturbed": {"steering_gain": 0.05, "steering_noise": 0.05, "speed_noise": 0.05},
+    "perturbed": {"steering_gain": 0.05, "steering_noise": 0.1, "speed_noise": 0.1},
     "aws": {"lamps": 1.0, "object_colours": 1.0},
     "light": {
         "palette": 0.08, "gain": 0.12, "gradient": 0.08, "grain": 4.0, "glare": 40.0, "noise": 3.0, "blur": 0.004,
