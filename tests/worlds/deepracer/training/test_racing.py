@@ -83,15 +83,15 @@ def test_cars_in_training_drive_on_over_the_finish_and_at_aws_not_at_all():
 def test_most_drives_of_a_training_are_short_and_no_evaluation_is(tmp_path):
     assert plan_car(RaceRequest()).settings.race.practice_seconds == 8.0
     assert RaceConfig().practice_seconds is None
-    times = ("race.max_training_seconds=2", "race.practice_seconds=1", "race.max_episode_seconds=3")
+    times = ("race.max_training_seconds=1.4", "race.practice_seconds=1", "race.max_episode_seconds=3")
     shape = ("rollout.num_worlds=8", "rollout.horizon=120", "evaluation.episodes=4")
     request = RaceRequest(run=tmp_path / "run", stops=("iterations=1",), overrides=(*times, *shape))
     run = train(request, NullCallback(), lambda text: None).run
     ended = pl.read_parquet(run.episodes / "1.parquet").filter(pl.col("done"))
     lengths = ended.filter(status="time_up")["tick"].value_counts(sort=True).rows()
-    assert [length for length, _ in lengths] == [15, 30]
+    assert [length for length, _ in lengths] == [15, 21]
     laps = json.loads((run.evaluations / "1.json").read_text())["laps"]
-    assert max(lap["steps"] for lap in laps) > 30
+    assert max(lap["steps"] for lap in laps) > 21
     failed = ended.filter(pl.col("status") != "time_up")["progress_share"].to_list()
     assert run.read_metrics()[0]["training_score"] == pytest.approx(100.0 * sum(failed) / len(failed)), (
         "what was cut is left out"
