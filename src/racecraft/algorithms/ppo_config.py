@@ -41,7 +41,7 @@ class PpoConfig:
     centred_pixels: bool = setting(
         False,
         "Step the layer that looks at pixels as if their mean were 0, which it never is: it learns sooner. Weights and "
-        "files are of pixels as they are.",
+        "files are of pixels as they are; networks of your own (`network.encoder`, `network.policy`) are left alone.",
     )
     probability_floor: float = setting(
         0.0, "No choice counts as less likely than this; the others are not lowered for it.", low=0.0, high=1e-3
