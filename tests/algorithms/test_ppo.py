@@ -137,15 +137,21 @@ def test_inactive_rows_teach_nothing(centred):
     assert all(torch.equal(weights[0][name], weights[1][name]) for name in weights[0])
 
 
-def test_pixels_are_centred_where_it_is_asked_for_and_there_are_any():
-    def learned(observations, **settings):
-        learner = a_learner(observations, **settings)
+@pytest.mark.parametrize(
+    ("seen", "settings", "is_alike"),
+    [
+        ({"state": STATE}, {}, True),
+        ({"frame": FRAME}, {}, False),
+        ({"frame": FRAME}, {"precision": "bfloat16", "max_grad_norm": None}, False),
+    ],
+)
+def test_pixels_are_centred_whichever_way_steps_are_taken(seen, settings, is_alike):
+    learned = []
+    for centred in (False, True):
+        learner = a_learner(seen, centred_pixels=centred, **settings)
         learner.update(made_up(learner.spec, learner=learner))
-        return learner.state_dict()["network"]
-
-    for seen, is_alike in (({"frame": FRAME}, False), ({"state": STATE}, True)):
-        plain, centred = learned(seen), learned(seen, centred_pixels=True)
-        assert all(torch.equal(plain[name], centred[name]) for name in plain) is is_alike
+        learned.append(learner.state_dict()["network"])
+    assert all(torch.equal(learned[0][name], learned[1][name]) for name in learned[0]) is is_alike
 
 
 def test_with_nobody_active_nothing_changes():

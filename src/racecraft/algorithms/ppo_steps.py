@@ -85,7 +85,7 @@ class GradientSteps:
             all(isinstance(body, Encoder) for body in bodies)
             and not isinstance(self.network, RecurrentActorCritic)
             and config.max_grad_norm is None  # a norm over both has them wait for each other
-            and self._pixels is None  # likewise
+            and self._pixels is None  # only joint steps are centred
             and self._weights[0].device.type == "cpu"
             and config.batch_size * self.size > WORTH_A_THREAD
         )
