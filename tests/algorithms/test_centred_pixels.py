@@ -8,10 +8,7 @@ from torch import nn
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.centred_pixels import CentredLayer, pixel_layers
 from racecraft.algorithms.convolution import Convolution, in_tiles
-from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
-from racecraft.algorithms.ppo_config import PpoConfig
-from racecraft.algorithms.ppo_steps import GradientSteps
 from racecraft.contract.world import ArraySpec, DiscreteActions
 
 KERNEL, STRIDE = 4, 2
@@ -84,14 +81,3 @@ def test_the_layers_are_the_first_over_each_image():
     assert [(name, layer.in_channels, layer.out_channels) for name, layer in pixel_layers(body)] == [
         ("left", 1, 4), ("up", 1, 4)
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize("is_centred", [False, True])
-def test_policy_and_critic_step_together_where_pixels_are_centred(is_centred):
-    seen = {
-        "camera": ArraySpec((30, 40), np.uint8), "track_state": ArraySpec((5,), np.float32, privileged=True)
-    }  # fmt: skip
-    row = Architecture(convolutions=((4, 6, 3),), trunk_units=(16,))
-    network = ActorCritic(seen, DiscreteActions(3), row, torch.Generator())
-    config = PpoConfig(max_grad_norm=None, batch_size=1_000_000, centred_pixels=is_centred)
-    assert GradientSteps(network, distribution_for(DiscreteActions(3)), config).learns_apart is not is_centred

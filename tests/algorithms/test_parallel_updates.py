@@ -70,12 +70,13 @@ def test_policy_and_critic_learn_apart_what_they_learn_together(monkeypatch, two
     ("settings", "network"),
     [
         ({"max_grad_norm": 0.5}, NETWORK),
+        ({"centred_pixels": True}, NETWORK),
         ({}, NetworkConfig(hidden_units=(16,), conv_filters=(4,), conv_kernels=(4,), conv_strides=(2,))),
         ({}, replace(NETWORK, memory="gru", memory_units=4)),
     ],
 )
 def test_what_has_to_do_with_each_other_learns_together(monkeypatch, settings, network):
-    """A norm over both weights, layers or a memory that both stand on."""
+    """A norm over both weights, a step centred as one, layers or a memory that both stand on."""
     monkeypatch.setattr(ppo_steps, "WORTH_A_THREAD", 0)
     assert not PpoLearner(SPEC, network, PpoConfig(**{**APART, **settings}), seed=3).steps.learns_apart
 

@@ -112,11 +112,11 @@ RACE_VALUES: Mapping[str, Mapping[str, Any]] = {
 of the budget, and the best checkpoint is that of the best pace over several evaluations of 20 starts. Rollouts half as
 long as usual bring the first stable laps sooner; later they grow. Numbers are drawn more narrowly from the beginning:
 what is drawn across the whole range pays for hasty steering, whatever the policy does. Steps over centred pixels bring
-the first stable laps sooner. In training commands stray: a car that nothing ever pushed drives so near the border that
-it leaves the road once in some 24 laps (2022_reinvent_champ). Most drives are over after 8 s, about a lap of re:Invent
-2018: on longer tracks standing starts, where most cars fail, are rare. Of the latest weights the mean is judged and
-kept: checkpoints 50 updates apart finished .72 to .91 on Belille, the mean of the latest tenth .95 as fast; where the
-latest weights agree it wins nothing (2022_reinvent_champ, seed 3)."""
+the first stable laps a little sooner. In training commands stray: a car that nothing ever pushed drives so near the
+border that it leaves the road once in some 24 laps (2022_reinvent_champ). Most drives are over after 8 s, about a lap
+of re:Invent 2018: on longer tracks standing starts, where most cars fail, are rare. Of the latest weights the mean is
+judged and kept: checkpoints 50 updates apart finished .72 to .91 on Belille, the mean of the latest tenth .95 as fast;
+where the latest weights agree it wins nothing (2022_reinvent_champ, seed 3)."""
 RACE_LONGEST_HORIZON = 128
 """To how many ticks the rollouts of the preset `race` grow with PPO, for which it was measured: long ones lap faster
 after long trainings (benchmarks/racing.md, Rollouts that grow)."""
