@@ -76,7 +76,7 @@ def test_policy_and_critic_learn_apart_what_they_learn_together(monkeypatch, two
     ],
 )
 def test_what_has_to_do_with_each_other_learns_together(monkeypatch, settings, network):
-    """A norm over both weights, a step centred as one, layers or a memory that both stand on."""
+    """A norm over both weights, steps over centred pixels, layers or a memory that both stand on."""
     monkeypatch.setattr(ppo_steps, "WORTH_A_THREAD", 0)
     assert not PpoLearner(SPEC, network, PpoConfig(**{**APART, **settings}), seed=3).steps.learns_apart
 
